@@ -1,13 +1,13 @@
-//! Replica exchange (parallel tempering): replicas of a scene at several temperatures, with swaps between
-//! neighbouring temperatures at regular intervals.
+//! Replica exchange (parallel tempering): replicas of a scene at several temperatures, with swaps between neighbouring
+//! temperatures at regular intervals.
 //!
-//! At a low temperature a system may stay in one state for a long time. At a high temperature it moves
-//! freely between states. Swaps bring these states to the low temperatures.
+//! At a low temperature a system may stay in one state for a long time. At a high temperature it moves freely between
+//! states, and swaps bring these states to the low temperatures.
 //!
-//! An [`Exchange`] runs the replicas of a scene with the table `[exchange]`, in several threads.
-//! [`ExchangeResults`] has the averages at each temperature with standard errors. [`ThermalCurves`] has the
-//! averages between the temperatures. An [`ExchangeFolder`] keeps rows, trajectories and checkpoints. A
-//! resumed exchange continues from its checkpoint and gives bitwise the same results.
+//! An [`Exchange`] runs the replicas of a scene with the table `[exchange]`, in several threads. [`ExchangeResults`]
+//! has the averages at each temperature with standard errors, and [`ThermalCurves`] the averages between the
+//! temperatures. An [`ExchangeFolder`] keeps rows, trajectories and checkpoints. A resumed exchange continues from its
+//! checkpoint and gives bitwise the same results.
 //!
 //! ```
 //! use carom::Vector;

@@ -5,8 +5,7 @@
 //! particles at rest in contact with something fixed. [`polydispersity`] calculates the diameters of the classes of a
 //! distribution, and [`composition`] the particle numbers of a mixture.
 //!
-//! Nothing here depends on a file or on a key in a user's input. Failures have their own error type, [`NoPlace`], which
-//! `scene` converts to a message.
+//! Nothing here depends on a file or on a key in a user's input. `scene` converts failures, [`NoPlace`], to messages.
 
 pub(crate) mod chain;
 pub(crate) mod composition;

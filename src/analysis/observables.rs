@@ -28,7 +28,7 @@ const COMPRESSIBILITY: &str = "compressibility_factor";
 const ISOTHERMAL_COMPRESSIBILITY: &str = "isothermal_compressibility";
 const HEAT_FLUX: &str = "energy / (length^(D - 1) time)";
 
-/// Names of the quantities that have a mean over a run, in the order of `summary.json`.
+/// Names and units of the quantities that have a mean over a run, in the order of `summary.json`.
 pub const OBSERVABLES: [(&str, &str); 21] = [
     (TEMPERATURE, "energy"),
     ("pressure", "energy / length^D"),
@@ -53,8 +53,8 @@ pub const OBSERVABLES: [(&str, &str); 21] = [
     (ISOTHERMAL_COMPRESSIBILITY, "length^D / energy"),
 ];
 
-/// Indices into [`OBSERVABLES`]. `FIRST_WALL` and `FIRST_HEAT` are the pressure on the lower x wall and the
-/// heat flux through it. At `SQUARED_VOLUME`, the squared volume is averaged for the compressibility.
+/// Indices into [`OBSERVABLES`]. `FIRST_WALL` and `FIRST_HEAT` are the pressure on the lower x wall and the heat flux
+/// through this wall. At `SQUARED_VOLUME`, the squared volume is averaged for the isothermal compressibility.
 const PRESSURE: usize = 1;
 const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
@@ -62,8 +62,7 @@ const FIRST_HEAT: usize = 11;
 const VOLUME: usize = 17;
 const SQUARED_VOLUME: usize = 20;
 
-/// Averages the thermodynamic observables of a simulation between rows: temperature, pressure, collision
-/// rate, energies.
+/// Averages thermodynamic observables between rows: temperature, pressure, collision rate, energies.
 ///
 /// | quantity | measured as |
 /// |---|---|
@@ -78,31 +77,31 @@ const SQUARED_VOLUME: usize = 20;
 /// | volume, number density, packing fraction | if a barostat changes the volume `V`: time averages of `V`, of `N / V`, and of the volume of the particles divided by `V` |
 /// | isothermal compressibility | `(<V^2> - <V>^2) / (<V> T)` at the temperature of the heat bath |
 ///
-/// If the volume changes, the pressure is the mean of `(N T + W / (D t)) / V` over the intervals of constant
-/// volume. The compressibility factor is then `P <V> / (N T)` with the pressure `P` of the barostat and the
-/// temperature of the heat bath.
+/// With a barostat, the pressure is the mean of `(N T + W / (D t)) / V` over the intervals of constant volume, and the
+/// compressibility factor is `P <V> / (N T)` with the pressure `P` of the barostat and the temperature of the heat
+/// bath.
 ///
-/// A wall keeps centres a radius away, so each species `s` has its own volume `V_s` and area `A_s`. Along an
-/// axis between walls, with `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `<sum
-/// m v_x^2> + <sum x J> / t` is `V_s / A_s` times its mean force on the two walls. So both pressures have the
-/// same mean for the axis across a slit; along the slit the pressure differs. In equilibrium `<sum m v_x^2>`
-/// is `N_s T`; a driven or dissipative system can have a different temperature for each axis and species. The
+/// A wall keeps centres a radius away, so each species `s` has its own volume `V_s` and area `A_s`. Along an axis
+/// between walls, with `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `<sum m v_x^2> +
+/// <sum x J> / t` is `V_s / A_s` times the mean force of the species on the two walls. So across a slit the virial
+/// pressure and the pressure on the walls have the same mean; along the slit the pressure differs. In equilibrium `<sum
+/// m v_x^2>` is `N_s T`; a driven or dissipative system can have a different temperature for each axis and species. The
 /// sum is constant between events, so its mean is exact.
 ///
-/// `N` counts the moving particles, and `D` the axes that are not flat. Time averages of `T` and of the
-/// potential energy are exact: both change only at events, and each change counts from its own time. In a
-/// sheared box the temperature also changes between events. There the mean of `T` uses straight lines between
-/// samples, with the dissipation of each contact counted from its own time.
+/// `N` counts the moving particles, and `D` the axes that are not flat. Time averages of `T` and of the potential
+/// energy are exact: both change only at events, and each change counts from its own time. In a sheared box the
+/// temperature also changes between events. There the mean of `T` uses straight lines between samples and the exact
+/// times of the dissipating contacts.
 ///
-/// The pressure is exact for any number of particles. Let `f = D N - c` be the number of free velocity
-/// components. The phase-space volume below an energy `E` at a given momentum is proportional to the integral
-/// of `(E - U)^(f / 2)` over all positions. That integral runs over all `N` particles even if the momentum is
-/// conserved, because the centre of mass may be anywhere. The logarithm of this volume is Gibbs' entropy, for
-/// which equipartition is exact: `T = 2 <K'> / f`. In coordinates scaled by the box the integral gets a
-/// factor `V^N`, and `P = T dS/dV` becomes `P V = N T + <sum r_ij . F_ij> / D`. Only `T` contains the number
-/// of free components. (Two hard spheres in a cube: `Z = (1 + V / (V - 4 pi sigma^3 / 3)) / 2`, from
-/// positions that fill `V (V - 4 pi sigma^3 / 3)`.) E. M. Pearson, T. Halicioglu and W. A. Tiller, Phys. Rev.
-/// A 32, 3030 (1985), [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
+/// The pressure is exact for any number of particles. Let `f = D N - c` be the number of free velocity components. The
+/// phase-space volume below an energy `E` at a given momentum is proportional to the integral of `(E - U)^(f / 2)` over
+/// all positions. The integral runs over all `N` particles even if the momentum is conserved, because the centre of
+/// mass may be anywhere. The logarithm of the phase-space volume is Gibbs' entropy `S`, for which equipartition is
+/// exact: `T = 2 <K'> / f` with the kinetic energy `K'` of the free components. In coordinates scaled by the box the
+/// integral gets a factor `V^N`, and `P = T dS/dV` becomes `P V = N T + <sum r_ij . F_ij> / D`. Only `T` contains the
+/// number of free components. (Two hard spheres in a cube: `Z = (1 + V / (V - 4 pi sigma^3 / 3)) / 2`, from positions
+/// that fill `V (V - 4 pi sigma^3 / 3)`.) E. M. Pearson, T. Halicioglu and W. A. Tiller, Phys. Rev. A 32, 3030 (1985),
+/// [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Observer {
     applicable: ApplicableObservables,
@@ -121,21 +120,18 @@ struct Reading {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Piece {
     time: f64,
-    /// Time since the start of the simulation.
     elapsed: f64,
-    /// Energy that particles gained at events since the start of the simulation `[energy]`, and the sum of each
-    /// gain times its time `[energy time]`.
+    /// Energy that particles gained at events since the start of the simulation `[energy]`, and the sum of each gain
+    /// times its time `[energy time]`.
     heated: [f64; 2],
     /// Sum of each change of the pair energy times the time of the change `[energy time]`.
     pair_energy_moment: f64,
     temperature: Option<f64>,
     pair_energy: f64,
-    /// Integrals over the changing volume, if a barostat acts.
     volume: Option<VolumePiece>,
-    /// `[energy time]`
+    /// Integrals of the temperature and of the pair energy `[energy time]`.
     integrals: [f64; 2],
-    /// Integral of `sum m v^2 / V` along each axis between walls, from the start of the simulation `[energy
-    /// time / length^D]`.
+    /// Integral of `sum m v^2 / V` along each axis between walls, from the start `[energy time / length^D]`.
     confined: [f64; 3],
 }
 
@@ -152,7 +148,6 @@ impl Observer {
         &self.applicable
     }
 
-    /// Starts a stage with a thermostat, which determines the conserved components of the momentum.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.applicable.set_thermostat(scene, thermostat);
     }
@@ -194,11 +189,9 @@ impl Observer {
         }
     }
 
-    /// Returns the means over all intervals so far, by name, of the quantities that are defined for the
-    /// scene. A constant has the error 0.
-    ///
-    /// For equal hard particles on a line, errors are unknown. These particles only exchange velocities, so
-    /// even a long run cannot show how far its mean is from the mean over all initial states.
+    /// Returns the means over all intervals so far, by name, of the quantities that are defined for the scene. A
+    /// constant has the error 0. For equal hard particles on a line, errors are unknown: such particles only exchange
+    /// velocities, so even a long run depends on its initial state.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
         let is_too_short = self.is_short_of_volumes();
@@ -222,9 +215,8 @@ impl Observer {
         estimates.filter_map(|(at, ((name, _), average))| Some((*name, estimate(at, name, average)?))).collect()
     }
 
-    /// Whether a run at constant pressure has sampled too few independent volumes. Slow changes of the volume
-    /// then affect all observables except the temperature. Faster fluctuations hide these changes, so the
-    /// error estimates are too small.
+    /// Whether a run at constant pressure has sampled too few independent volumes. Slow changes of the volume affect
+    /// all observables except the temperature. If fast fluctuations hide them, the estimated errors are too small.
     fn is_short_of_volumes(&self) -> bool {
         let averages = self.averages.get(VOLUME).zip(self.averages.get(SQUARED_VOLUME));
         let averages = averages.filter(|_| self.applicable.isobaric.is_some());
@@ -232,13 +224,13 @@ impl Observer {
         variance.is_some_and(|variance| variance.standard_error.is_none())
     }
 
-    /// Estimates a quantity of one wall. If a conservation law relates the two walls, the error follows from
-    /// the quantity that they share.
+    /// Estimates a quantity of one wall. If conservation laws relate two walls, the error is from their shared
+    /// quantity.
     ///
-    /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and `sum
-    /// x m v_x`. Heat that enters at one wall and does not leave at the other is stored as energy, which is
-    /// also bounded. The mean of such a derivative over a time `t` is the change of the bounded quantity
-    /// divided by `t`. The error of this mean is smaller than for independent fluctuations.
+    /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and `sum x m
+    /// v_x`. Heat that enters at one wall and does not leave at the other is stored as energy, which is also bounded.
+    /// The mean of such a derivative over a time `t` is the change of the bounded quantity divided by `t`, so its error
+    /// is smaller than for independent fluctuations.
     fn of_wall(&self, at: usize, average: &BlockAverage) -> Option<Estimate> {
         let is_of = |axis: usize, first: usize| (first + 2 * axis..first + 2 * axis + 2).contains(&at);
         if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {
@@ -249,8 +241,7 @@ impl Observer {
         average.estimate_beside(&average.with(other, |own, other| 0.5 * (own - other))?)
     }
 
-    /// Stationarity of each observable that has a mean. The compressibility factor is left out for a system at
-    /// rest, where it is undefined.
+    /// Stationarity of each observable that has a mean, except for the compressibility factor at rest.
     #[must_use]
     pub fn stationarity(&self) -> Vec<(&'static str, Stationarity)> {
         let is_at_rest = self.averages.first().and_then(BlockAverage::mean) == Some(0.0);
@@ -260,8 +251,7 @@ impl Observer {
         all.map(|((name, _), average)| (*name, self.stationarity_of(name, average))).collect()
     }
 
-    /// Whether the run was in equilibrium or in a steady state, from the stationarity of each observable and
-    /// the number of events in the same time.
+    /// Whether the run was in equilibrium or in a steady state, from stationarity and the number of events.
     #[must_use]
     pub fn equilibrium(&self, stationarity: &[(&'static str, Stationarity)], counted: &EventCounts) -> Equilibrium {
         let taken = 2 * (counted.physical() - counted.wall) - counted.core_static + counted.wall + counted.thermostat;
@@ -284,8 +274,7 @@ impl Observer {
                 let series = ensemble.and_then(|(it, volume)| it.fluctuation(volume, average));
                 series.as_ref().unwrap_or(average).stationarity()
             }
-            // No contact changes a conserved temperature. If its values so far are equal, it counts as constant even if
-            // there are only a few rows.
+            // No contact changes a conserved temperature, so equal values count as constant even in a few rows.
             (TEMPERATURE, _) if self.applicable.conserves_temperature && average.is_constant() => {
                 Stationarity::Constant
             }
@@ -298,8 +287,7 @@ impl Observer {
         halves.stationarity()
     }
 
-    /// Forgets the last state of the simulation, but keeps all means. Needed if the state jumps or another
-    /// simulation takes its place.
+    /// Forgets the last state, but keeps all means, because the state jumps or another simulation follows.
     pub(crate) fn interrupt(&mut self) {
         (self.before, self.piece) = (None, None);
     }
@@ -309,10 +297,8 @@ impl Observer {
         self.averages.clear();
     }
 
-    /// Samples temperature and potential energy and integrates both since the last sample. Returns the
-    /// temperature.
-    ///
-    /// Called before and after velocities are scaled, so that no straight line spans a jump.
+    /// Samples temperature and potential energy, and integrates both since the last sample. Returns the temperature.
+    /// Call it before and after velocities are scaled, so that no straight line spans a jump.
     pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
         let (time, elapsed) = (simulation.time(), simulation.elapsed());
         let temperature = self.applicable.temperature(energy.thermal, &energy.peculiar_momentum);
@@ -324,8 +310,7 @@ impl Observer {
         if let Some(last) = &self.piece {
             let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            // A straight line between the two samples is exact only for changes halfway between them. This correction
-            // uses the actual time of each change.
+            // The straight line between two samples treats each change as if it came halfway. `missed` corrects it.
             let missed = |change: f64, moment: f64| change * middle - moment;
             let later = missed(heated[0] - last.heated[0], heated[1] - last.heated[1]);
             let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);
@@ -350,8 +335,7 @@ impl Observer {
         temperature
     }
 
-    /// The time between two rows and the means over this time, in the order of [`OBSERVABLES`]; `None` for an
-    /// undefined mean.
+    /// The time between two rows and the means over this time, in the order of [`OBSERVABLES`]; `None` if undefined.
     fn interval(&self, from: &Reading, to: &Reading) -> Option<(f64, Vec<Option<f64>>)> {
         let duration = to.piece.time - from.piece.time;
         if duration <= 0.0 {
@@ -369,8 +353,8 @@ impl Observer {
             Some((_, means)) => applicable.has_pressure.then_some(means.pressure),
             None => applicable.pressure(&counted, duration, temperature, &confined),
         });
-        // The compressibility factor is the mean of `factor`, divided by the mean temperature. At constant
-        // pressure, `factor` is already divided by the temperature of the heat bath.
+        // The compressibility factor is the mean of `factor`, divided by the mean temperature. At constant pressure,
+        // the ensemble has already divided by the temperature of the heat bath.
         let factor = match isobaric {
             Some((ensemble, means)) => Some(ensemble.factor(means.volume, moving)),
             None => pressure.map(|pressure| pressure / applicable.number_density),

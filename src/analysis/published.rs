@@ -1,8 +1,7 @@
 //! Exact and published results to compare measurements with.
 //!
-//! Hard particles of diameter `sigma` and mass `m` at a temperature `T` (`k_B = 1`): `phi` is their packing
-//! fraction, `rho` their number density. A function holds for the densities that its source covers; outside
-//! of them its value is meaningless.
+//! Notation for hard particles: diameter `sigma`, mass `m`, temperature `T` (`k_B = 1`), packing fraction `phi`, number
+//! density `rho`. A function holds for the densities that its source covers. Elsewhere its value is meaningless.
 
 mod equation_of_state;
 pub(crate) mod finite_size;

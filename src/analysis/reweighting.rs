@@ -1,8 +1,8 @@
 //! Averages at temperatures between the simulated temperatures, from the energies sampled in the simulations.
 //!
-//! [`EnergyHistograms`] collect samples of the potential energy of several ensembles, at several temperatures
-//! or with weights of the energy. Two passes are needed: the first finds the energy levels. Together they
-//! determine the [`DensityOfStates`], and with it the moments of the energy at all temperatures in between.
+//! [`EnergyHistograms`] collect samples of the potential energy of several ensembles, at several temperatures or with
+//! weights of the energy. A first pass finds the energy levels, and a second pass counts the samples. The histograms of
+//! all ensembles determine the [`DensityOfStates`], and so the moments of the energy at all temperatures in between.
 //! [`Reweighting`] adds errors.
 //!
 //! ```
@@ -40,17 +40,15 @@ const BLOCK_LENGTH: f64 = 5.0;
 /// blocks is at least half a correlation time long.
 const FEWEST_BLOCKS: usize = 16;
 
-/// Minimum number of independent energies for a standard error, the same as for a mean.
+/// Minimum number of independent energies for a standard error, as for a mean.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// The density of states, and the densities of states of resampled data. Their scatter gives the errors of all derived
-/// quantities.
+/// The density of states, and one for each resample, whose scatter gives the errors of all derived quantities.
 ///
-/// Time is cut into blocks of five correlation times of the energy, taken from the ensemble in which the energy changes
-/// most slowly. Each of 200 resamples has as many blocks as the data, drawn with replacement. The same blocks are drawn
-/// for all ensembles, because swaps correlate the replicas. The error is the standard deviation over the resamples. It
-/// is enlarged for the correlation that blocks of this length miss, and for the small number of blocks (Student's
-/// factor).
+/// Time is cut into blocks of five correlation times of the energy, in the ensemble with the slowest energy. Each of
+/// 200 resamples has as many blocks as the data, drawn with replacement. The same blocks are drawn for all ensembles,
+/// because swaps correlate the replicas. The error is the standard deviation over the resamples. Two factors enlarge
+/// it, for the correlation between blocks and for the small number of blocks (Student's factor).
 ///
 /// H. R. Künsch, Ann. Statist. 17, 1217 (1989), [doi:10.1214/aos/1176347265](https://doi.org/10.1214/aos/1176347265).
 #[derive(Debug, Clone)]
@@ -63,9 +61,8 @@ pub struct Reweighting {
 }
 
 impl Reweighting {
-    /// Determines the density of states from histograms, and again from resampled blocks. `seed` determines
-    /// which blocks are drawn. `None` if the energies of the ensembles do not overlap, or if there are no
-    /// samples.
+    /// Determines the density of states from histograms, and again from blocks resampled with a seed. `None` if there
+    /// are no samples, or if the energies of the ensembles do not overlap.
     #[must_use]
     pub fn new(histograms: &EnergyHistograms, seed: u64) -> Option<Self> {
         if histograms.is_empty() {
@@ -104,8 +101,8 @@ impl Reweighting {
         self.blocks
     }
 
-    /// Numbers derived from the density of states, with their errors. There are no errors if the series is too
-    /// short, or if the energies of the ensembles do not overlap in some resample.
+    /// Numbers derived from the density of states, with their errors. Errors are missing if the series is too short, or
+    /// if the energies of the ensembles do not overlap in some resample.
     pub fn estimates(&self, of: impl Fn(&DensityOfStates) -> Vec<f64>) -> Vec<Estimate> {
         let means = of(&self.density);
         let drawn: Vec<Vec<f64>> = self.resamples.iter().map(of).collect();
@@ -125,7 +122,7 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 struct Blocks {
-    /// Boundaries between the resampled blocks, as indices of the shorter blocks in the histograms.
+    /// Boundaries of the resampled blocks, as indices of the histograms' shorter blocks.
     ends: Vec<usize>,
     factor: f64,
 }
@@ -149,17 +146,16 @@ impl Blocks {
         let blocks = asked.max(FEWEST_BLOCKS).min(count);
         let length = count as f64 / blocks as f64;
         let n = blocks as f64;
-        // Student's factor corrects for the small number of blocks. The other factor corrects for deviations
-        // from the sample mean instead of the true mean.
+        // Student's factor corrects for the small number of blocks. The square root corrects for deviations from the
+        // sample mean instead of the true mean.
         let of_number = student(n - 1.0) * (n / (n - 1.0)).sqrt();
         let factor = of_number * (slowest.doubt / in_blocks(inefficiency, length)).sqrt();
         Some(Self { ends: (0..=blocks).map(|block| block * count / blocks).collect(), factor })
     }
 }
 
-/// Fraction of the variance of a mean that remains if correlations between blocks of length `L` are neglected. For
-/// correlations that decay as `r^k`, with the inefficiency `g = (1 + r) / (1 - r)`, it is about `1 - x` with
-/// `x = (g^2 - 1) / (2 g L)`.
+/// Fraction of the variance of a mean that blocks of length `L` capture. Correlations that decay as `r^k`, with the
+/// inefficiency `g = (1 + r) / (1 - r)`, give about `1 - x` with `x = (g^2 - 1) / (2 g L)`.
 fn in_blocks(inefficiency: f64, length: f64) -> f64 {
     let x = (inefficiency - inefficiency.recip()) / (2.0 * length);
     if x > 0.0 { 1.0 - x * (1.0 - libm::exp(-x.recip())) } else { 1.0 }

@@ -4,15 +4,14 @@ use serde::{Deserialize, Serialize};
 
 /// Equidistant sampling times `start + k interval`, `k = 1, 2, ...`, each computed by one multiplication.
 ///
-/// An interval given in the scene is kept. A default interval is doubled whenever there have been twice as
-/// many samples as intended, because the expected duration may be a poor guess.
+/// An interval given in the scene is kept. The expected duration may be a poor guess, so a default interval is doubled
+/// whenever there are twice as many samples as intended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SamplingTimes {
     start: f64,
     interval: f64,
     index: f64,
-    /// Number of samples that the current interval would have given so far, and the intended number. `None` if the
-    /// interval is fixed.
+    /// Number of samples so far at the current interval, and the intended number; `None` for a fixed interval.
     chosen: Option<[u32; 2]>,
     left: u32,
 }
@@ -48,8 +47,7 @@ impl SamplingTimes {
         if self.left == 0 { f64::INFINITY } else { self.start + self.index * self.interval }
     }
 
-    /// Whether `time` has reached the next sampling time. If so, advances to the first sampling time after
-    /// `time`.
+    /// Whether `time` has reached the next sampling time. If so, advances to the first sampling time after `time`.
     pub(crate) fn is_due(&mut self, time: f64) -> bool {
         let is_due = time >= self.next();
         if is_due {
@@ -63,8 +61,8 @@ impl SamplingTimes {
         self.pass_early(time, 0.0);
     }
 
-    /// Advances to the first sampling time after `time`. Times are rounded, so a sampling time that is later by
-    /// at most the fraction `early` of the interval counts as reached.
+    /// Advances to the first sampling time after `time`. A sampling time that is later by at most the fraction `early`
+    /// of the interval counts as reached, because times are rounded.
     pub fn pass_early(&mut self, time: f64, early: f64) {
         if self.left < u32::MAX {
             self.left = self.left.saturating_sub(1);
@@ -77,8 +75,7 @@ impl SamplingTimes {
             }
         }
         self.index = ((time - self.start) / self.interval + early).floor() + 1.0;
-        // The computed time may still be at or before `time`, because of round-off or because the interval is
-        // below the spacing of floating-point numbers.
+        // Round-off, or an interval below the spacing of floating-point numbers, may leave the result before `time`.
         let mut step = 1.0;
         while self.next() <= time {
             self.index += step;

@@ -13,18 +13,17 @@ use spectrum::Density;
 /// Number of bins at which neighbours are merged.
 const MOST_BINS: usize = 1024;
 
-/// Relative round-off error of a constant quantity in a long run. The value is the error of the conserved temperature
-/// of two particles after `1e8` events.
+/// Relative round-off error of a constant quantity in a long run: the error of the conserved temperature of two
+/// particles after `1e8` events.
 pub(crate) const ROUNDING: f64 = 1e-11;
 
 const FEWEST_VALUES: usize = 8;
 
-/// Minimum number of independent values for a standard error. This number is often overestimated if there are five or
-/// fewer.
+/// Minimum number of independent values for a standard error. Numbers up to five are often overestimated.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// Minimum number of independent values for the standard error of a variance. With fewer values, a variance that is
-/// small by chance would have too small an error.
+/// Minimum number of independent values for the standard error of a variance. With fewer, a variance that is small by
+/// chance would have too small an error.
 const FEWEST_FOR_VARIANCE: f64 = 16.0;
 
 /// A mean with its standard error.
@@ -53,9 +52,8 @@ impl Estimate {
 
 /// Block average of a correlated time series. The standard error includes the correlation.
 ///
-/// Each value has a weight, the time that it stands for. Values are collected in bins of equal weight. When
-/// there are too many bins, neighbours merge and the bin weight doubles, so memory stays bounded for a series
-/// of any length.
+/// Each value has a weight, the time that it stands for. Values are collected in bins of equal weight. When there are
+/// too many bins, neighbours merge and the bin weight doubles, so memory stays bounded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BlockAverage {
     most_bins: usize,
@@ -68,8 +66,8 @@ pub struct BlockAverage {
 }
 
 impl BlockAverage {
-    /// An empty series. `bin_weight` is the weight of one value: 1 for evenly spaced samples with weight 1,
-    /// otherwise a typical weight.
+    /// An empty series. `bin_weight` is the weight of one value: 1 for evenly spaced samples, otherwise a typical
+    /// weight.
     #[must_use]
     pub fn new(bin_weight: f64) -> Self {
         Self::with_most_bins(MOST_BINS, bin_weight)
@@ -79,14 +77,12 @@ impl BlockAverage {
         Self { most_bins, bin_weight, bins: Vec::new(), open_sum: 0.0, open_weight: 0.0, sum: 0.0, weight: 0.0 }
     }
 
-    /// Adds a value that stands for a time of `weight`. Values that are not finite or have no weight are
-    /// ignored.
+    /// Adds a value that stands for a time of `weight`. Ignores values that are not finite or have no weight.
     pub fn add(&mut self, value: f64, weight: f64) {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
         }
-        // The current bin weight may come from the first value, and may exceed all later weights together. A second bin
-        // would then never be filled.
+        // If the bin weight came from a long first value, all later weights together might never fill a second bin.
         if self.bins.len() == 1 && self.open_weight == 0.0 && 1.5 * weight < self.bin_weight {
             self.bin_weight = weight;
         }
@@ -97,7 +93,7 @@ impl BlockAverage {
         while weight > 1.5 * self.bin_weight && !self.bins.is_empty() {
             self.merge();
         }
-        // Weights are differences of times, so even equal intervals have slightly different weights due to round-off.
+        // Weights are differences of times. Because of round-off, even equal intervals have slightly different weights.
         if self.open_weight >= self.bin_weight * (1.0 - 1e-6) {
             self.bins.push(self.open_sum / self.open_weight);
             (self.open_sum, self.open_weight) = (0.0, 0.0);
@@ -119,15 +115,14 @@ impl BlockAverage {
         self.mean().map(|mean| Estimate { mean, standard_error: error_of(&self.bins, mean, mean) })
     }
 
-    /// The mean of a bounded quantity's time derivative. Only the two ends of the series contribute to its
-    /// error.
+    /// The mean of a bounded quantity's time derivative. Only the ends of the series contribute to its error.
     pub(crate) fn estimate_of_ends(&self) -> Option<Estimate> {
         Some(Estimate { mean: self.mean()?, standard_error: error_of_ends(&self.bins) })
     }
 
     /// The mean and its error, for a series that differs from `other` only by the time derivative of a bounded
-    /// quantity, as the force on a wall differs from the virial. If the error cannot be determined in this way,
-    /// for example because the quantity changes too slowly, returns the same as [`Self::estimate`].
+    /// quantity, as the force on a wall differs from the virial. Falls back to [`Self::estimate`] if the error cannot
+    /// be determined in this way, for example because the quantity changes too slowly.
     pub(crate) fn estimate_beside(&self, other: &Self) -> Option<Estimate> {
         let difference = self.with(other, |own, other| own - other);
         let of_ends = difference.and_then(|difference| error_of_ends(&difference.bins));
@@ -136,8 +131,7 @@ impl BlockAverage {
         Some(Estimate { standard_error: together.or(self.estimate()?.standard_error), mean: self.mean()? })
     }
 
-    /// Combines this average with another average over the same times. `combine` must be linear, because it is applied
-    /// to sums and means of values. Returns `None` if the times differ.
+    /// Combines two averages over the same times by a linear function of values. `None` if the times differ.
     pub(crate) fn with(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Option<Self> {
         let is_together = self.weight == other.weight && self.bins.len() == other.bins.len();
         is_together.then(|| Self {
@@ -148,8 +142,8 @@ impl BlockAverage {
         })
     }
 
-    /// Calculates the ratio `R = a / b` of the mean of `self` to the mean of another average over the same
-    /// times, with the error of `(a - R b) / b`. `None` if one of them has no values or if `b = 0`.
+    /// Calculates the ratio `R = a / b` of the means of `self` and of another average over the same times, with the
+    /// error of `(a - R b) / b`. `None` if one of them has no values or if `b = 0`.
     #[must_use]
     pub fn ratio(&self, other: &Self) -> Option<Estimate> {
         let (a, b) = (self.mean()?, other.mean()?);
@@ -163,11 +157,10 @@ impl BlockAverage {
     }
 
     /// The variance of the values, `s^2 = <x^2> - <x>^2 + d^2`, where `squares` contains the squares of the same
-    /// values. The sample mean deviates from the true mean, and `d^2` is the most likely value of the squared
-    /// deviation. Without this term the variance would be too small.
+    /// values. `d^2` is the likeliest squared difference of the sample mean and the true mean.
     ///
     /// The error is the error of the mean of `x^2 - 2 <x> x`, but at least `e s`, where `e` is the standard error of
-    /// the mean. Without this lower bound, a variance that is small by chance would have a small error, too. The bound
+    /// the mean. The lower bound is needed because a variance that is small by chance would have a small error, too. It
     /// follows from the number of independent values, `n = (s / e)^2`: if a quantity relaxes in a time `t`, its squares
     /// relax in `t / 2`, so the error of `s^2` is `s^2 / sqrt(n) = e s`.
     ///
@@ -207,8 +200,7 @@ impl BlockAverage {
         Self { bins, sum, weight, open_sum: 0.0, open_weight: 0.0, ..*self }
     }
 
-    /// Whether the ratio to another average over the same times is stationary; unknown if the divisor is zero
-    /// at any time.
+    /// Whether the ratio to another average over the same times is stationary; unknown if the divisor is ever zero.
     #[must_use]
     pub fn stationarity_of_ratio(&self, other: &Self) -> Stationarity {
         let ratios: Vec<f64> = self.bins.iter().zip(&other.bins).map(|(a, b)| a / b).collect();
@@ -216,7 +208,6 @@ impl BlockAverage {
         verdict_on(&ratios, ratio)
     }
 
-    /// Adds the values of another series over the same times to this one.
     pub(crate) fn add_series(&mut self, other: &Self) {
         self.sum += other.sum;
         self.open_sum += other.open_sum;
@@ -229,7 +220,6 @@ impl BlockAverage {
         self.bins.iter_mut().for_each(|bin| *bin *= factor);
     }
 
-    /// With an odd number of bins, the last bin is reopened.
     fn merge(&mut self) {
         if self.bins.len() % 2 == 1
             && let Some(last) = self.bins.pop()
@@ -242,7 +232,7 @@ impl BlockAverage {
     }
 }
 
-/// Bins of equal value are not called constant if values after the last full bin change the mean.
+/// Values after the last full bin may change the mean. Then bins of equal value are not called constant.
 fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     match stationarity(bins) {
         Stationarity::Constant if differs_from_constant(bins, mean, mean) => Stationarity::Unknown,
@@ -250,8 +240,7 @@ fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     }
 }
 
-/// Whether all full bins have the same value, but later values make the mean different.
-/// Events are then too rare for the bins to give an error.
+/// Whether all full bins have the same value, but later values change the mean. Events are then too rare for an error.
 fn differs_from_constant(bins: &[f64], mean: f64, scale: f64) -> bool {
     let first = bins.first().copied().unwrap_or(mean);
     let rounding = ROUNDING * scale.abs().max(first.abs());
@@ -263,9 +252,8 @@ fn error_of(bins: &[f64], mean: f64, scale: f64) -> Option<f64> {
     if differs_from_constant(bins, mean, scale) { None } else { standard_error(bins) }
 }
 
-/// The standard error of the mean of a series `x` whose sum up to `k` is `A(k) - A(0)`, where `A` is
-/// stationary with variance `s^2`: `sqrt(2) s / n`. `None` if the series is too short to determine `s`, or if
-/// the sum is unbounded like a random walk.
+/// The standard error of the mean of `n` changes of a stationary quantity `A` with variance `s^2`: `sqrt(2) s / n`.
+/// `None` if the series is too short to determine `s`, or if `A` is unbounded like a random walk.
 pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
     let sums: Vec<f64> = series
         .iter()
@@ -277,12 +265,11 @@ pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
     let n = series.len() as f64;
     let mean = sums.iter().sum::<f64>() / n;
     let variance = sums.iter().map(|sum| (sum - mean) * (sum - mean)).sum::<f64>() / n;
-    // The variance of the sums about their sample mean is too small by the squared error of this mean.
+    // The variance about the sample mean is too small by the squared error of the sample mean.
     let of_mean = standard_error(&sums)?;
     Some((2.0 * (variance + of_mean * of_mean)).sqrt() / n)
 }
 
-/// With an odd number of values, the last value is dropped.
 fn halved(blocks: &[f64]) -> Vec<f64> {
     blocks.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
 }
@@ -291,16 +278,15 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 ///
 /// The variance of the mean of `n` values is `S(0) / n`, where `S(0)` is the spectral density at frequency zero: the
 /// sum of all autocovariances, positive and negative. It is estimated from the most likely sum of white noise,
-/// relaxations, and changes of a bounded quantity, as in the virial of a crystal. No window has to be chosen. Slow
+/// relaxations, and changes of a bounded quantity, as in the virial of a crystal. No window has to be chosen, and slow
 /// motion under fast noise is resolved, as in a fluid with a heat bath.
 ///
 /// An error from few independent values is itself uncertain. Student's distribution enlarges it, so that the true mean
 /// is within one error of the mean in 68.27 % of all cases.
 ///
 /// `None` for fewer than eight values, for correlated values with fewer than eight independent values, or if most of
-/// the variance belongs to the slowest motion in the fit, which relaxes in a twelfth of the series. Fast noise can
-/// increase the variance so much that slow motion contributes most of `S(0)`, but less of the variance. The error is
-/// then enlarged by a factor of up to `sqrt(3)`.
+/// the variance belongs to the slowest motion in the fit, which relaxes in a twelfth of the series. If slow motion has
+/// most of `S(0)` but little of the variance, because of fast noise, the error is enlarged by up to `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
@@ -311,8 +297,7 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
         .then(|| student(independent - 1.0) * (density.at_zero * density.doubt * variance / n).sqrt())
 }
 
-/// The squared error of the mean of a series, by maximum likelihood. Unlike [`standard_error`], it is not
-/// enlarged for the uncertainty of the error itself.
+/// The squared error of the mean by maximum likelihood, without the factors that enlarge [`standard_error`].
 fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
     Some(density.map_or(1.0, |density| density.at_zero) * variance / series.len() as f64)
@@ -320,7 +305,7 @@ fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
 
 struct Spread {
     variance: f64,
-    /// Spectral density at frequency zero. `None` for a constant series, whose fluctuations are mere round-off.
+    /// Spectral density at frequency zero. `None` for a constant series, which fluctuates only by round-off.
     density: Option<Density>,
 }
 
@@ -339,9 +324,8 @@ fn spread(series: &[f64]) -> Option<Spread> {
     Some(Spread { variance, density: Some(spectrum::density_at_zero(&deviations, variance)?) })
 }
 
-/// Width of the central 68.27 % of Student's distribution relative to a Gaussian, expanded to second order in the
-/// inverse number of degrees of freedom (M. Abramowitz and I. A. Stegun, 26.7.5). The error is below 0.1 % at seven
-/// degrees of freedom.
+/// Width of the central 68.27 % of Student's distribution relative to a Gaussian, to second order in the inverse number
+/// of degrees of freedom (M. Abramowitz and I. A. Stegun, 26.7.5), within 0.1 % for seven degrees of freedom.
 pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
 }
@@ -350,13 +334,11 @@ pub(crate) fn student(freedom: f64) -> f64 {
 pub(crate) struct Correlation {
     /// The statistical inefficiency: the number of values per independent value, at least one.
     pub inefficiency: f64,
-    /// Factor by which the true inefficiency may exceed the estimate. It is above 1 if most of the correlation is as
-    /// slow as the series can resolve.
+    /// Factor by which the true inefficiency may exceed the estimate; above 1 if most correlation is slow.
     pub doubt: f64,
 }
 
-/// A constant series counts as uncorrelated. `None` for fewer than eight values, or if the spectral density
-/// cannot be determined.
+/// A constant series counts as uncorrelated. `None` for fewer than eight values, or if the spectral density is unknown.
 pub(crate) fn correlation(series: &[f64]) -> Option<Correlation> {
     let none = Correlation { inefficiency: 1.0, doubt: 1.0 };
     let of = |density: Density| Correlation { inefficiency: density.at_zero.max(1.0), doubt: density.doubt };

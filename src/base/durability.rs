@@ -1,7 +1,7 @@
 //! A switch that turns off syncing files to disk.
 //!
 //! A file survives a crash of the machine only if it is synced, but syncing can take longer than a short run. Files in
-//! a temporary folder are not needed after a crash.
+//! a temporary folder need not survive a crash.
 
 use std::cell::Cell;
 use std::fs::File;

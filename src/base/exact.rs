@@ -6,18 +6,17 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Bits per digit. Successive digits differ by a factor of `2^32`.
 const BITS: u32 = 32;
 
-/// Number of digits that hold every sum of finite numbers: from the smallest, `2^-1074`, to beyond the
-/// largest, `2^1024`.
+/// Number of digits that hold every sum of finite numbers: from `2^-1074` to beyond `2^1024`.
 const DIGITS: usize = 68;
 
-/// Number of additions after which carries are propagated. Each addition changes a digit by less than `2^32`, and a
-/// digit can hold `2^63`.
+/// Number of additions before carries are propagated. An addition changes a digit by less than `2^32`, and a digit
+/// holds `2^63`.
 const MOST: u32 = 1 << 30;
 
 /// Exact sum of floating-point numbers (a long accumulator; Kulisch and Miranker, SIAM Rev. 28, 1, 1986).
 ///
-/// The terms are added as integers in units of the smallest number. The result therefore does not depend on
-/// their order or grouping. If any terms are not finite, the result is the sum of the non-finite terms.
+/// Terms are added as integers in units of the smallest number, so their order and grouping do not matter. If any terms
+/// are not finite, the result is the sum of these terms.
 #[derive(Debug, Clone, Copy)]
 pub struct ExactSum {
     /// The value of the sum is `sum over k of digits[k] 2^(32 k - 1074)`.
@@ -47,15 +46,13 @@ impl ExactSum {
             self.infinite += x;
             return;
         }
-        // A subnormal number has the exponent of the smallest normal number, without the implicit leading
-        // bit.
+        // A subnormal number has the exponent of the smallest normal number, without the implicit leading bit.
         let place = exponent.max(1) - 1;
         let magnitude = (bits & ((1 << 52) - 1)) | u64::from(exponent > 0) << 52;
         #[expect(clippy::cast_possible_truncation, reason = "less than 2046")]
         let (first, shift) = (place as usize / BITS as usize, place as u32 % BITS);
         let (low, high) = (magnitude << shift, (magnitude >> 1) >> (63 - shift));
-        // `sign` is -1 for a negative number and 0 for a positive number. If it is -1, the xor and the subtraction in
-        // the next line negate the digit.
+        // `sign` is -1 for a negative number and 0 for a positive number. If it is -1, the next line negates the digit.
         let sign = bits.cast_signed() >> 63;
         let of = |digit: u64| (digit.cast_signed() ^ sign) - sign;
         if let Some([one, two, three]) = self.digits.get_mut(first..first + 3) {
@@ -106,7 +103,7 @@ impl ExactSum {
         let first = last.saturating_sub(2);
         let leading =
             sum.digits[first..=last].iter().rev().fold(0, |number, digit| (number << BITS) | i128::from(*digit));
-        // Lower digits matter only for ties, so a single bit stands for all of them.
+        // Lower digits matter only for ties, so a single bit represents them.
         let is_more = sum.digits[..first].iter().any(|digit| *digit != 0);
         let rounded = (leading | i128::from(is_more)) as f64;
         #[expect(clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "at most 68 digits")]
@@ -188,8 +185,7 @@ mod tests {
             (vec![f64::MAX, f64::MAX, -f64::MAX], f64::MAX),
             (vec![f64::MAX, f64::MAX], f64::INFINITY),
             (vec![-f64::MAX, -f64::MAX], f64::NEG_INFINITY),
-            // Exactly half a unit in the last place of 1 rounds to even. Slightly more rounds up, and slightly less
-            // rounds down.
+            // Exactly half a unit in the last place of 1 rounds to even; more rounds up, less rounds down.
             (vec![1.0, f64::EPSILON / 2.0], 1.0),
             (vec![1.0, f64::EPSILON / 2.0, tiny], 1.0 + f64::EPSILON),
             (vec![-1.0, -f64::EPSILON / 2.0, -tiny], -1.0 - f64::EPSILON),

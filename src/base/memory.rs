@@ -1,12 +1,12 @@
-//! Available memory. Before any allocation, the requirements of a scene are compared with it.
+//! Available memory, which is compared with the requirements of a scene before any allocation.
 
 use std::sync::OnceLock;
 
 /// Memory to assume if the system does not report it: 16 GiB, or 2 GiB on a 32-bit system.
 const UNKNOWN: u64 = if usize::BITS > 32 { 16 << 30 } else { 2 << 30 };
 
-/// Returns the memory that this process may use `[bytes]`. It is the memory of the machine, or less if a control group
-/// or a limit of the process (`ulimit -v`) restricts it.
+/// Returns the memory that this process may use `[bytes]`: the memory of the machine, or less if a control group or a
+/// limit of the process (`ulimit -v`) restricts it.
 pub(crate) fn total() -> u64 {
     static TOTAL: OnceLock<u64> = OnceLock::new();
     *TOTAL.get_or_init(|| system::limits().into_iter().flatten().min().unwrap_or(UNKNOWN))
@@ -34,15 +34,13 @@ mod system {
         (is_known && limit.rlim_cur != libc::RLIM_INFINITY).then_some(limit.rlim_cur)
     }
 
-    /// Returns the smallest memory limit of the control group of this process and of its parent groups. Versions 1 and
-    /// 2 of control groups are supported.
+    /// Returns the smallest memory limit of this process's control group and its parents, of version 1 or 2.
     fn control_group() -> Option<u64> {
         let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
         groups.lines().filter_map(|line| least_of(line, Path::new("/sys/fs/cgroup"))).min()
     }
 
-    /// Returns the smallest limit for a line of `/proc/self/cgroup`, such as `0::/user.slice` or
-    /// `4:memory:/user.slice`.
+    /// Smallest limit for a line of `/proc/self/cgroup`, such as `0::/user.slice` or `4:memory:/user.slice`.
     pub(super) fn least_of(line: &str, root: &Path) -> Option<u64> {
         let mut fields = line.splitn(3, ':').skip(1);
         let (controllers, path) = (fields.next()?, fields.next()?);

@@ -1,4 +1,4 @@
-//! Lossy conversions between number types. All conversions that may lose information are here, with a defined result.
+//! Lossy conversions between number types, with a defined result.
 //!
 //! Floating-point numbers are truncated towards zero, as needed for a histogram bin or a grid cell. Values beyond the
 //! range of the integer type become its nearest limit, and NaN becomes zero.
@@ -49,7 +49,7 @@ pub(crate) fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// A scene has at most `MOST_PARTICLES` particles (`scene/limits.rs`), and fewer of anything else.
+/// Converts an index of a scene, which has at most `MOST_PARTICLES` particles (`scene/limits.rs`).
 ///
 /// # Panics
 /// If the index exceeds the largest possible index of a scene.
@@ -59,7 +59,7 @@ pub(crate) fn id(index: usize) -> u32 {
     u32::try_from(index).expect("a scene has fewer than 2^32 entries of each kind")
 }
 
-/// Counts beyond the largest index saturate, because no array has more elements.
+/// Counts beyond the largest index saturate; no array has more elements.
 #[inline]
 pub(crate) fn index(count: u64) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)

@@ -4,11 +4,10 @@ use std::fmt;
 use std::io::Write;
 use std::ops::Range;
 
-/// Numbers of these magnitudes are written without an exponent, and so is 0.
+/// Numbers of these magnitudes, and 0, are written without an exponent.
 const PLAIN: Range<f64> = 1e-4..1e16;
 
-/// A number that is displayed with the fewest digits from which the same number is read back. Very large and very small
-/// numbers have an exponent.
+/// A number with the fewest digits that read back as the same number, with an exponent if very large or small.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shortest(pub f64);
 
@@ -19,7 +18,6 @@ impl Shortest {
         match self.plain(&mut buffer) {
             Some(plain) => text.extend_from_slice(plain.as_bytes()),
             None => {
-                // Writing to memory cannot fail.
                 let _ = write!(text, "{:e}", self.0);
             }
         }
@@ -72,7 +70,6 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let same = |number: f64| assert_eq!(found(number), expected(number), "{:x}", number.to_bits());
         for _ in 0..100_000 {
-            // The first number has many digits, like a coordinate in a trajectory. The others have few.
             let part = random.next_u32();
             same(f64::from(part) * 1e-7 * std::f64::consts::PI);
             same(f64::from(part % 100_000) / 1000.0);
@@ -85,8 +82,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let read = |number: f64| {
             let text = found(number);
-            // If a number is halfway between two shortest texts, like 2^50 + 1/4, the two methods may choose different
-            // texts.
+            // Halfway between two shortest texts, as for 2^50 + 1/4, the two methods may choose different texts.
             assert_eq!(text.len(), expected(number).len(), "{:x}", number.to_bits());
             assert_eq!(text.parse::<f64>().unwrap().to_bits(), number.to_bits(), "{text}");
         };

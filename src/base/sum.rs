@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Compensated sum (Neumaier). A balance over a long run then shows errors of the dynamics and not of the addition.
+/// Compensated sum (Neumaier). With it, a balance over a long run shows errors of the dynamics, not of the addition.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sum {
     sum: f64,

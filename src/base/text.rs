@@ -30,8 +30,8 @@ pub fn size(bytes: f64) -> String {
     format!("{number:.*} {name}", usize::from(number < 10.0 && unit > 1.0))
 }
 
-/// Text that is safe for a terminal. Control characters, which could move the cursor or change colours, are
-/// replaced, except for line ends and tabs. Each replacement has the same number of bytes.
+/// Text that is safe for a terminal. Control characters, which could move the cursor or change colours, are replaced by
+/// as many bytes, except for line ends and tabs.
 #[must_use]
 pub fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(|c: char| c.is_control() && !matches!(c, '\n' | '\t')) {
@@ -50,8 +50,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// Formats a number with the fewest digits from which the same number is read back. Very large and very small numbers
-/// have an exponent.
+/// Formats a number with the fewest digits that read back as the same number, with an exponent if very large or small.
 #[must_use]
 pub fn shortest(number: f64) -> String {
     if number == 0.0 || (1e-5..1e16).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
@@ -89,8 +88,7 @@ pub fn unit(unit: &str, dimensions: usize) -> String {
         .replace("length^D", volume)
 }
 
-/// A name as an identifier for a column: `g(r) A,B` becomes `g_r_A_B`. Letters and digits are kept, and
-/// everything between them becomes `_`.
+/// A name as an identifier for a column: all but letters and digits becomes `_`, as in `g_r_A_B` for `g(r) A,B`.
 #[must_use]
 pub fn identifier(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());

@@ -7,7 +7,7 @@ use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 
 use super::numbers;
 
-/// Integers below this bound, `2^53`, are exact even if they are written with a decimal point.
+/// Integers below this bound, `2^53`, are exact even if written with a decimal point.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
 pub(crate) fn number<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<T, D::Error> {

@@ -1,7 +1,7 @@
 //! Compares the files of a run with the files of a second simulation of the same run.
 //!
-//! A run is a function of its scene and its seed, so a second simulation writes the same bytes. A file that
-//! differs was changed after the run, or was written by another version of the program.
+//! A run is a function of its scene and its seed, so a second simulation writes the same bytes. If a file differs, it
+//! was changed after the run or written by another version of the program.
 
 mod content;
 
@@ -89,7 +89,6 @@ const REPORT: &str = "everything except the lines about engine and speed";
 const OTHER_SCENE: &str = "the scene differs from the scene of the run";
 const FREE_TEXT: &str = "a text that Carom did not write";
 
-/// Information from the checkpoints in the run folder.
 #[derive(Debug, Default)]
 struct Known {
     planned: Option<Limit>,
@@ -97,10 +96,8 @@ struct Known {
     is_scene_checked: bool,
 }
 
-/// Simulates the run in a folder again, and compares the files of both simulations. The second simulation
-/// writes into a temporary folder. `report` is the text of `report.txt`.
-///
-/// If the run was interrupted or stopped by a user's instrument, the replay stops at the same time.
+/// Simulates the run in a folder again and compares the files of both simulations. `report` is the text of
+/// `report.txt`. If the run was interrupted or stopped by a user's instrument, the replay stops at the same time.
 ///
 /// # Errors
 /// [`CompareError`] if there is nothing to compare, or not enough disk space.
@@ -174,7 +171,7 @@ impl Comparison {
     }
 }
 
-/// Endings that the scene does not determine: an interruption by the user, and the condition of a custom instrument.
+/// Endings that the scene does not determine: an interruption by the user, and the condition of a user's instrument.
 const INTERRUPTED: &str = "interrupted";
 const CONDITION: &str = "condition";
 
@@ -218,8 +215,7 @@ fn left_out(name: &str, known: &Known, is_replayed: bool) -> Option<&'static str
     }
 }
 
-/// Creates a temporary folder if the disk has enough space for the files of a run. Also returns the size of these files
-/// `[bytes]`.
+/// Creates a temporary folder if the disk has enough space for a run's files. Also returns their size `[bytes]`.
 fn room(run: &Path, names: &BTreeSet<String>) -> Result<(tempfile::TempDir, f64), CompareError> {
     let folder = std::env::temp_dir();
     let bytes = names.iter().filter_map(|name| fs::metadata(run.join(name)).ok()).map(|it| it.len() as f64).sum();
@@ -240,7 +236,7 @@ fn replay(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Replayed, CompareError> {
     let (scene, text) = scene_of(run)?;
-    // The size is limited, because a scene that does not belong to the run could write files of any size.
+    // A scene that does not belong to the run could write files of any size, so the size is limited.
     let mut folder = Folder::create(target, &scene, Existing::Keep)?.at_most(2.0 * bytes + SOME_BYTES);
     folder.keep_scene(&text)?;
     let again = Run::without_start(scene).planned_for(planned);
@@ -286,7 +282,7 @@ enum Replayed {
     GoesOn,
 }
 
-/// The scene asks for every trajectory format found in the folder.
+/// Reads the scene of a run. The scene asks for every trajectory format found in the folder.
 fn scene_of(run: &Path) -> Result<(Scene, String), CompareError> {
     let path = Folder::scene_of(run);
     let text = fs::read_to_string(&path).map_err(|source| CompareError::Read { path: path.clone(), source })?;

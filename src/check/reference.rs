@@ -1,9 +1,9 @@
 //! The reference engine: the algorithm of the paper as printed, for checking and for reading.
 //!
-//! Algorithm 1 predicts the events of every pair from the overlap functions of that pair. There are no
-//! cells, no delayed states and no discarded predictions. After each event every particle moves to the new
-//! time, and every prediction of the two particles is repeated. The cost grows with the square of the
-//! number of particles; use the engine for a few hundred particles.
+//! Algorithm 1 predicts the events of every pair from the overlap functions of that pair. There are no cells, no
+//! delayed states and no discarded predictions. After each event every particle moves to the new time, and every
+//! prediction of the two particles is repeated. The cost grows with the square of the number of particles; use the
+//! engine for a few hundred particles.
 //!
 //! ```
 //! use carom::{Vector, check::reference::Reference, model::Potential, model::space::{Boundary, Space}, scene::SceneBuilder};
@@ -74,14 +74,13 @@ pub enum Unsupported {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Candidate {
     Pair(u32, u32, Side),
-    /// A pair may have moved so far that another periodic image is closer. The pair is then predicted again.
+    /// A pair may have moved so far that another periodic image is closer. The pair is predicted again.
     LookAgain(u32, u32),
     /// A particle reaches a wall, given by its axis and `true` for the upper wall.
     Wall(u32, u8, bool),
     /// A particle reaches a feature of a surface.
     Surface(u32, u32),
-    /// Each search for contacts of a particle with moving surfaces covers a limited time. The next search begins at the
-    /// end of this time.
+    /// The search for a particle's contacts with moving surfaces has reached its time limit and must continue.
     SearchAgain(u32),
 }
 
@@ -90,7 +89,7 @@ enum Candidate {
 pub struct Reference {
     scene: Scene,
     tc_model: Option<TcModel>,
-    /// Interaction and state of every interacting pair of particles `(i, j)`, with `i < j`.
+    /// Interaction and state of each interacting pair `(i, j)` of particles, with `i < j`.
     pairs: BTreeMap<(u32, u32), (InteractionId, usize)>,
     time: f64,
     positions: Vec<Vector>,
@@ -108,8 +107,7 @@ impl Reference {
     ///
     /// # Errors
     /// [`Unsupported`] if the scene has something that the reference engine cannot simulate: a sheared box, thermal
-    /// walls, surfaces in a periodic box, a thermostat or growth. The duration of the run and its measurements do not
-    /// matter.
+    /// walls, surfaces in a periodic box, a thermostat or growth. Its duration and measurements do not matter.
     pub fn new(scene: &Scene) -> Result<Self, Unsupported> {
         let is_periodic = scene.space.boundary.contains(&Boundary::Periodic);
         for (is_asked, unsupported) in [
@@ -142,7 +140,7 @@ impl Reference {
         let bonds: BTreeMap<_, _> = scene.bonds.iter().map(|b| ((b.pair[0].0, b.pair[1].0), b.interaction)).collect();
         for i in 0..id(count) {
             for j in i + 1..id(count) {
-                // A bond replaces the interaction between the species of the two particles.
+                // A bond replaces the interaction of the two species.
                 let [a, b] = [i, j].map(|p| scene.particles[p as usize].species.0 as usize);
                 reference.pair(i, j, bonds.get(&(i, j)).copied().or(scene.table.get(a, b)));
             }
@@ -153,9 +151,8 @@ impl Reference {
         Ok(reference)
     }
 
-    /// Returns the initial state of a pair: the number of potential radii that are larger than the distance of the
-    /// pair. If the distance equals a radius within round-off, the direction of motion decides on which side of the
-    /// radius the pair is.
+    /// Returns the initial state of a pair: the number of potential radii larger than its distance. If the distance
+    /// equals a radius within round-off, the direction of motion decides the side.
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);
         let (distance, radial) = (apart.norm(), apart.dot(&(self.velocities[i] - self.velocities[j])));
@@ -314,8 +311,8 @@ impl Reference {
         }
     }
 
-    /// Predicts the events of a pair for the nearest image and its neighbours. The pair is predicted again before any
-    /// other image can come near.
+    /// Predicts the events of a pair for the nearest image and its neighbours. The prediction is repeated before other
+    /// images can come near.
     fn predict_pair(&mut self, i: u32, j: u32) {
         let Some(&(interaction, state)) = self.pairs.get(&(i, j)) else { return };
         let nearest = self.nearest_image(i, j);
@@ -338,7 +335,7 @@ impl Reference {
         self.put(Candidate::LookAgain(i, j), horizon.is_finite().then_some(horizon));
     }
 
-    /// Returns the time in which the separation of a pair changes by at most half of the shortest period.
+    /// Time in which the separation of a pair changes by at most half of the shortest period.
     fn horizon(&self, velocity: &Vector, acceleration: &Vector) -> f64 {
         let shortest = self.periods().map(|period| 0.5 * period).fold(f64::INFINITY, f64::min);
         let (v, a) = (velocity.norm(), acceleration.norm());

@@ -1,10 +1,9 @@
-//! Comparison with published and exact results: whole runs at known state points, with a verdict on each
-//! quantity.
+//! Comparison with published and exact results: whole runs at known state points, with a verdict on each quantity.
 //!
-//! [`points`] lists the state points. [`StatePoint::measure`] runs one state point and returns a
-//! [`Comparison`] for each of its quantities. A quantity passes if its deviation is within four standard
-//! errors plus an [`Allowance`]. Allowances are derived: for the finite number of particles, an
-//! approximation of the theory, or round-off. Results are a function of the seed.
+//! [`points`] lists the state points. [`StatePoint::measure`] runs one state point and returns a [`Comparison`] for
+//! each of its quantities. A quantity passes if its deviation is within four standard errors plus an [`Allowance`],
+//! derived for the finite number of particles, an approximation of the theory, or round-off. Results follow from the
+//! seed.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -66,7 +65,7 @@ pub struct StatePoint {
     /// Compared quantities.
     pub quantities: &'static [&'static str],
     effort: Effort,
-    /// Density, temperature or restitution that distinguishes the point from others of its kind.
+    /// Density, temperature or restitution that distinguishes the state point from others of its kind.
     parameter: f64,
     compare: Compare,
 }
@@ -139,7 +138,7 @@ pub fn points(effort: Effort) -> Vec<StatePoint> {
 struct Description(String, String, &'static [&'static str]);
 
 impl StatePoint {
-    /// Runs the point and compares the results. `watch` is asked every few hundredths of a second whether to
+    /// Runs the state point and compares the results. Every few hundredths of a second, `watch` decides whether to
     /// continue.
     ///
     /// # Errors

@@ -1,11 +1,11 @@
 //! Proves that the events of a run are right, for a range of events.
 //!
-//! The events of the engine are replayed, and each is checked against the rule of the paper, evaluated for
-//! all pairs, all walls and all features of surfaces by [Algorithm 1](crate::check::reference::next_event).
-//! The proof shows that no event is missing, spurious or out of order, and that each event has the outcome
-//! that the energies demand. It also shows that no negative overlap function decreased. The proof does not
-//! use the engine's cells, predictions or pair states. After every event it takes the state from the
-//! engine, so the two states cannot drift apart. It compares distances, within round-off, and never times.
+//! The proof replays the events of the engine and checks each against the rule of the paper, evaluated for all pairs,
+//! all walls and all features of surfaces by [Algorithm 1](crate::check::reference::next_event). It shows that no event
+//! is missing, spurious or out of order, that each event has the outcome that the energies demand, and that no negative
+//! overlap function decreased. It does not use the engine's cells, predictions or pair states. After every event it
+//! takes the state from the engine, so the two states cannot drift apart. It compares distances, within round-off, and
+//! never times.
 //! ```
 //! use std::ops::ControlFlow;
 //! use carom::model::potential::Potential;

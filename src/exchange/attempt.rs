@@ -6,8 +6,8 @@ use super::replica::bath;
 use super::replicas::{Exchange, in_order};
 
 impl Exchange {
-    /// Samples the energies and swaps neighbours by the Metropolis rule, once all replicas have reached the
-    /// time of the attempt.
+    /// Samples the energies and swaps neighbours by the Metropolis rule, when all replicas have reached the time of the
+    /// attempt.
     pub(super) fn attempt(&mut self) -> Result<(), Unprepared> {
         let was_measured = self.attempts >= self.equilibration;
         self.attempts += 1;
@@ -46,8 +46,7 @@ impl Exchange {
         // Two replicas form a single pair, which is tried at every attempt.
         let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
         for lower in (first..self.places.len() - 1).step_by(2) {
-            // A random number is drawn for every pair, even if it is not needed. Later random numbers thus do not
-            // depend on the outcome.
+            // A random number is drawn for every pair, so that later random numbers do not depend on the outcome.
             let number = self.random.uniform();
             let is_swapped = match &self.plan.umbrella {
                 Some(umbrella) => self.are_in_both(&umbrella.windows, lower),
@@ -69,7 +68,7 @@ impl Exchange {
         self.begin_intervals(Some(&changed));
     }
 
-    /// Records the energies of a multicanonical exchange. Once they determine new weights, gives every replica these
+    /// Records the energies of a multicanonical exchange. Once they determine new weights, gives every replica the
     /// weights and a heat bath at the highest temperature.
     fn learn(&mut self) -> Result<(), Torn> {
         let Some(learning) = &mut self.multicanonical else { return Ok(()) };
@@ -98,8 +97,7 @@ impl Exchange {
 
     /// Gives a replica the heat bath of a temperature, with random numbers of its own.
     pub(super) fn heat(&mut self, replica: usize, place: usize) {
-        // Each replica gets a new stream at each attempt. At most 1000 replicas and 1e12 attempts need far fewer
-        // streams than the 2^61 available.
+        // Each replica gets a new stream at each attempt. 1000 replicas and 1e12 attempts need far fewer than 2^61.
         let attempt = crate::base::numbers::index(self.attempts);
         let stream = self.first_stream + attempt * self.places.len() + replica;
         let bath = bath(&self.plan, self.temperatures[place]);
@@ -109,7 +107,6 @@ impl Exchange {
     fn acceptance(&self, lower: usize) -> f64 {
         let [beta, other] = [lower, lower + 1].map(|place| self.temperatures[place].recip());
         let exponent = (beta - other) * (self.energies[lower] - self.energies[lower + 1]);
-        // A value above 1 means that the swap is always accepted.
         libm::exp(exponent)
     }
 
@@ -127,8 +124,8 @@ impl Exchange {
         }
     }
 
-    /// Begins a new averaging interval at each temperature whose replica has changed. Begins one at all temperatures
-    /// when the equilibration ends or if `changed` is `None`.
+    /// Begins a new averaging interval at each temperature whose replica has changed, or at all temperatures when the
+    /// equilibration ends or `changed` is `None`.
     pub(super) fn begin_intervals(&mut self, changed: Option<&[bool]>) {
         if self.attempts < self.equilibration || self.multicanonical.is_some() {
             return;

@@ -1,5 +1,4 @@
-//! Averages of an exchange: for each temperature over the replicas that visit it, and for each pair of
-//! neighbours.
+//! Averages of an exchange: at each temperature over its successive replicas, and for each pair of neighbours.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +10,7 @@ use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
 use crate::model::{ExchangePlan, Scene};
 
-/// Observable that is sampled at the attempts to swap. The other observables are averaged over the time between
-/// attempts.
+/// Observable that is sampled at the attempts to swap. All others are averaged over the time between attempts.
 const POTENTIAL: &str = "potential_energy_per_particle";
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -37,7 +35,7 @@ impl AtTemperature {
         self.observer.row(simulation);
     }
 
-    /// Ends the averaging interval. This is necessary before each swap.
+    /// Ends the averaging interval, before each swap.
     pub fn end(&mut self, simulation: &Simulation) {
         self.observer.row(simulation);
     }
@@ -93,7 +91,7 @@ impl Averages {
         }
     }
 
-    /// The observables that apply to the scene. They are the same at all temperatures.
+    /// The observables that apply to the scene, the same at all temperatures.
     pub fn applicable(&self) -> &ApplicableObservables {
         self.temperatures[0].observer.applicable()
     }
@@ -104,7 +102,7 @@ impl Averages {
         self.counts[pair][1] += u64::from(is_swapped);
     }
 
-    /// `others` holds all quantities of the first temperature, then of the second, and so on.
+    /// Adds samples to all temperatures. `others` holds the other quantities, one temperature after the other.
     pub fn sample(&mut self, energies: &[f64], others: &[f64]) {
         let each = others.len() / energies.len().max(1);
         for (place, (at, energy)) in self.temperatures.iter_mut().zip(energies).enumerate() {

@@ -14,8 +14,8 @@ use crate::model::ExchangeEnsemble;
 use crate::model::exchange_plan::ends;
 use std::convert::Infallible;
 
-/// Approximate number of temperatures of a curve. Every interval between two simulated temperatures is divided into the
-/// same number of parts. Within an interval, successive temperatures have a constant ratio.
+/// Approximate number of temperatures of a curve. Each interval between two simulated temperatures is divided into the
+/// same number of parts, with a constant ratio of successive temperatures.
 const POINTS: usize = 120;
 
 /// Names of the quantities that are given relative to their values at the highest temperature.
@@ -32,8 +32,8 @@ pub struct ThermalPoint {
     pub temperature: f64,
     /// Mean potential energy per particle, `<U> / N` `[energy]`.
     pub potential_energy_per_particle: Estimate,
-    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: the sum of a kinetic and
-    /// a configurational part.
+    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: the sum of a kinetic and a
+    /// configurational part.
     pub heat_capacity_per_particle: Estimate,
     /// Entropy in units of k_B, relative to its value at the highest temperature: the sum of a kinetic and a
     /// configurational part.
@@ -55,26 +55,26 @@ pub struct HeatCapacityPeak {
     pub heat_capacity_per_particle: Estimate,
 }
 
-/// Curves of thermal quantities over the temperatures of an exchange. They follow from the potential
-/// energies at all temperatures by [`DensityOfStates`]; errors are from [`Reweighting`].
+/// Curves of thermal quantities over the temperatures of an exchange, from the potential energies at all temperatures
+/// by [`DensityOfStates`], with errors by [`Reweighting`].
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalCurves {
-    /// Points at ascending temperatures, including all simulated temperatures. Empty if the exchange is between
-    /// windows, if all energies are equal, or if energies at different temperatures do not overlap sufficiently.
+    /// Points at ascending temperatures, including all simulated temperatures. Empty for an exchange between windows,
+    /// if all energies are equal, or if energies at different temperatures do not overlap sufficiently.
     pub points: Vec<ThermalPoint>,
     /// The highest interior maximum of the heat capacity.
     pub peak: Option<HeatCapacityPeak>,
-    /// Whether the temperatures fall into groups whose energies do not overlap. If so, there are no curves.
+    /// Whether there are no curves because the temperatures fall into groups whose energies do not overlap.
     pub is_torn: bool,
     /// The density of states of all visited levels, by ascending energy.
     pub density_of_states: Vec<LevelDensity>,
-    /// For a multicanonical exchange, the populations of the levels at each temperature, in the order of the
-    /// scene. Empty for other exchanges, which measure the populations directly.
+    /// For a multicanonical exchange, the populations of the levels at each temperature, in the order of the scene.
+    /// Empty for other exchanges, which measure the populations directly.
     pub populations: Vec<Vec<Population>>,
 }
 
-/// Potential energies of an exchange, kept in memory. A recorder for exchanges without a folder.
+/// Potential energies of an exchange, kept in memory: a recorder for exchanges without a folder.
 ///
 /// ```
 /// # use carom::Vector;
@@ -143,13 +143,11 @@ struct System<'n> {
 }
 
 impl System<'_> {
-    /// Kinetic part of the heat capacity plus the fluctuations of the potential energy:
-    /// `D / 2 + <(U - <U>)^2> / (N T^2)`.
+    /// `D / 2 + <(U - <U>)^2> / (N T^2)`: kinetic part plus fluctuations of the potential energy.
     fn heat_capacity(&self, temperature: f64, moments: &Moments) -> f64 {
         0.5 * self.dimensions + moments.variance / (self.particles * temperature * temperature)
     }
 
-    /// The quantities of a [`ThermalPoint`].
     fn quantities(&self, temperature: f64, density: &DensityOfStates, highest: &Moments) -> Vec<f64> {
         let here = &density.at(temperature);
         let of_velocities = 0.5 * self.dimensions * libm::log(temperature / self.highest);
@@ -163,7 +161,7 @@ impl System<'_> {
         all
     }
 
-    /// Finds the maximum of the heat capacity near the temperature `grid[place]`, by golden-section search. The
+    /// Finds the maximum of the heat capacity near the temperature `grid[place]` by golden-section search. The
     /// temperatures in `grid` ascend. Returns the temperature and the value of the maximum.
     fn peak_near(&self, density: &DensityOfStates, grid: &[f64], place: usize) -> [f64; 2] {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -188,8 +186,8 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// Computes the curves. Each call of `visit` goes through the energies and the other quantities of all attempts. It
-    /// is called twice: first to find the energy levels, then to fill the histograms.
+    /// Computes the curves. Each call of `visit` goes through the energies and the other quantities of all attempts:
+    /// first to find the energy levels, then to fill the histograms.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
@@ -261,8 +259,7 @@ fn curve(
 }
 
 impl ThermalPoint {
-    /// Creates a point from the quantities in order: first the four that are always present, then the
-    /// named ones.
+    /// Creates a point from its quantities: first the four that are always present, then the named quantities.
     pub(super) fn new(temperature: f64, of: &[Estimate], names: &[&str]) -> Self {
         Self {
             temperature,

@@ -4,8 +4,7 @@ use super::results::{ExchangeResults, TemperatureResult};
 use crate::base::text::{digits, plural};
 use crate::model::ExchangeEnsemble;
 
-/// Minimum number of round trips of all replicas together. With fewer round trips, the memory of the
-/// initial state is still too strong for reliable errors.
+/// Minimum number of round trips of all replicas together. With fewer, errors are unreliable.
 const FEWEST_TRIPS: u64 = 10;
 
 pub(super) const TORN: &str = "there are no curves: some temperatures share no energies with the other temperatures; add temperatures between them";
@@ -15,11 +14,10 @@ pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: some
 impl ExchangeResults {
     /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
     ///
-    /// A round trip leads from the highest temperature to the lowest and back, or from the last window to the
-    /// first and back. At the highest temperature, or in the last window, a replica loses the memory of its
-    /// earlier configurations. The number of round trips is thus the number of independent visits to the
-    /// lowest temperature, or to the first window (H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer,
-    /// J. Stat. Mech. P03018 (2006),
+    /// A round trip leads from the highest temperature to the lowest and back, or from the last window to the first and
+    /// back. At the highest temperature, or in the last window, a replica loses the memory of its earlier
+    /// configurations. The number of round trips is thus the number of independent visits to the lowest temperature, or
+    /// to the first window (H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer, J. Stat. Mech. P03018 (2006),
     /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018)).
     ///
     /// The warnings name
@@ -65,7 +63,7 @@ impl ExchangeResults {
         warnings
     }
 
-    /// Whether a temperature or window has attempted swaps with its neighbours, but none was accepted.
+    /// Whether no attempted swap of a temperature or window with its neighbours was accepted.
     fn is_alone(&self, place: usize) -> bool {
         let pairs = self.neighbours.iter().enumerate().filter(|(pair, _)| *pair == place || pair + 1 == place);
         let mut tried = pairs.filter(|(_, it)| it.attempts > 0).peekable();

@@ -1,5 +1,3 @@
-//! Errors of replica exchange.
-
 use std::io;
 use std::path::PathBuf;
 
@@ -124,7 +122,7 @@ pub enum ExchangeFolderError {
         /// Why.
         source: io::Error,
     },
-    /// The checksum of a table differs from the one in the results.
+    /// The checksum of a table differs from its checksum in the results.
     #[error("{} is not the table that the exchange wrote: its checksum is {found}, expected {expected} of summary.json", path.display())]
     Table {
         /// The file.
@@ -168,7 +166,7 @@ impl ExchangeFolderError {
     }
 }
 
-/// An exchange keeps no older checkpoint.
+/// Suggestion for a checkpoint that cannot be used. An exchange keeps no older checkpoint.
 fn cure_of(error: &CheckpointError) -> &'static str {
     match error {
         CheckpointError::Missing(_) => {

@@ -17,7 +17,7 @@ use crate::engine::{EngineError, Simulation};
 /// Shortest wall time between two calls of `watch`.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Recorder of an exchange: receives its rows, frames and checkpoints. The recorder `()` discards everything.
+/// Recorder of the rows, frames and checkpoints of an exchange. The recorder `()` discards everything.
 pub trait ExchangeRecorder {
     /// Error of the recorder. It ends the exchange.
     type Error;
@@ -30,8 +30,7 @@ pub trait ExchangeRecorder {
         Ok(())
     }
 
-    /// Called for each temperature or window when a frame is due. `place` is the index of the temperature or window
-    /// in the scene.
+    /// Called for each temperature or window when a frame is due. `place` is its index in the scene.
     ///
     /// # Errors
     /// If the frame cannot be recorded.
@@ -44,8 +43,8 @@ pub trait ExchangeRecorder {
         false
     }
 
-    /// Called when a checkpoint is due, which may be between two attempts, and at the end. The exchange can continue
-    /// from this state with bitwise the same results.
+    /// Called when a checkpoint is due, which may be between two attempts, and at the end. From this state, the
+    /// exchange can continue with bitwise the same results.
     ///
     /// # Errors
     /// If the checkpoint cannot be recorded.
@@ -71,7 +70,7 @@ struct Done {
     result: thread::Result<Result<bool, EngineError>>,
 }
 
-/// The caller's function `watch`, which is called at intervals of wall time and may end the exchange.
+/// The caller's function, called at intervals of wall time, which may end the exchange.
 struct Watch<'w> {
     ask: &'w mut dyn FnMut([u64; 2]) -> ControlFlow<()>,
     asked: Instant,
@@ -88,17 +87,16 @@ impl Watch<'_> {
 }
 
 impl Exchange {
-    /// Runs to the end, `jobs` replicas at a time. Rows and frames are passed to a recorder, such as an
-    /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange at its end, or at the time when
-    /// `watch` stopped it.
+    /// Runs to the end, `jobs` replicas at a time, and passes rows and frames to a recorder, such as an
+    /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange at its end, or when `watch` stopped it.
     ///
-    /// `watch` receives the number of attempts so far and the total number, every few hundredths of a
-    /// second. The results are bitwise the same for any `watch`, recorder and `jobs`.
+    /// Every few hundredths of a second, `watch` receives the number of attempts so far and the total number. The
+    /// results are bitwise the same for any `watch`, recorder and `jobs`.
     ///
     /// # Errors
-    /// [`ExchangeError::Recorder`] if something cannot be recorded, [`ExchangeError::Engine`] if a replica
-    /// cannot continue, [`ExchangeError::NoOverlap`] if the equilibration determines no multicanonical
-    /// weights, [`ExchangeError::OutsideOfWindow`] if a replica does not reach its window.
+    /// [`ExchangeError::Recorder`] if something cannot be recorded, [`ExchangeError::Engine`] if a replica cannot
+    /// continue, [`ExchangeError::NoOverlap`] if the equilibration determines no multicanonical weights,
+    /// [`ExchangeError::OutsideOfWindow`] if a replica does not reach its window.
     pub fn execute<R: ExchangeRecorder>(
         mut self,
         jobs: usize,
@@ -130,8 +128,7 @@ impl Exchange {
     /// Runs to the end on one thread, without a recorder.
     ///
     /// # Errors
-    /// [`ExchangeError::Engine`] if a replica cannot continue, [`ExchangeError::NoOverlap`] as for
-    /// [`Self::execute`].
+    /// [`ExchangeError::Engine`] if a replica cannot continue, [`ExchangeError::NoOverlap`] as for [`Self::execute`].
     pub fn finish(self) -> Result<Self, ExchangeError<Infallible>> {
         self.execute(1, &mut (), &mut |_| ControlFlow::Continue(()))
     }
@@ -177,8 +174,8 @@ struct Failed {
     source: EngineError,
 }
 
-/// Advances the replicas one by one in this thread. Returns false, without having advanced all of them, if `watch` ends
-/// the exchange or a checkpoint is due.
+/// Advances the replicas one by one in this thread. Returns false, before all have advanced, if `watch` ends the
+/// exchange or a checkpoint is due.
 fn advance_here<R: ExchangeRecorder>(
     exchange: &mut Exchange,
     recorder: &R,
@@ -248,7 +245,7 @@ impl Crew<'_> {
             exchange.replicas.push(*replica);
             match result.unwrap_or_else(|panic| resume_unwind(panic)) {
                 Ok(is_done) => is_there &= is_done,
-                // If several replicas fail, the error of the replica with the lowest index is returned.
+                // If several replicas fail, the lowest index decides which error is returned.
                 Err(source) => failed = failed.or(Some(Failed { number, source })),
             }
         }

@@ -37,7 +37,7 @@ const CURVES: &str = "curves.csv";
 const DENSITY: &str = "density_of_states.csv";
 const MEAN_FORCE: &str = "potential_of_mean_force.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
-/// The HTML page. It is removed if the exchange continues to a later end, because it is then outdated.
+/// The HTML page. An exchange that continues to a later end removes it, because it is outdated.
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
@@ -49,8 +49,8 @@ type Content = (Exchange, Vec<ManifestEntry>);
 
 /// Folder of an exchange: a recorder that writes rows, frames, checkpoints and results.
 ///
-/// Tables and trajectories have temporary names, such as `exchange.csv.partial`, until the exchange is
-/// complete. `summary.json` is written last. The folder is locked while an exchange writes to it.
+/// Tables and trajectories have temporary names, such as `exchange.csv.partial`, until the exchange is complete.
+/// `summary.json` is written last. The folder is locked while an exchange writes to it.
 ///
 /// ```
 /// use carom::exchange::{ExchangeFolder, Opened};
@@ -91,7 +91,7 @@ pub struct ExchangeFolder {
 pub enum Opened {
     /// A complete exchange.
     Complete,
-    /// An exchange that is not complete, at its start or at its last checkpoint.
+    /// An exchange at its start or at its last checkpoint.
     UnderWay(Box<(ExchangeFolder, Exchange)>),
 }
 
@@ -101,11 +101,10 @@ impl ExchangeFolder {
     /// in its end, this exchange continues to the new end, even if it was complete.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something
-    /// else, [`ExchangeFolderError::Passed`] if the end is before the last checkpoint,
-    /// [`ExchangeFolderError::Start`] if no exchange can be made from the scene,
-    /// [`ExchangeFolderError::Output`] if another process writes to the folder, a link or a folder has the
-    /// name of one of its files, the checkpoint cannot be used, or a file cannot be written.
+    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else,
+    /// [`ExchangeFolderError::Passed`] if the end is before the last checkpoint, [`ExchangeFolderError::Start`] if no
+    /// exchange can be made from the scene, [`ExchangeFolderError::Output`] if another process writes to the folder, a
+    /// link or a folder has the name of one of its files, the checkpoint cannot be used, or a file cannot be written.
     pub fn open(path: impl AsRef<Path>, scene: Scene, record: &str) -> Result<Opened, ExchangeFolderError> {
         let path = path.as_ref();
         let mark = mark::locked(path)?;
@@ -119,8 +118,7 @@ impl ExchangeFolder {
         let mut has_other_end = false;
         match fs::read_to_string(&kept) {
             Ok(text) if text == record => {}
-            // Without a checkpoint and results, the folder holds nothing of value, so any other exchange may replace
-            // this one.
+            // Without a checkpoint and results, the folder holds nothing of value and may be replaced.
             Ok(text) if !has_begun || without_limit(&text) == without_limit(record) => has_other_end = true,
             Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -144,8 +142,8 @@ impl ExchangeFolder {
             return Ok(Opened::Complete);
         }
         if has_other_end {
-            // From here on, the results in the folder are outdated. If the process is killed before it has written
-            // the new scene, the exchange continues to the old end.
+            // The results in the folder are outdated, so they are removed before the new scene is written. If the
+            // process is killed in between, the exchange continues to the old end.
             [SUMMARY, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, PAGE]
                 .iter()
                 .try_for_each(|name| remove(&path.join(name)))?;
@@ -230,8 +228,8 @@ impl ExchangeFolder {
         path.join(SCENE)
     }
 
-    /// Returns the paths of the files that are needed to make the HTML page or to continue the exchange. The files need
-    /// not exist.
+    /// Returns the paths of the files that are needed to make the HTML page or to continue the exchange, whether they
+    /// exist or not.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
         FILES.into_iter().filter(|name| *name != PAGE).map(|name| path.join(name)).collect()
@@ -240,7 +238,7 @@ impl ExchangeFolder {
     /// Gives all files their final names and writes the results, `summary.json` last.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Output`] if a file cannot be written. There is no `summary.json` then.
+    /// [`ExchangeFolderError::Output`] if a file cannot be written. `summary.json` is missing in this case.
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
         self.rows.sync()?;
         let rows = PartialFile::present(&self.path.join(ROWS));
@@ -278,9 +276,8 @@ impl ExchangeFolder {
     /// Reads the results of a complete exchange.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Incomplete`] if the exchange has not reached its end,
-    /// [`ExchangeFolderError::Read`] if a file is missing or damaged, [`ExchangeFolderError::Table`] if a
-    /// table has been changed.
+    /// [`ExchangeFolderError::Incomplete`] if the exchange has not reached its end, [`ExchangeFolderError::Read`] if a
+    /// file is missing or damaged, [`ExchangeFolderError::Table`] if a table has been changed.
     pub fn read(path: &Path) -> Result<ExchangeSummary, ExchangeFolderError> {
         let text = |name: &str| {
             let path = path.join(name);
@@ -295,8 +292,7 @@ impl ExchangeFolder {
         }
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        // Tables that are not listed in the summary are skipped. An exchange between windows lacks some tables, and
-        // summaries of older versions of Carom list none.
+        // The summary does not list the tables that an exchange between windows lacks. Old versions list no tables.
         let table = |name: &str| {
             summary.tables.get(name).map_or(Ok(None), |_| {
                 let text = text(name)?;
@@ -330,8 +326,8 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// Reads every N-th of the first `rows` rows in `exchange.csv` of a complete exchange, where N is `every`.
-    /// Returns the simulated time and the replica at each temperature, counted from 0.
+    /// Reads every N-th (`every`) of the first `rows` rows in `exchange.csv` of a complete exchange. Returns the
+    /// simulated time and the replica at each temperature, counted from 0.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.

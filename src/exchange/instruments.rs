@@ -9,17 +9,17 @@ use crate::analysis::observables::ApplicableObservables;
 use crate::engine::Simulation;
 use crate::model::{ExchangePlan, MeasurementPlan};
 
-/// Instruments at all temperatures; empty before averages begin, and if the scene requests none.
+/// Instruments at all temperatures; empty before averages begin, and if the scene has none.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct InstrumentsAtTemperatures {
     each: Vec<Instruments>,
-    /// This value is not saved, because it follows from the scene.
+    /// Not saved, because it follows from the scene.
     #[serde(skip)]
     system: OnceLock<SystemDescription>,
 }
 
 impl InstrumentsAtTemperatures {
-    /// `simulations` are in the order of the temperatures.
+    /// Creates the instruments. `simulations` are in the order of the temperatures.
     pub fn begin<'s>(
         &mut self,
         plan: &ExchangePlan,
@@ -33,8 +33,8 @@ impl InstrumentsAtTemperatures {
             }
             let snapshot = simulation.snapshot();
             let system = description(&self.system, simulation, applicable);
-            // The exchange may be extended later, so its final duration is unknown. The interval between attempts is
-            // used instead.
+            // The exchange may be extended, so its final duration is unknown. The interval between attempts replaces
+            // it.
             let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
             self.each.push(Instruments::new(&measure, &setup));
         }
@@ -66,7 +66,7 @@ fn description<'c>(
     known.get_or_init(|| SystemDescription::of_simulation(simulation, applicable))
 }
 
-/// Returns the plan with the given interval for all instruments that have none of their own.
+/// Returns the plan, with the given interval for all instruments that have none.
 fn at_attempts(plan: &MeasurementPlan, interval: f64) -> MeasurementPlan {
     let mut plan = plan.clone();
     let of_scene = [

@@ -1,5 +1,4 @@
-//! Levels of the potential energy in the samples of all replicas: their density of states, and their
-//! populations at each temperature.
+//! Levels of the potential energy in the samples of all replicas: their density of states and their populations.
 
 use super::populations::bins;
 use super::results::Population;
@@ -22,7 +21,6 @@ impl LevelDensity {
         Self { energy, log_density_of_states }
     }
 
-    /// Returns the density of states of all levels that have samples.
     pub(super) fn all(reweighting: &Reweighting, highest: f64) -> Vec<Self> {
         let density = reweighting.density();
         let relative = |density: &DensityOfStates| -> Vec<f64> {
@@ -34,7 +32,7 @@ impl LevelDensity {
     }
 }
 
-/// If there are more than a hundred levels, they are merged into bins.
+/// Populations at each temperature. More than a hundred levels are merged into bins.
 pub(super) fn populations(reweighting: &Reweighting, temperatures: &[f64]) -> Vec<Vec<Population>> {
     let energies: Vec<f64> = reweighting.density().levels().map(|(energy, _)| energy).collect();
     let bins = bins(&energies);

@@ -14,18 +14,16 @@ pub struct MeanForcePoint {
     pub distance: f64,
     /// Width of the bin `[length]`.
     pub width: f64,
-    /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance, relative to the mean density
-    /// in the last window `[energy]`.
+    /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance, relative to the mean density in the
+    /// last window `[energy]`.
     pub free_energy: Estimate,
-    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions `[energy]`. It is `-T`
-    /// times the logarithm of the density in space, relative to the mean density in the last window. The
-    /// last window is beyond the range of most potentials.
+    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions `[energy]`: `-T` times the logarithm
+    /// of the density in space, relative to its mean in the last window, which is beyond the range of most potentials.
     pub potential_of_mean_force: Estimate,
 }
 
 impl MeanForcePoint {
-    /// Returns the point with the lowest free energy. `of` selects which free energy of the points is compared. Points
-    /// with an error estimate are preferred.
+    /// Returns the point with the lowest free energy, which `of` selects. Points with an error estimate are preferred.
     #[must_use]
     pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
         points.get(lowest(points.iter().map(of))?)
@@ -37,8 +35,8 @@ impl MeanForcePoint {
 ///
 /// Within each window, the probability density of the distance is proportional to the density without windows. The
 /// factors of proportionality follow from the samples of all windows by the equations of
-/// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram). The energy of a window is zero inside
-/// the window and infinite outside. Errors are from [`Reweighting`].
+/// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram), with an energy that is zero inside the window and
+/// infinite outside. Errors are from [`Reweighting`].
 ///
 /// S. Kumar, J. M. Rosenberg, D. Bouzida, R. H. Swendsen and P. A. Kollman, J. Comput. Chem. 13, 1011 (1992),
 /// [doi:10.1002/jcc.540130812](https://doi.org/10.1002/jcc.540130812).
@@ -46,14 +44,13 @@ impl MeanForcePoint {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MeanForce {
-    /// Points of all visited bins, by ascending distance; empty if the distances in some windows do not overlap
-    /// sufficiently with those in the others.
+    /// Points of all visited bins, by ascending distance; empty if some windows share too few distances.
     pub points: Vec<MeanForcePoint>,
     /// Whether some windows share too few distances with the other windows.
     pub is_torn: bool,
 }
 
-/// Distances in the windows of an exchange, kept in memory. This is a recorder for exchanges without a folder.
+/// Distances in the windows of an exchange, kept in memory: a recorder for exchanges without a folder.
 #[derive(Debug, Clone, Default)]
 pub struct Distances {
     rows: Vec<Vec<f64>>,
@@ -87,8 +84,8 @@ impl Distances {
 }
 
 impl MeanForce {
-    /// Computes the potential. Each call of `visit` goes through the distances in all windows at all attempts. It is
-    /// called twice: first to find the visited bins, then to fill the histograms.
+    /// Computes the potential. Each call of `visit` goes through the distances in all windows at all attempts: first to
+    /// find the visited bins, then to fill the histograms.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
@@ -108,7 +105,7 @@ impl MeanForce {
     }
 }
 
-/// Estimates with an error are preferred. A bin has no error if it is empty in any of the resamples.
+/// Index of the lowest estimate, if possible one with an error. A bin that any of the resamples lacks has no error.
 fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     let by = |a: &Estimate, b: &Estimate| {
         let is_vague = |it: &Estimate| it.standard_error.is_none();
@@ -125,7 +122,7 @@ fn points(
     temperature: f64,
     dimensions: f64,
 ) -> Vec<MeanForcePoint> {
-    // Exact volume of each bin's spherical shell, up to a constant factor. A constant density thus has a constant
+    // Exact volume of each bin's spherical shell, up to a constant factor. With it, a constant density has a constant
     // potential, whatever the widths of the bins.
     let volume = |pair: &[f64]| (libm::pow(pair[1], dimensions) - libm::pow(pair[0], dimensions)) / dimensions;
     let is_last = |pair: &[f64]| last[0] <= pair[0] && pair[1] <= last[1];
@@ -176,8 +173,7 @@ mod tests {
             tails.push(tail.iter().map(|it| it.mean).sum::<f64>() / 10.0);
         }
         let mean = tails.iter().sum::<f64>() / 12.0;
-        // With about 300 samples, the error of a bin is about 0.05. The lowest of ten bins is then expected near -0.07,
-        // so it would be a biased reference.
+        // With about 300 samples, the error of a bin is about 0.05. The lowest of ten bins would be biased to -0.07.
         assert!(mean.abs() < 0.01, "{tails:?}");
         assert!((0.5..1.6).contains(&squares), "the errors agree with the scatter: {squares}");
     }
@@ -194,8 +190,7 @@ mod tests {
         distances.iter().for_each(|distance| histograms.add(&[*distance], &[]));
         let all = points(&Reweighting::new(&histograms, 1).unwrap(), (&edges, [0.0, 1.0]), 0.8, 3.0);
         let potential = |place: usize| all[place].potential_of_mean_force;
-        // The first bin holds a single sample in a very small shell. Its potential is therefore low, and has no error
-        // estimate.
+        // The first bin holds a single sample in a very small shell, so its potential is low and has no error estimate.
         assert!(potential(0).mean < 0.0 && potential(0).standard_error.is_none());
         assert!(
             (1..6)

@@ -1,5 +1,4 @@
-//! Energy weights of a multicanonical exchange, and how the equilibration determines them. All replicas share the same
-//! weights.
+//! Energy weights of a multicanonical exchange, shared by all replicas, and how the equilibration determines them.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,15 +6,15 @@ use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLeve
 use crate::model::EnergyWeights;
 use crate::model::exchange_plan::ends;
 
-/// Maximum number of rows of energies that are kept in a quarter of the equilibration.
+/// Largest number of rows of energies that are kept in a quarter of the equilibration.
 const MOST_ROWS: u64 = 10_000;
 
 /// The weights of a multicanonical exchange, and the energies that determine them.
 ///
-/// The equilibration has four quarters. In the first two, replicas are swapped between temperatures. The
-/// energies of the second quarter determine a density of states, and from it the first weights. The third
-/// quarter is simulated with these weights. The energies of the second and third quarters determine the
-/// final weights. The last quarter equilibrates.
+/// The equilibration has four quarters. In the first and second, replicas are swapped between temperatures. The
+/// energies of the second quarter determine a density of states, and from it the first weights. The third quarter is
+/// simulated with these weights. The energies of the second and third quarters determine the final weights. The last
+/// quarter equilibrates.
 ///
 /// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -24,7 +23,6 @@ pub(super) struct Multicanonical {
     ends: [u64; 3],
     /// Number of attempts from one stored row of energies to the next.
     every: u64,
-    /// Rows of energies from the second and from the third quarter.
     rows: [Vec<Vec<f64>>; 2],
     /// Present energy weights; `None` before the third quarter of the equilibration.
     weights: Option<EnergyWeights>,
@@ -50,8 +48,7 @@ impl Multicanonical {
         self.weights.as_ref()
     }
 
-    /// Records the energies of an attempt, if they are needed for the weights. Returns whether new weights have been
-    /// determined.
+    /// Records the energies of an attempt, if the weights need them. Returns whether new weights were determined.
     pub fn see(&mut self, attempt: u64, energies: &[f64], temperatures: &[f64]) -> Result<bool, Torn> {
         let [first, second, third] = self.ends;
         let quarter = match attempt {
@@ -79,8 +76,7 @@ impl Multicanonical {
         let mut rows = canonical.clone();
         if let (1, Some(weights)) = (quarter, &self.weights) {
             ensembles.extend(temperatures.iter().map(|_| Ensemble::Multicanonical(weights.clone())));
-            // If the third quarter has fewer rows than the second, the last combined rows are incomplete, and the
-            // histograms skip them.
+            // If the third quarter has fewer rows, the last combined rows are incomplete, and the histograms skip them.
             rows.iter_mut().zip(weighted).for_each(|(row, more)| row.extend_from_slice(more));
         }
         let mut levels = EnergyLevels::default();
@@ -91,13 +87,13 @@ impl Multicanonical {
     }
 }
 
-/// Weights that make visits equally frequent for all levels between the mean energies of the lowest and
-/// the highest temperature.
+/// Weights for equally frequent visits of all levels between the mean energies at the lowest and the highest
+/// temperature.
 fn flat(density: &DensityOfStates, temperatures: &[f64]) -> EnergyWeights {
     let ends = ends(temperatures);
     let [lowest, highest] = ends.map(|temperature| density.at(temperature).mean);
     let levels: Vec<(f64, f64)> = density.levels().filter(|(_, logarithm)| logarithm.is_finite()).collect();
-    // Includes one more level on either side of the mean energies, if there is one.
+    // One more level on either side of the mean energies is included, if it exists.
     let from = levels.partition_point(|level| level.0 <= lowest).saturating_sub(1);
     let to = (levels.partition_point(|level| level.0 < highest) + 1).clamp(from + 1, levels.len());
     EnergyWeights::new(levels[from..to].to_vec(), ends)
@@ -140,12 +136,11 @@ mod tests {
         }
         assert_eq!(changes, [2000, 3000]);
         let weights = learning.weights().unwrap();
-        // The mean energy is near -3 at the lowest temperature, and between -1 and 0 at the highest.
+        // The mean energy is near -3 at the lowest temperature, and between -1 and 0 at the highest temperature.
         assert_eq!(weights.nodes().iter().map(|node| node.0).collect::<Vec<_>>(), [-3.0, -2.0, -1.0, 0.0]);
         let differences: Vec<f64> = weights.nodes().iter().zip(STATES).map(|(node, n)| node.1 - n.ln()).collect();
         assert!(differences.iter().all(|it| (it - differences[0]).abs() < 0.2), "{differences:?}");
-        // Outside these levels, the weights equal the weights of the canonical ensembles at the lowest and the highest
-        // temperature.
+        // Outside these levels, the weights equal the canonical weights at the lowest and the highest temperature.
         assert!((weights.at(-4.0) - weights.at(-3.0) + 1.0 / 0.2).abs() < 1e-12);
         assert!((weights.at(1.0) - weights.at(0.0) - 1.0 / 1.4).abs() < 1e-12);
     }

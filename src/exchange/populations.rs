@@ -6,20 +6,19 @@ use super::results::Population;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::model::Scene;
 
-/// Largest number of levels. If there are more, they are merged into bins of equal width.
+/// Largest number of levels. More levels are merged into bins of equal width.
 const MOST_LEVELS: usize = 100;
 
-/// When bins replace levels, the width of the bins is chosen to give at most about this many bins. Neighbouring bins
-/// are merged in pairs as soon as there are more than [`MOST_BINS`].
+/// When bins replace levels, their width gives at most about this many bins. Neighbouring bins are merged in pairs as
+/// soon as there are more than [`MOST_BINS`].
 const BINS: f64 = 40.0;
 const MOST_BINS: usize = 80;
 
-/// Maximum length of the series from which an error is estimated. It is shorter than usual, because each level has a
-/// series for each temperature.
+/// Largest length of the series for an error: shorter than usual, because each level and temperature has a series.
 const MOST_VALUES: usize = 128;
 
-/// Energies belong to the same level if they differ by less than this fraction of the largest energy of the
-/// potentials. This allows for round-off in their sums.
+/// Energies belong to the same level if they differ by less than this fraction of the largest energy of the potentials,
+/// because their sums have round-off.
 const SAME: f64 = 1e-9;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -30,8 +29,8 @@ struct Level {
     occupied: Vec<BlockAverage>,
 }
 
-/// Populations of the exact levels of the potential energy. If there are too many levels, populations of bins of
-/// equal width `w`, `[k w, (k + 1) w)`. The width doubles as needed.
+/// Populations of the exact levels of the potential energy or, if there are too many levels, of bins `[k w, (k + 1) w)`
+/// whose width `w` doubles as needed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Populations {
     /// The levels or bins in ascending order.
@@ -40,7 +39,7 @@ pub(super) struct Populations {
     width: Option<f64>,
     /// Largest difference between two energies of the same level `[energy]`.
     tolerance: f64,
-    /// Average of a level that no sample has visited. New levels begin as copies of it.
+    /// Average of a level without samples. New levels begin as copies of it.
     empty: BlockAverage,
     temperatures: usize,
 }
@@ -63,7 +62,7 @@ impl Populations {
             for energy in energies {
                 self.make_room(*energy);
             }
-            // Levels may have been inserted or merged above, so the indices are looked up only now.
+            // The indices are looked up last, because levels may have been inserted or merged above.
             energies.iter().map(|energy| self.find(*energy).unwrap_or_else(|place| place)).collect()
         };
         self.empty.add(0.0, 1.0);
@@ -74,7 +73,7 @@ impl Populations {
         }
     }
 
-    /// Returns the index of the level of an energy, or the index at which to insert a new level.
+    /// Index of the level of an energy, or the index at which to insert a new level.
     fn find(&self, energy: f64) -> Result<usize, usize> {
         match self.width {
             Some(width) => {
@@ -109,8 +108,7 @@ impl Populations {
         }
     }
 
-    /// Replaces the position `at` of each level by `place(at)`, which must not change the order of the levels. Levels
-    /// that get the same position are merged.
+    /// Replaces the position `at` of each level by `place(at)`, which must keep the order. Equal positions are merged.
     fn regroup(&mut self, place: impl Fn(f64) -> f64) {
         let mut merged: Vec<Level> = Vec::new();
         for mut level in std::mem::take(&mut self.levels) {
@@ -136,8 +134,7 @@ impl Populations {
     }
 }
 
-/// Returns the energy, the width and the range of indices of each level, in ascending order. If there are too many
-/// levels, returns bins of levels instead.
+/// Energy, width and range of indices of each level, in ascending order; bins of levels if there are too many levels.
 pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> {
     let ([first, .., last], true) = (energies, energies.len() > MOST_LEVELS) else {
         return energies.iter().enumerate().map(|(place, energy)| (*energy, 0.0, place..place + 1)).collect();
@@ -154,8 +151,7 @@ pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> 
     bins
 }
 
-/// Returns the smallest power of two that is at least as large as a positive number. If the width of bins is a power of
-/// two, their edges are exact.
+/// Smallest power of two that is at least as large as a positive number. As a bin width, it makes edges exact.
 fn power_of_two(number: f64) -> f64 {
     libm::exp2(libm::log2(number.max(f64::MIN_POSITIVE)).ceil())
 }
@@ -213,7 +209,7 @@ mod tests {
         let width = populations.width.unwrap();
         assert!(populations.levels.len() <= MOST_BINS && populations.levels.len() >= MOST_BINS / 4);
         for (energy, mean) in means(&populations, 0).into_iter().filter(|(_, mean)| *mean > 0.0) {
-            // Each integer from -3000 to 7006 was added once as an energy. Counts the integers in this bin.
+            // Each integer from -3000 to 7006 was added once as an energy. This counts the integers in the bin.
             let inside = (0..10_007).filter(|k| {
                 (f64::from(*k) - 3000.0 - energy + 0.5 * width).floor() >= 0.0
                     && f64::from(*k) - 3000.0 < energy + 0.5 * width

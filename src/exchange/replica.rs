@@ -1,5 +1,3 @@
-//! A replica of an exchange.
-
 use serde::{Deserialize, Serialize};
 
 use super::error::StartError;
@@ -9,7 +7,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{ExchangePlan, Scene, Species, Thermostat};
 use crate::run::audit::Ledger;
 
-/// Number of engine steps between two checks for a pause. These steps take a few milliseconds.
+/// Number of engine steps, a few milliseconds, between two checks for a pause.
 const STEPS: u64 = 1 << 14;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -55,7 +53,7 @@ impl Replica {
         self.ledger.close(&self.simulation).faults().iter().map(ToString::to_string).collect()
     }
 
-    /// Returns whether the time has been reached.
+    /// Advances to a time, or until a pause. Returns whether the time has been reached.
     pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
         loop {
             if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {
@@ -68,7 +66,6 @@ impl Replica {
     }
 }
 
-/// The heat bath at a temperature `[energy]`.
 pub(super) fn bath(plan: &ExchangePlan, temperature: f64) -> Thermostat {
     Thermostat::Andersen { temperature, rate: plan.rate, axes: [true; 3] }
 }

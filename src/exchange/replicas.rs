@@ -25,19 +25,18 @@ use crate::run::FrameLimit;
 /// Each replica samples a canonical ensemble: an Andersen thermostat controls its temperature. After each interval,
 /// neighbouring temperatures `T_i` and `T_j` swap their replicas with a probability of
 /// `min(1, exp((1/T_i - 1/T_j) (U_i - U_j)))`. `U` is the exact potential energy of pairs and gravity. Attempts
-/// alternate between the pairs 1-2, 3-4, ... and the pairs 2-3, 4-5, ... of temperatures. Velocities are scaled by
-/// the square root of the ratio of the new and the old temperature, so that the states at each temperature remain a
-/// canonical ensemble.
+/// alternate between the pairs 1-2, 3-4, ... and the pairs 2-3, 4-5, ... Velocities are scaled by the square root of
+/// the ratio of the new and the old temperature, which keeps the ensembles canonical.
 ///
 /// All random numbers follow from the seed of the scene. The start of each replica, the swaps and each heat bath have
-/// their own streams. Results are therefore bitwise the same for any number of threads and regardless of pauses.
+/// separate streams, so results are bitwise the same for any number of threads and regardless of pauses.
 ///
-/// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration. The energies
-/// of the second quarter determine weights `exp(-w(U))`. With these weights, all replicas visit the energies between
-/// the means at the lowest and the highest temperature equally often. Each replica then moves as if its potential
-/// energy were `T w(U)`, in a heat bath of the highest temperature `T`, and nothing is swapped. Means at the
-/// temperatures follow by reweighting, [`ThermalCurves`](super::ThermalCurves). Weights are improved once, after
-/// three quarters of the equilibration: Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000),
+/// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration. The energies of
+/// the second quarter determine weights `exp(-w(U))`, with which all replicas visit the energies between the means at
+/// the lowest and the highest temperature equally often. Each replica moves as if its potential energy were `T w(U)`,
+/// in a heat bath of the highest temperature `T`, and nothing is swapped. Means at the temperatures follow by
+/// reweighting, [`ThermalCurves`](super::ThermalCurves). Weights are improved once, after three quarters of the
+/// equilibration: Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000),
 /// [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 ///
 /// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986),
@@ -51,17 +50,14 @@ use crate::run::FrameLimit;
 pub struct Exchange {
     pub(super) plan: ExchangePlan,
     pub(super) temperatures: Vec<f64>,
-    /// Seed of the random numbers of this state point.
     pub(super) seed: u64,
     /// Index of the first random stream of the heat baths.
     pub(super) first_stream: usize,
-    /// Simulated time at the start `[time]`.
     start: f64,
     /// Number of attempts before averages begin.
     pub(super) equilibration: u64,
     /// Number of attempts until the end of the exchange.
     total: u64,
-    /// Number of attempts between two frames.
     frame_every: u64,
     pub(super) attempts: u64,
     pub(super) replicas: Vec<Replica>,
@@ -71,12 +67,11 @@ pub struct Exchange {
     pub(super) energies: Vec<f64>,
     /// Distance in each window at the last attempt; empty without windows `[length]`.
     pub(super) distances: Vec<f64>,
-    /// Whether the replica of each window is still on its way into the window; empty without windows.
+    /// Whether the replica of each window is still outside its window; empty without windows.
     pub(super) is_outside: Vec<bool>,
-    /// Values of the other quantities at the last attempt: all quantities of the first temperature, then of the
-    /// second, and so on.
+    /// Values of the other quantities at the last attempt, one temperature after the other.
     pub(super) measured: Vec<f64>,
-    /// This value is not saved, because it follows from the scene.
+    /// Not saved, because it follows from the scene.
     #[serde(skip)]
     chains: OnceLock<ChainSizes>,
     pub(super) random: Random,
@@ -96,30 +91,27 @@ pub struct ExchangeRow<'e> {
     pub replicas: &'e [usize],
     /// The potential energy at each temperature after the swaps `[energy]`.
     pub potential: &'e [f64],
-    /// Values of the quantities of [`Exchange::measured_names`]: all quantities of the first temperature, then of the
-    /// second, and so on.
+    /// Values of the quantities of [`Exchange::measured_names`], one temperature after the other.
     pub measured: &'e [f64],
 }
 
-/// Name and unit of the distance that windows restrain. The distance is the first of the quantities sampled in each
-/// window.
+/// Name and unit of the distance that windows restrain, the first quantity sampled in each window.
 pub const DISTANCE: (&str, &str) = ("distance", "length");
 
 impl ExchangeRow<'_> {
-    /// Returns the distance in each window `[length]`. The result is meaningful only for exchanges between windows.
+    /// Distance in each window, if the exchange is between windows `[length]`.
     pub(super) fn distances(&self) -> impl Iterator<Item = f64> {
         let each = self.measured.len() / self.potential.len().max(1);
         self.measured.iter().copied().step_by(each.max(1))
     }
 }
 
-/// Returns the simulations of the replicas, in the order of the temperatures or windows.
 pub(super) fn in_order<'e>(places: &'e [usize], replicas: &'e [Replica]) -> impl Iterator<Item = &'e Simulation> {
     places.iter().map(|number| &replicas[*number].simulation)
 }
 
-/// Number of attempts between two frames, according to the frame interval of the scene. If the scene has no frame
-/// interval, the number is chosen so that the frames of all temperatures stay within the size limit.
+/// Number of attempts between two frames, from the frame interval of the scene. Without a frame interval, the frames of
+/// all temperatures stay within the size limit.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
     given.unwrap_or_else(|| {
@@ -129,12 +121,11 @@ pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> 
 }
 
 impl Exchange {
-    /// Creates the replicas of a scene with the table `[exchange]`. They begin at the positions of the scene, with
-    /// velocities from the Maxwell distributions of their temperatures.
+    /// Creates the replicas of a scene with the table `[exchange]`, at the positions of the scene, with velocities from
+    /// the Maxwell distributions of their temperatures.
     ///
     /// # Errors
-    /// [`StartError::NoPlan`] if the scene has no plan, [`StartError::Velocities`] if a velocity of these
-    /// temperatures is too large.
+    /// [`StartError::NoPlan`] if the scene has no plan, [`StartError::Velocities`] if a velocity is too large.
     pub fn new(scene: Scene) -> Result<Self, StartError> {
         let plan = scene.exchange().cloned().ok_or(StartError::NoPlan)?;
         let attempts = |time: Option<f64>| time.map_or(Some(0), |time| plan.attempts(time));
@@ -183,13 +174,12 @@ impl Exchange {
         &self.plan
     }
 
-    /// Asks the operating system for large memory pages. Called after a checkpoint has been read.
+    /// Asks the operating system for large memory pages, after a checkpoint has been read.
     pub(super) fn enlarge(&self) {
         self.replicas.iter().for_each(|replica| replica.simulation.enlarge());
     }
 
-    /// Temperatures in the order of the scene `[energy]`. For windows, their common temperature is repeated for each
-    /// window.
+    /// Temperatures in the order of the scene `[energy]`. All windows have the same temperature.
     #[must_use]
     pub fn temperatures(&self) -> &[f64] {
         &self.temperatures
@@ -209,8 +199,8 @@ impl Exchange {
         self.multicanonical.as_ref().and_then(Multicanonical::weights)
     }
 
-    /// The simulation of the replica at a temperature, given by its index in [`Self::temperatures`]; `None`
-    /// if the index is out of range.
+    /// The simulation of the replica at a temperature, given by its index in [`Self::temperatures`]; `None` if the
+    /// index is out of range.
     #[must_use]
     pub fn simulation_at(&self, place: usize) -> Option<&Simulation> {
         self.places.get(place).map(|number| &self.replicas[*number].simulation)
@@ -220,7 +210,7 @@ impl Exchange {
         in_order(&self.places, &self.replicas)
     }
 
-    /// Returns one of the simulations, for properties that are the same in all.
+    /// One of the simulations, for properties that all share.
     pub(super) fn example(&self) -> &Simulation {
         &self.replicas[0].simulation
     }
@@ -237,9 +227,9 @@ impl Exchange {
         [self.attempts, self.total]
     }
 
-    /// Changes the end of the exchange, so that the averages cover this simulated time `[time]`. Returns false,
-    /// without a change, if the duration is not a whole number of intervals or has already passed. An extended
-    /// exchange gives the same results as an exchange that was planned with the longer duration.
+    /// Changes the end of the exchange, so that the averages cover this simulated time `[time]`. Returns false, without
+    /// a change, if the duration is not a whole number of intervals or has already passed. An extended exchange gives
+    /// the same results as an exchange that was planned with the longer duration.
     #[must_use]
     pub fn end_after(&mut self, duration: f64) -> bool {
         let total = self.plan.attempts(duration).map(|measured| self.equilibration + measured);

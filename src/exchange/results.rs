@@ -30,11 +30,10 @@ pub struct TemperatureResult {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<[f64; 2]>,
     /// Means by name: the [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that apply to the scene, the
-    /// quantities of [`Exchange::measured_names`](super::Exchange::measured_names), and `heat_capacity_per_particle`.
-    /// This heat capacity is at constant volume, in units of k_B: `D / 2 + <(U - <U>)^2> / (N T^2)`.
+    /// quantities of [`Exchange::measured_names`](super::Exchange::measured_names), and the heat capacity at constant
+    /// volume in units of k_B, `heat_capacity_per_particle`: `D / 2 + <(U - <U>)^2> / (N T^2)`.
     pub observables: BTreeMap<String, Estimate>,
-    /// Populations of the levels of the potential energy, in ascending order. They are in `energies.csv`, not
-    /// in `summary.json`.
+    /// Populations of the levels of the potential energy, ascending. They are in `energies.csv`, not in `summary.json`.
     #[serde(skip)]
     pub populations: Vec<Population>,
     /// Numbers and curves of the scene's instruments. They are in `measurements.json`, not in `summary.json`.
@@ -71,8 +70,8 @@ pub struct NeighbouringTemperatures {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeResults {
-    /// Ensemble in which replicas were sampled. In a multicanonical ensemble, means and populations at the
-    /// temperatures follow by reweighting.
+    /// Ensemble in which replicas were sampled. Results of a multicanonical ensemble are reweighted to the
+    /// temperatures.
     #[serde(default)]
     pub ensemble: ExchangeEnsemble,
     /// Simulated time at which the averages begin `[time]`.
@@ -83,12 +82,12 @@ pub struct ExchangeResults {
     pub attempts: u64,
     /// Results at each temperature or in each window, in the order of the scene.
     pub temperatures: Vec<TemperatureResult>,
-    /// Swaps of each temperature or window with the next one; empty for a multicanonical exchange, in which nothing
-    /// is swapped during the measurement.
+    /// Swaps of each temperature or window with the next one; empty for a multicanonical exchange, which swaps nothing
+    /// during the measurement.
     pub neighbours: Vec<NeighbouringTemperatures>,
-    /// Number of round trips of each replica from the highest temperature to the lowest and back. In a multicanonical
-    /// exchange, they lead from the mean potential energy of the highest temperature to that of the lowest and back.
-    /// Between windows, they lead from the last window to the first and back.
+    /// Number of round trips of each replica from the highest temperature to the lowest and back, or from the last
+    /// window to the first and back. In a multicanonical exchange, the mean potential energies of these temperatures
+    /// take their place.
     pub round_trips: Vec<u64>,
     /// Faults found by the audits of the replicas, in words; empty if there are none.
     pub faults: Vec<String>,

@@ -14,9 +14,9 @@ use crate::analysis::reweighting::DensityOfStates;
 use crate::model::exchange_plan::ends;
 use crate::model::{InputFile, UmbrellaPlan};
 
-/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the
-/// curves of `curves.csv`, the density of states of `density_of_states.csv` and the potential of mean force
-/// of `potential_of_mean_force.csv`. It contains no wall times.
+/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the curves of
+/// `curves.csv`, the density of states of `density_of_states.csv` and the potential of mean force of
+/// `potential_of_mean_force.csv`. It contains no wall times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeSummary {
@@ -33,7 +33,7 @@ pub struct ExchangeSummary {
     pub tables: BTreeMap<String, String>,
     /// Description of the engine that runs the replicas.
     pub engine: String,
-    /// Number of particles of each replica, static ones included.
+    /// Number of particles of each replica, including static particles.
     pub particles: usize,
     /// Number of axes along which particles move.
     pub dimensions: usize,
@@ -47,8 +47,7 @@ pub struct ExchangeSummary {
     /// The results.
     #[serde(flatten)]
     pub results: ExchangeResults,
-    /// The highest interior maximum of the heat capacity; `None` without one, or before the exchange is
-    /// complete.
+    /// The highest interior maximum of the heat capacity; `None` without one, or before the exchange is complete.
     #[serde(default)]
     pub heat_capacity_peak: Option<HeatCapacityPeak>,
     /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
@@ -60,8 +59,8 @@ pub struct ExchangeSummary {
     /// The density of states, from `density_of_states.csv`; empty before the exchange is complete.
     #[serde(skip)]
     pub density_of_states: Vec<LevelDensity>,
-    /// The potential of mean force along the distance of windows, from `potential_of_mean_force.csv`; empty
-    /// before the exchange is complete.
+    /// The potential of mean force along the distance of windows, from `potential_of_mean_force.csv`; empty before the
+    /// exchange is complete.
     #[serde(skip)]
     pub potential_of_mean_force: Vec<MeanForcePoint>,
 }
@@ -110,10 +109,9 @@ impl ExchangeSummary {
         Self { potential_of_mean_force: found.points, ..self }
     }
 
-    /// The shortest list of temperatures for which neighbours swap with a probability of at least `acceptance`. This
-    /// probability is the same for all neighbours, and is predicted from the density of states. The temperatures ascend
-    /// from the lowest to the highest of the exchange. `None` if the density of states is unknown, if `acceptance` is
-    /// not between 0 and 1, or if more than a thousand temperatures are needed.
+    /// The shortest list of ascending temperatures, from the lowest to the highest of the exchange, for which all
+    /// neighbours swap with the same predicted probability of at least `acceptance`. `None` if the density of states is
+    /// unknown, if `acceptance` is not between 0 and 1, or if more than a thousand temperatures are needed.
     #[must_use]
     pub fn temperatures_for(&self, acceptance: f64) -> Option<Vec<f64>> {
         let levels = self.density_of_states.iter().map(|level| (level.energy, level.log_density_of_states.mean));
@@ -125,7 +123,6 @@ impl ExchangeSummary {
     }
 
     pub(super) fn text(&self) -> String {
-        // Serialization cannot fail, because JSON can represent all these types.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 }

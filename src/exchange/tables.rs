@@ -1,5 +1,5 @@
-//! The tables of an exchange: `exchange.csv` with a row for each attempt to swap, the populations in
-//! `energies.csv`, `curves.csv` and `density_of_states.csv`.
+//! The tables of an exchange: `exchange.csv` with a row for each attempt to swap, `energies.csv` with the populations,
+//! `curves.csv` and `density_of_states.csv`.
 
 use std::fmt::Write;
 use std::str::Lines;
@@ -16,7 +16,6 @@ use crate::io::number::Cell;
 pub(super) fn header(temperatures: usize, measured: &[&str]) -> String {
     let mut line = "time".to_owned();
     for place in 1..=temperatures {
-        // Writing to a string cannot fail.
         let _ = write!(line, ",replica_{place},potential_{place}");
     }
     for place in 1..=temperatures {
@@ -38,7 +37,6 @@ pub(super) fn line(row: &ExchangeRow<'_>) -> String {
     line + "\n"
 }
 
-/// Number of temperatures in `exchange.csv`, from its header.
 pub(super) fn temperatures(heads: &str) -> usize {
     heads.split(',').filter(|head| head.starts_with("replica_")).count()
 }
@@ -93,7 +91,7 @@ pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
     let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
         return Err(format!("line 1: expected a header that begins with `{heads}`"));
     };
-    // The rest of the header begins with a comma. Then names of quantities and names of their errors alternate.
+    // After a comma, names of quantities and names of their errors alternate.
     let names: Vec<&str> = others.split(',').skip(1).step_by(2).collect();
     read_lines(lines, "a temperature, and numbers with their errors", |cells| {
         let all = (0..4 + names.len()).map(|at| cells.estimate(2 * at + 1)).collect::<Option<Vec<_>>>()?;
@@ -178,7 +176,7 @@ impl Cells<'_> {
         self.0.get(at)?.parse().ok()
     }
 
-    /// Returns an estimate: its mean is in this cell, and its error is in the next cell, which may be empty.
+    /// Returns an estimate with its mean in this cell, and its error in the next cell, which may be empty.
     fn estimate(&self, at: usize) -> Option<Estimate> {
         Some(Estimate { mean: self.number(at)?, standard_error: self.number(at + 1) })
     }

@@ -35,8 +35,8 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// Recorder that keeps rows and frames as text. It requests a checkpoint at every N-th call of `is_checkpoint_due`,
-/// where N is `every`.
+/// Recorder that keeps rows and frames as text. It requests a checkpoint at every N-th (`every`) call of
+/// `is_checkpoint_due`.
 struct Keeper {
     every: usize,
     asked: Cell<usize>,
@@ -83,8 +83,7 @@ fn ran(exchange: Exchange, jobs: usize, every: usize) -> (Exchange, Keeper) {
     (exchange, keeper)
 }
 
-/// For a single pair, the product of `g(r)` and the Boltzmann factor `exp(U / T)` is the same at all distances
-/// outside the core.
+/// For a single pair, `g(r)` times the Boltzmann factor `exp(U / T)` is the same at all distances outside the core.
 #[test]
 fn instruments_see_the_replica_that_is_at_their_temperature() {
     let (edge, cutoff) = (4.2, 2.1);
@@ -137,7 +136,7 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
             }
         }
     }
-    // Largest deviation of 33 bins, in standard errors.
+    // `worst` is the largest deviation of 33 bins, in standard errors.
     assert!(worst < 4.0, "{worst}");
 }
 
@@ -169,7 +168,7 @@ fn interrupted_exchange_resumes_bitwise() {
     }
 }
 
-/// Some checkpoints are taken while the weights are learned, others while they are fixed.
+/// Some checkpoints are taken while the weights are learned, others while the weights are fixed.
 #[test]
 fn multicanonical_exchange_resumes_bitwise() {
     let mut parts = fluid(0.2, 10).into_parts();
@@ -199,7 +198,7 @@ fn replicas_have_the_highest_temperature_when_weights_begin() {
     parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
     parts.run.equilibration = Limit::time(8.0);
     let mut exchange = Exchange::new(Scene::new(parts).unwrap()).unwrap();
-    // Kinetic energies of the replicas, scaled from their own temperatures to the highest temperature, 2.
+    // Kinetic energies of the replicas, scaled from their temperatures to the highest temperature, 2.
     let kinetic = |exchange: &Exchange, temperature: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let of = |(place, number): (usize, &usize)| {
             (*number, exchange.replicas[*number].simulation.energy().kinetic * 2.0 / temperature(place))

@@ -1,5 +1,4 @@
-//! The walk of each replica through the temperatures or energies: round trips from the upper end to the
-//! lower end and back.
+//! Round trips of each replica from the upper end of the temperatures or energies to the lower end and back.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +8,7 @@ enum Heading {
     Nowhere,
     /// The replica last visited the upper end.
     Down,
-    /// The replica has visited the lower end after the upper one.
+    /// The replica has visited the upper end and, later, the lower end.
     Up,
 }
 
@@ -22,8 +21,7 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    /// Temperatures are in ascending or descending order. For an exchange between windows, all temperatures are equal,
-    /// and the windows ascend.
+    /// Temperatures ascend or descend. For an exchange between windows, all are equal, and the windows ascend.
     pub fn new(temperatures: &[f64]) -> Self {
         let count = temperatures.len();
         let last = count - 1;
@@ -31,7 +29,7 @@ impl Walk {
         Self { ends, headings: vec![Heading::Nowhere; count], trips: vec![0; count] }
     }
 
-    /// Round trips that end before the measurement are not counted.
+    /// Follows the replicas. Round trips that end before the measurement are not counted.
     pub fn see(&mut self, places: &[usize], is_measured: bool) {
         let [highest, lowest] = self.ends.map(|end| places[end]);
         self.visit(highest, [false, true], is_measured);

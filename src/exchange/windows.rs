@@ -9,17 +9,17 @@ fn is_within(distance: f64, [lower, upper]: [f64; 2]) -> bool {
     (lower..=upper).contains(&distance)
 }
 
-/// Fraction of a window's width by which a replica may move back on its way to the window. Without this margin, the
-/// particles could be caught between the end of the temporary window and an obstacle, and be reflected ever more often.
+/// Fraction of a window's width by which a replica may move back on its way to the window. Without this margin,
+/// particles caught between the end of the temporary window and an obstacle would be reflected ever more often.
 const BACK: f64 = 0.1;
 
-/// Returns the temporary window of a replica on its way to its final window. The temporary window includes the
-/// distance reached so far, and is no wider than the previous one.
+/// Returns the temporary window of a replica on its way to its final window. It includes the distance reached so far,
+/// and is no wider than the previous temporary window.
 fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f64; 2] {
     if is_within(distance, window) {
         return window;
     }
-    // Beyond half a period, the nearest image can change, so the distance cannot be restrained there.
+    // Beyond half a period, the nearest image can change, so the distance cannot be restrained.
     let half = 0.5 * space.periods().min();
     if distance >= half {
         return had;
@@ -30,8 +30,7 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
 }
 
 impl Exchange {
-    /// Restrains the distance of each replica to its window from now on. A window that does not contain the distance is
-    /// first extended to include it.
+    /// Restrains the distance of each replica to its window, first extended to include the present distance.
     pub(super) fn begin_windows(&mut self) {
         let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
         for (place, window) in windows.into_iter().enumerate() {
@@ -45,7 +44,7 @@ impl Exchange {
         }
     }
 
-    /// A replica outside its window gets a window extended to its present distance.
+    /// Extends the window of each replica outside its window to the present distance.
     pub(super) fn see_distances(&mut self) {
         let Some(umbrella) = &self.plan.umbrella else { return };
         for (place, window) in umbrella.windows.iter().enumerate() {
@@ -60,8 +59,7 @@ impl Exchange {
         }
     }
 
-    /// Whether two neighbouring windows may swap their replicas: the distance in each window must also lie in the
-    /// other window.
+    /// Whether two neighbouring windows may swap replicas: the distance in each also lies in the other window.
     pub(super) fn are_in_both(&self, windows: &[[f64; 2]], lower: usize) -> bool {
         is_within(self.distances[lower], windows[lower + 1]) && is_within(self.distances[lower + 1], windows[lower])
     }

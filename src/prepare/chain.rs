@@ -9,7 +9,7 @@ use crate::prepare::NoPlace;
 use crate::prepare::packing::insertion::draw;
 use crate::prepare::packing::occupancy::Occupancy;
 
-/// Maximum number of attempts to place a chain. Each tries several directions for every particle.
+/// Largest number of attempts to place a chain. Each tries several directions for every particle.
 const CHAIN_ATTEMPTS: usize = 2_000;
 
 /// Number of directions to try for the next particle of a chain. If all fail, the whole chain is restarted.
@@ -79,7 +79,7 @@ fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) ->
     Some(chain)
 }
 
-/// Whether a particle would overlap another particle of its chain. The neighbour to which it is bonded is excluded.
+/// Whether a particle would overlap a particle of its chain other than its bonded neighbour.
 fn meets_itself(chain: &[Vector], position: &Vector, contact: f64, space: &Space) -> bool {
     let others = &chain[..chain.len().saturating_sub(1)];
     let periods = space.periods();

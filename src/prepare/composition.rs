@@ -9,8 +9,7 @@ use crate::model::space::Boundary;
 use crate::model::{Region, Space, Species, SpeciesId};
 use crate::prepare::lattice::root;
 
-/// Divides `count` in the given proportions. Each number is rounded down, and the remaining particles go to
-/// the largest remainders.
+/// Divides `count` in the given proportions. Numbers are rounded down, and the rest goes to the largest remainders.
 pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, usize)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let exact: Vec<f64> = shares.iter().map(|(_, share)| share / total * count as f64).collect();
@@ -28,7 +27,7 @@ pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(S
     shares.iter().zip(numbers).map(|((species, _), number)| (*species, number)).collect()
 }
 
-/// Converts shares to whole numbers of particles. The size of the box is then calculated from the actual composition.
+/// Converts shares to whole numbers of particles, from which the size of the box is calculated.
 pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let numbers = whole_numbers(&shares, index(count));
@@ -42,14 +41,13 @@ pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(Specie
     numbers.into_iter().map(|(species, number)| (species, number as f64)).collect()
 }
 
-/// Mean volume of a particle of a mixture `[length^D]`.
 pub(crate) fn mean_volume(shares: &[(SpeciesId, f64)], species: &[Species], dimensions: usize) -> f64 {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     shares.iter().map(|(id, share)| share / total * own_volume(species[id.0 as usize].diameter, dimensions)).sum()
 }
 
-/// The largest packing fraction of a mixture of `species` species. For one species it is `pi / (3 sqrt 2)`
-/// for spheres and `pi / (2 sqrt 3)` for disks. Mixtures can fill the holes as well.
+/// The largest packing fraction of a mixture of `species` species. For one species it is `pi / (3 sqrt 2)` for spheres
+/// and `pi / (2 sqrt 3)` for disks. Mixtures can also fill the holes.
 pub(crate) fn largest_packing_fraction(dimensions: usize, species: usize) -> f64 {
     match (dimensions, species) {
         (3, 1) => PI / (3.0 * SQRT_2),

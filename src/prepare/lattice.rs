@@ -49,7 +49,6 @@ impl Lattice {
 
     /// Edges of the unit cell, relative to the first edge.
     fn edges(self) -> &'static [f64] {
-        // sqrt(3) and sqrt(8/3).
         const TALL: f64 = 1.732_050_807_568_877_2;
         const HIGH: f64 = 1.632_993_161_855_452;
         match self {
@@ -92,7 +91,7 @@ pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sit
     let Sites { count, diameter, contact } = sites;
     let fit = Fit::new(lattice, space, region, diameter, count);
     match contact {
-        // Sites exactly at the contact distance, within round-off, are not too close.
+        // Sites at the contact distance, within round-off, are not too close.
         Some(contact) if fit.spacing < contact * (1.0 - 1e-12) => {
             Err(NoPlace::TooTight { count, spacing: fit.spacing, contact })
         }
@@ -103,13 +102,12 @@ pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sit
 /// Geometry of the lattice along one axis of the region.
 #[derive(Clone, Copy)]
 struct Axis {
-    /// Index of the axis: 0, 1 or 2 for x, y or z.
     index: usize,
     /// Lowest possible coordinate of a site.
     lower: f64,
     /// Length over which sites can be distributed.
     length: f64,
-    /// Whether the lattice is periodic along this axis, so that the site after the last is the image of the first.
+    /// Whether the lattice is periodic along this axis, so that the site after the last is the image of the first site.
     is_closed: bool,
     /// Largest coordinate of a site of the unit cell, as a fraction of the cell's edge.
     top: f64,
@@ -140,11 +138,8 @@ struct Fit {
 }
 
 impl Fit {
-    /// Chooses the number of cells per axis. Among all choices with enough sites, it maximizes the
-    /// distance of nearest sites.
-    ///
-    /// Sites fill a periodic axis evenly. Along any other axis, the outermost sites stay half a `diameter`
-    /// from the region's sides.
+    /// Chooses the number of cells per axis for the largest distance of nearest sites, among all choices with enough
+    /// sites. Sites fill a periodic axis evenly, and stay half a `diameter` from other sides of the region.
     fn new(lattice: Lattice, space: &Space, region: &Region, diameter: f64, count: usize) -> Self {
         let basis = lattice.basis();
         let moving = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
@@ -168,8 +163,7 @@ impl Fit {
             .zip(lattice.edges())
             .map(|(axis, relative)| {
                 let ideal = axis.length / (edge * relative);
-                // There is no need for more cells than particles. A flat region would otherwise require infinitely many
-                // cells.
+                // More cells than particles are never needed. A flat region would require infinitely many.
                 let ideal = if ideal.is_finite() { trunc_to_usize(ideal).min(count) } else { count };
                 (ideal.saturating_sub(1).max(1)..=ideal + 2).collect()
             })
@@ -227,13 +221,11 @@ impl Fit {
         least.sqrt()
     }
 
-    /// Number of sites.
     fn all(&self) -> usize {
         self.cells.iter().product::<usize>() * self.lattice.basis().len()
     }
 
-    /// Returns the positions of the particles. If there are more sites than particles, the empty sites are evenly
-    /// spaced.
+    /// Returns the positions of the particles. If there are more sites than particles, empty sites are evenly spaced.
     fn sites(&self) -> Vec<Vector> {
         let basis = self.lattice.basis();
         let sites = self.all();

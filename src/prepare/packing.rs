@@ -25,18 +25,17 @@ pub(crate) struct RandomFill<'a> {
     /// Whether the region is the whole box, and the box has no other particles and no surfaces.
     pub has_box: bool,
     pub seed: u64,
-    /// Index of the group of particles. Each group has its own random numbers.
+    /// Index of the group of particles, which selects its random numbers.
     pub group: usize,
 }
 
 impl RandomFill<'_> {
     /// Places particles one by one. If this fails, or if the packing is too dense to try, small spheres are inserted
-    /// and grow to full size (compression). This requires moving particles that are alone in a periodic box. With
-    /// `as_many_as_fit` there is no compression, and there may be fewer positions than `kinds`.
+    /// and grow to full size (compression). Compression requires moving particles that are alone in a periodic box.
+    /// With `as_many_as_fit` there is no compression, and there may be fewer positions than `kinds`.
     ///
     /// # Errors
-    /// [`NoPlace`] if the particles do not fit. With `as_many_as_fit`, this is an error only if not a single particle
-    /// fits.
+    /// [`NoPlace`] if the particles do not fit; with `as_many_as_fit`, if not a single particle fits.
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, NoPlace> {
         let dense = if self.as_many_as_fit { None } else { self.compression() };
         if let Some(dense) = &dense
@@ -54,7 +53,6 @@ impl RandomFill<'_> {
         }
     }
 
-    /// Iterates over the radius and the species of each particle.
     fn sizes(&self) -> impl ExactSizeIterator<Item = (f64, u32)> {
         self.kinds.iter().map(|kind| (0.5 * self.diameter(*kind), kind.0))
     }
@@ -63,8 +61,7 @@ impl RandomFill<'_> {
         self.species[kind.0 as usize].diameter
     }
 
-    /// Compression as an alternative to insertion; `None` unless all particles can move and are alone in a periodic
-    /// box.
+    /// Compression instead of insertion; `None` unless all particles can move and are alone in a periodic box.
     fn compression(&self) -> Option<Compression<'_>> {
         let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {

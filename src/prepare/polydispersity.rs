@@ -1,8 +1,8 @@
 //! Distributions of diameters, divided into classes. Each class is a species.
 //!
 //! With `n` classes, the class `k` covers the quantiles from `k/n` to `(k+1)/n`, and its diameter is the mean over this
-//! range. All classes therefore have equal shares, and their mean is exactly the mean of the distribution. Only their
-//! variance is too small, because it lacks the variance within the classes.
+//! range. So all classes have equal shares, and their mean is exactly the mean of the distribution. Their variance is
+//! too small, because it lacks the variance within the classes.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -20,10 +20,8 @@ pub(crate) fn uniform(lower: f64, upper: f64, classes: u64) -> Vec<f64> {
 }
 
 /// Diameters of the classes of a Gaussian distribution that is truncated at 0 `[length]`. The classes are equal shares
-/// of the part above 0.
-///
-/// The mean between the quantiles `a` and `b`, which enclose a share `w`, is `mean + deviation (g(a) - g(b)) / w` with
-/// the density `g`.
+/// of the part above 0. The mean between the quantiles `a` and `b`, which enclose a share `w`, is `mean + deviation
+/// (g(a) - g(b)) / w` with the density `g`.
 pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let cut = normal_distribution(-mean / deviation);
     let share = (1.0 - cut) / classes as f64;
@@ -38,9 +36,9 @@ pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
 
 /// Diameters of the classes of a lognormal distribution `[length]`.
 ///
-/// `mean` and `deviation` describe the diameter. The variance of its logarithm is `s^2 = ln(1 + deviation^2 / mean^2)`.
-/// A class between the quantiles `a` and `b` of the standard normal distribution has the mean
-/// `n mean [P(b - s) - P(a - s)]`, where `P` is the normal distribution function and `n` the number of classes.
+/// `mean` and `deviation` describe the diameter. Its logarithm has the variance `s^2 = ln(1 + deviation^2 / mean^2)`. A
+/// class between the quantiles `a` and `b` of the standard normal distribution has the mean `n mean [P(b - s) - P(a -
+/// s)]`, with the normal distribution function `P` and the number of classes `n`.
 pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let width = libm::log1p((deviation / mean) * (deviation / mean)).sqrt();
     let edge = |k: u64| match k {
@@ -55,15 +53,13 @@ pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
     classes.iter().map(|class| class.share * class.diameter).sum()
 }
 
-/// The mass of a particle of a class, if a particle of the mean diameter has the mass `mass`. The material
-/// is the same, so masses are proportional to volumes.
+/// The mass of a particle of a class, in proportion to its volume. A particle of the mean diameter has the mass `mass`.
 pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: usize) -> f64 {
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
-/// Returns the order in which `count` classes of diameters receive the particles that are left over from an equal
-/// division. Classes at equal distances from the middle class follow each other, so that the mean diameter hardly
-/// changes.
+/// Returns the order in which `count` classes of diameters receive the particles that remain after an equal division.
+/// Classes at equal distances from the middle class follow each other, so that the mean diameter hardly changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =
@@ -123,9 +119,9 @@ mod tests {
             // The mean has the rounding errors of a sum of 64 terms.
             assert!((mean - 2.0).abs() < 1e-13, "{mean}");
             // Upper bound of the variance within the `n` classes, relative to the total variance. The two outermost
-            // classes contribute most: a tail beyond `z` has at most the variance `1 / z^2` about its mean. The other
-            // classes share a range of `2 z`, so that their variance is `(2 z / n)^2 / 12`. The tails of a lognormal
-            // distribution are stretched by up to `exp(2 * 0.1 * z)`.
+            // classes contribute most: a tail beyond `z` has at most the variance `1 / z^2` about its mean. All others
+            // share a range of `2 z`, with the variance `(2 z / n)^2 / 12`. The tails of a lognormal distribution are
+            // stretched by up to `exp(2 * 0.1 * z)`.
             let z: f64 = 2.15;
             let within = (2.0 / 64.0 / (z * z) + (2.0 * z / 64.0).powi(2) / 12.0) * libm::exp(2.0 * width * z);
             let lost = 1.0 - (deviation / 0.2) * (deviation / 0.2);
@@ -142,8 +138,8 @@ mod tests {
 
     #[test]
     fn a_gaussian_is_cut_at_zero() {
-        // With a mean near 0, truncation at 0 removes half of the distribution. The other half has a mean of
-        // sqrt(2 / pi) standard deviations.
+        // With a mean near 0, truncation leaves half of the distribution, with a mean of sqrt(2 / pi) standard
+        // deviations.
         let diameters = gaussian(1e-9, 1.0, 64);
         let (mean, deviation) = mean_and_deviation(&diameters);
         assert!((mean - (2.0 / PI).sqrt()).abs() < 1e-8, "{mean}");

@@ -74,8 +74,7 @@ impl FillRegion {
             Self::Cone { base, axis, radii, length } => {
                 let axis = axis.normalize();
                 [0, 1, 2].map(|k| {
-                    // Half the extent along the axis `k` of a disk of radius 1 that is perpendicular to the cone's
-                    // axis.
+                    // Half the extent along the axis `k` of a disk of radius 1 perpendicular to the cone's axis.
                     let reach = (1.0 - axis[k] * axis[k]).max(0.0).sqrt();
                     let places = [base[k], base[k] + length * axis[k]];
                     let low = (places[0] - radii[0] * reach).min(places[1] - radii[1] * reach);
@@ -104,8 +103,8 @@ impl FillRegion {
         }
     }
 
-    /// Distance from the axis of a cone to the centre of a particle that touches the side from inside `[length]`;
-    /// negative where the cone is too narrow.
+    /// Distance from the axis of a cone to the centre of a particle that touches the side from inside; negative where
+    /// the cone is too narrow `[length]`.
     fn room_at(&self, along: f64, particle: f64) -> f64 {
         let Self::Cone { radii: [a, b], length, .. } = self else { return 0.0 };
         a + (b - a) * along / length - particle * libm::hypot(1.0, (b - a) / length)
@@ -116,15 +115,13 @@ impl FillRegion {
         let Self::Cone { radii: [a, b], length, .. } = self else { return None };
         let ends = [particle, length - particle];
         let room = ends.map(|end| self.room_at(end, particle));
-        // Height at which a particle on the axis touches the side. It limits the range at an end that is too narrow for
-        // the particle.
+        // At this height, a particle on the axis touches the side. It limits the range at an end that is too narrow.
         let slope = (b - a) / length;
         let apex = ends[0] - room[0] / slope;
         let [low, high] = [if room[0] < 0.0 { apex } else { ends[0] }, if room[1] < 0.0 { apex } else { ends[1] }];
         (ends[0] <= ends[1] && room[0].max(room[1]) >= 0.0).then_some([low, high])
     }
 
-    /// Whether a particle of radius `particle` fits into the region.
     pub(crate) fn has_room(&self, particle: f64) -> bool {
         match self {
             Self::Box(_) => true,
@@ -133,8 +130,8 @@ impl FillRegion {
         }
     }
 
-    /// Draws a uniformly distributed position at which the particle's surface is inside the region. The particle must
-    /// fit, see [`Self::has_room`].
+    /// Draws a uniformly distributed position of a particle that is entirely inside the region. The particle must fit,
+    /// see [`Self::has_room`].
     pub(crate) fn draw(&self, space: &Space, particle: f64, random: &mut Random) -> Vector {
         match self {
             Self::Box(region) => insertion::draw(region, space, particle, random),
@@ -154,8 +151,7 @@ impl FillRegion {
                 loop {
                     let along = low + (high - low) * random.uniform();
                     let across = disk(&axis, space, random) * widest;
-                    // At least a third of the attempts succeed, because the volume of a cone is a third of the volume
-                    // of a cylinder.
+                    // At least a third of the attempts succeed, because a cone has a third of the volume of a cylinder.
                     if across.norm() <= self.room_at(along, particle).max(0.0) || widest == 0.0 {
                         return base + axis * along + across;
                     }
@@ -171,7 +167,7 @@ fn disk(axis: &Vector, space: &Space, random: &mut Random) -> Vector {
     loop {
         let direction = random.direction(space);
         let across = direction - axis * axis.dot(&direction);
-        // If the two directions are nearly parallel, their difference is mostly rounding error.
+        // If the two directions are nearly parallel, `across` is mostly rounding error.
         if across.norm_squared() > 1e-12 {
             return across.normalize() * reach;
         }
@@ -247,8 +243,8 @@ mod tests {
                     }
                 }
                 let (even, expected) = (even / f64::from(count), sum / inside);
-                // Four standard errors of the difference between two means, each of 4000 values of x. The standard
-                // deviation of x is at most 3.
+                // Four standard errors of the difference of two means of 4000 values, with a standard deviation of at
+                // most 3.
                 assert!(
                     (even - expected).abs() < 4.0 * 3.0 * (2.0 / inside).sqrt(),
                     "{shape:?}: {even} {expected} {middle}"

@@ -1,8 +1,8 @@
 //! Particles at rest in contact at the start of a scene, pushed by their weight against something immobile.
 //!
 //! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2 v / a`.
-//! For a sphere at rest this time is zero, so its events would never end. For a sphere almost at
-//! rest, events are so frequent that time hardly advances, and the TC model makes all of them elastic.
+//! For a sphere at rest this time is zero, so its events would never end. For a sphere almost at rest, events are so
+//! frequent that time hardly advances, and the TC model makes all of them elastic.
 
 use crate::Vector;
 use crate::base::numbers::id;
@@ -12,7 +12,7 @@ use crate::model::{ParticleId, Scene, SpeciesId, SurfaceLaw};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Ground {
-    /// A wall of the box: its axis, and whether it is the upper wall of this axis.
+    /// A wall of the box: its axis, and whether it is the upper wall.
     Wall(u8, bool),
     /// A surface of the scene, given by its name.
     Surface(String),
@@ -30,7 +30,7 @@ pub(crate) struct Resting {
     pub acceleration: f64,
 }
 
-/// Relative rounding error of coordinates. A gap that is smaller counts as contact.
+/// Relative rounding error of coordinates. A smaller gap counts as contact.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A particle is at rest if it is in contact again within this fraction of the contact time of the TC model.
@@ -40,7 +40,7 @@ const OF_CONTACT_TIME: f64 = 1e-4;
 /// falls by its diameter.
 const OF_FALL: f64 = 1e-8;
 
-/// All particles at rest on something immobile, each listed once.
+/// Particles at rest on something immobile, each listed once.
 pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
     let rows: Vec<SpeciesId> = (0..scene.species.len()).map(|row| SpeciesId(id(row))).collect();
     let surfaces = Surfaces::of(scene, &rows);
@@ -109,7 +109,7 @@ fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     });
 }
 
-/// `normal` points from the ground to the particle.
+/// Records a particle in contact if it is at rest. `normal` points from the ground to the particle.
 fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vector, ground: impl Fn() -> Ground) {
     let particle = &scene.particles[number];
     let species = &scene.species[particle.species.0 as usize];
@@ -187,10 +187,9 @@ mod tests {
                 ([2.0, 2.0, 0.5], REST),
                 ([on_slope, 9.0, 1.0], REST),
                 ([5.0, 5.0, 6.5], REST),
-                // This particle lies on another particle that can move, so it is not at rest on anything fixed.
+                // This particle lies on a particle that can move, so it is not at rest on anything fixed.
                 ([2.0, 2.0, 1.5], REST),
-                // The first of these particles touches the ceiling. The others touch the static particle, one from
-                // below and one from the side.
+                // One particle touches the ceiling. Two touch the static particle, from below and from the side.
                 ([9.0, 9.0, 19.5], REST),
                 ([5.0, 5.0, 3.5], REST),
                 ([6.5, 5.0, 5.0], REST),

@@ -1,12 +1,11 @@
 //! Surfaces made of static spheres, arranged so that they do not leak.
 //!
-//! The contact distance of a moving sphere with the static spheres is `s`. The circumradius `R` of a hole is the
-//! distance from its middle to the nearest static spheres. The moving sphere passes through the hole only if `R`
-//! exceeds `s`.
+//! A moving sphere with the contact distance `s` passes through a hole only if `s` is less than the circumradius `R` of
+//! the hole, the distance from its middle to the nearest static spheres.
 //!
-//! If spheres in a row are at most `d` apart, and adjacent rows at most `h`, all holes have
-//! `R <= sqrt(d^2 + h^2) / 2`, for any shift of the rows. The reason: if a circle contains no sphere centre, its chord
-//! along each row is at most `d` long. Its centre is at most `h / 2` from the nearer row.
+//! If spheres in a row are at most `d` apart, and adjacent rows at most `h`, all holes have `R <= sqrt(d^2 + h^2) / 2`,
+//! for any shift of the rows: a circle without sphere centres has a chord of at most `d` along each row, and its centre
+//! is at most `h / 2` from the nearer row.
 
 pub(crate) mod curve;
 pub(crate) mod leak;
@@ -19,15 +18,13 @@ use crate::base::numbers::trunc_to_usize;
 use crate::model::{Space, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 
-/// Default ratio of a hole to the contact distance. A particle's centre then sinks between static spheres by
-/// at most `1 - sqrt(1 - 0.65^2) = 24 %` of the contact distance, so that the surface is smooth as well as
-/// tight.
+/// Default ratio of a hole to the contact distance. A particle's centre sinks between static spheres by at most `1 -
+/// sqrt(1 - 0.65^2) = 24 %` of the contact distance, so the surface is smooth as well as tight.
 const HOLE_TO_CONTACT: f64 = 0.65;
 
-/// Default spacing of a square grid for a surface of this species `[length]`. The holes are then too small for any
-/// moving species to pass.
+/// Default spacing of a square grid for a surface of this species. No moving species can pass its holes `[length]`.
 pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &Contacts) -> f64 {
-    // The species with the shortest contact distance determines the spacing, because it would leak first.
+    // The species with the shortest contact distance would leak first.
     let moving = (0..species.len()).filter(|&other| !species[other].is_static());
     let contacts = moving.map(|other| contacts.get(other, surface.0 as usize)).filter(|contact| *contact > 0.0);
     default_spacing(contacts.reduce(f64::min).unwrap_or(species[surface.0 as usize].diameter))
@@ -131,8 +128,8 @@ pub(crate) struct Layout {
 }
 
 impl Surface {
-    /// Approximate number of spheres of the surface, never less than half of the actual number. It allows a surface
-    /// with too many spheres to be rejected before it is created.
+    /// Approximate number of spheres of the surface, at least half of the actual number. It allows a surface with too
+    /// many spheres to be rejected before it is created.
     pub(crate) fn estimate(&self, spacing: f64) -> f64 {
         let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
         match self {
@@ -154,8 +151,8 @@ impl Surface {
         matches!(self, Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. })
     }
 
-    /// Spacing at which the holes of this surface are as large as the holes of a square grid with the spacing `of_grid`.
-    /// With the spacing `d`, the holes have the radius `d / 2` along a curve, and `d / sqrt(2)` in a grid.
+    /// Spacing at which the holes of this surface are as large as the holes of a square grid with the spacing
+    /// `of_grid`. Holes have the radius `d / 2` along a curve with the spacing `d`, and `d / sqrt(2)` in a grid.
     pub(crate) fn spacing(&self, of_grid: f64) -> f64 {
         if self.is_plane_curve() { SQRT_2 * of_grid } else { of_grid }
     }
@@ -200,9 +197,8 @@ fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {
     layout
 }
 
-/// Circumradius of the holes in a grid of parallelograms. It is the circumradius of the triangle of the
-/// edges and the shorter diagonal, `R = |a| |b| |a - b| / (2 |a x b|)`. This triangle is not obtuse if
-/// both diagonals are longer than the edges.
+/// Circumradius of the holes in a grid of parallelograms: of the triangle of the edges and the shorter diagonal, `R
+/// = |a| |b| |a - b| / (2 |a x b|)`, which is not obtuse if both diagonals are longer than the edges.
 fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     let b = if a.dot(b) < 0.0 { -b } else { *b };
     let diagonal = a - b;
@@ -217,7 +213,7 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     }
 }
 
-/// Adjacent sides share the spheres on their common edge.
+/// Sides of a box. Adjacent sides share the spheres on their common edge.
 fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layout {
     let size = upper - lower;
     let cells = [0, 1, 2].map(|k| intervals(size[k], spacing));
@@ -253,8 +249,8 @@ fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layo
     layout
 }
 
-/// A ring of spheres, turned by a fraction of a step. Every other ring is turned by half a step, which makes most holes
-/// smaller than the bound.
+/// A ring of spheres, turned by a fraction of a step. Every second ring is turned by half a step, which makes most
+/// holes smaller than the bound.
 fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: f64) -> (Vec<Vector>, f64) {
     let count = if radius > 0.0 { intervals(TAU * radius, spacing) } else { 1 };
     let points = (0..count)
@@ -266,7 +262,6 @@ fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: 
     (points, TAU * radius / count as f64)
 }
 
-/// Returns two unit vectors perpendicular to `axis` and to each other.
 fn across(axis: &Vector) -> [Vector; 2] {
     let least = if axis.x.abs() <= axis.y.abs() && axis.x.abs() <= axis.z.abs() {
         Vector::x()
@@ -308,8 +303,7 @@ fn sphere(centre: &Vector, radius: f64, spacing: f64) -> Layout {
     let mut widest: f64 = 0.0;
     for row in 0..=rows {
         let angle = 0.5 * TAU * row as f64 / rows as f64;
-        // Each pole is a single sphere. The radius of its ring is set to 0, because the computed sine of pi is not
-        // exactly 0.
+        // Each pole is a single sphere. Its radius is set to 0, because the computed sine of pi is not exactly 0.
         let across = if row == 0 || row == rows { 0.0 } else { radius * libm::sin(angle) };
         let height = Vector::z() * (radius * libm::cos(angle));
         let (points, step) = ring(&(centre + height), &directions, across, spacing, 0.5 * (row % 2) as f64);

@@ -1,8 +1,7 @@
 //! Velocities at the start: Maxwell velocities, or equal speeds in random directions.
 //!
-//! Maxwell velocities have normal components of variance `T / m`, no net momentum along axes where it is
-//! conserved, and exactly the requested temperature. Equal speeds have exactly the requested value, and
-//! directions are chosen so that the net momentum is zero.
+//! Maxwell velocities have normal components of variance `T / m`, no net momentum along axes where it is conserved, and
+//! exactly the requested temperature. Equal speeds have exactly the requested value and no net momentum.
 
 mod anew;
 
@@ -14,8 +13,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Particle, Scene, Species};
 
-/// Draws velocities for the moving particles of `particles`. There is no net momentum, and the temperature
-/// is exact, `T = 2 K / (D (N - 1))`.
+/// Draws velocities of the moving particles without net momentum, at the exact temperature `T = 2 K / (D (N - 1))`.
 pub(crate) fn maxwell(
     particles: &mut [Particle],
     species: &[Species],
@@ -29,7 +27,7 @@ pub(crate) fn maxwell(
     settle(particles, &[all], species, &Cloud { temperature, conserved, dimensions: space.dimensions() });
 }
 
-/// A cloud: particles of one temperature around a common velocity, from one or more groups of the scene.
+/// Particles of one temperature around a common velocity, from one or more groups of the scene.
 struct Cloud {
     temperature: f64,
     /// Axes along which the momentum of these particles is conserved.
@@ -40,9 +38,9 @@ struct Cloud {
 /// The initial velocities of a group: Maxwell velocities or equal speeds, around a common velocity.
 pub(crate) struct Drawn {
     pub ids: Range<usize>,
-    /// Index of the group. Each group has its own random numbers.
+    /// Index of the group, which selects its random numbers.
     pub group: usize,
-    /// Temperature `[energy]`. If both `temperature` and `speed` are `None`, particles have only the common velocity.
+    /// Temperature `[energy]`. Without a temperature or a speed, particles have only the common velocity.
     pub temperature: Option<f64>,
     /// Speed of every particle `[length / time]`, used if there is no temperature.
     pub speed: Option<f64>,
@@ -50,11 +48,8 @@ pub(crate) struct Drawn {
     pub velocity: Vector,
 }
 
-/// Sets the velocities of groups: thermal velocities, the common velocity, and the streaming velocity of a
-/// sheared box.
-///
-/// Particles with the same temperature and common velocity form one cloud, even if they belong to several
-/// groups.
+/// Sets the velocities of groups: thermal velocities, the common velocity, and the streaming velocity of a sheared box.
+/// Particles of several groups form one cloud if they have the same temperature and common velocity.
 pub(crate) fn set_velocities(groups: &[Drawn], scene: &mut Scene) {
     let (conserved, dimensions) = (scene.conserved_axes(), scene.space.dimensions());
     let Scene { particles, species, space, seed, shear_rate, .. } = scene;
@@ -103,11 +98,10 @@ fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperat
 
 /// Gives all moving particles the same speed, in random directions without net momentum.
 ///
-/// Subtracting the velocity of the centre of mass would make speeds differ. Instead, directions are
-/// opposite in randomly chosen pairs of particles of one species. If a species has an odd number of
-/// particles, the last three are at 120 degrees to each other in a random plane. The momentum is then zero
-/// for any masses. There are two exceptions: a single particle of a species, and the last of an odd number
-/// of particles on a line. Such a particle keeps its own direction.
+/// Subtracting the velocity of the centre of mass would make speeds differ. Instead, directions are opposite in
+/// randomly chosen pairs of particles of one species. If a species has an odd number of particles, three of them are at
+/// 120 degrees to each other in a random plane. The momentum is zero for any masses, with two exceptions: a single
+/// particle of a species, and the last of an odd number of particles on a line, each in a direction of its own.
 fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, speed: f64, random: &mut Random) {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); species.len()];
     for (index, particle) in particles.iter().enumerate().filter(|(_, particle)| mass(particle, species).is_finite()) {
@@ -132,14 +126,13 @@ fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, 
     }
 }
 
-/// Returns three directions at 120 degrees to each other, in a random plane. The space needs at least two axes that are
-/// not flat.
+/// Returns three directions at 120 degrees to each other, in a random plane. At least two axes must not be flat.
 fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     let first = random.direction(space);
     let across = loop {
         let second = random.direction(space);
         let across = second - first * first.dot(&second);
-        // If the two directions are nearly parallel, their difference is mostly rounding error.
+        // If the two directions are nearly parallel, `across` is mostly rounding error.
         if across.norm_squared() > 0.01 {
             break across.normalize();
         }
@@ -148,12 +141,11 @@ fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     [first, across * sine - first * cosine, -across * sine - first * cosine].map(|direction| direction.normalize())
 }
 
-/// Removes the total momentum along the axes on which it is conserved. Then scales velocities to exactly
-/// the temperature, `T = 2 K / f`.
+/// Removes the total momentum along the axes on which it is conserved. Then scales velocities to the exact temperature,
+/// `T = 2 K / f`.
 ///
-/// `N` moving particles have `D N` degrees of freedom, less one for each of the `c` conserved components
-/// of the momentum: `f = D N - c`, as in the measured temperature. A single particle keeps its momentum,
-/// `T = 2 K / D`.
+/// `N` moving particles have `f = D N - c` degrees of freedom, where `c` counts the conserved components of the
+/// momentum. A single particle keeps its momentum, with `T = 2 K / D`.
 fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Species], cloud: &Cloud) {
     let moving = || members.iter().cloned().flatten();
     let (mut momentum, mut total_mass, mut count) = (Vector::zeros(), 0.0, 0_usize);
@@ -229,8 +221,7 @@ mod tests {
         assert!((particles[1].velocity.norm_squared() - 4.5).abs() < 1e-13);
     }
 
-    /// Masses and velocities of particles that all have the speed 1.3. `numbers` are the numbers of particles with the
-    /// masses 0.7, 3 and 11.
+    /// Masses and velocities of particles of speed 1.3. `numbers` are the numbers of particles of mass 0.7, 3 and 11.
     fn equal(numbers: [usize; 3], boundary: [Boundary; 3], seed: u64) -> Vec<(f64, Vector)> {
         let species: Vec<Species> = [0.7, 3.0, 11.0]
             .iter()
@@ -263,7 +254,7 @@ mod tests {
                 assert!(momentum.norm() < 4.0 * f64::EPSILON * 1.3 * largest, "{numbers:?}: {momentum}");
             }
         }
-        // The total momentum cannot be zero for an odd number of particles on a line, or for a single particle.
+        // An odd number of particles on a line, or a single particle, cannot have zero momentum.
         let momentum =
             |numbers, boundary| equal(numbers, boundary, 1).iter().map(|(m, v)| v * *m).sum::<Vector>().norm();
         assert!((momentum([5, 0, 0], [flat, periodic, flat]) / (0.7 * 1.3) - 1.0).abs() < 1e-14);

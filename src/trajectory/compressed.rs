@@ -7,10 +7,9 @@ use std::path::Path;
 use flate2::bufread::MultiGzDecoder;
 use ruzstd::decoding::StreamingDecoder;
 
-/// Size of the buffer of a file `[bytes]`.
 const BUFFER: usize = 1 << 16;
 
-/// Largest accepted window of Zstandard `[bytes]`. It is the default limit of the program `zstd`.
+/// Largest accepted window of Zstandard, as in the program `zstd` `[bytes]`.
 const LARGEST_WINDOW: u64 = 1 << 27;
 
 const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -20,7 +19,7 @@ pub(crate) fn is_compressed(start: &[u8]) -> bool {
     start.starts_with(&GZIP) || start.starts_with(&ZSTANDARD)
 }
 
-/// Opens a text file. Compressed files are unpacked.
+/// Opens a text file, compressed or not.
 ///
 /// # Errors
 /// If the file cannot be opened or read. Errors within a compressed file are reported when it is read.
@@ -28,7 +27,7 @@ pub(crate) fn open(path: &Path) -> io::Result<Box<dyn BufRead>> {
     unpacked(BufReader::with_capacity(BUFFER, File::open(path)?))
 }
 
-/// Returns a reader of a text, which is unpacked if it is compressed.
+/// Returns a reader of a text, compressed or not.
 ///
 /// # Errors
 /// If the beginning of the text cannot be read.
@@ -128,8 +127,7 @@ mod tests {
             for cut in [5, 40, packed.len() / 2, packed.len() - 3] {
                 assert!(read(&packed[..cut]).is_err(), "{cut}");
             }
-            // A changed byte must not cause a panic. If the format has a checksum, either the file is rejected or the
-            // text is unchanged.
+            // A changed byte must not cause a panic. A format with a checksum must reject the file or keep the text.
             for k in 0..60 {
                 let mut changed = packed.clone();
                 let at = 4 + k * 7_919 % (packed.len() - 4);

@@ -70,8 +70,7 @@ pub struct FrameSpecies {
     pub name: String,
     /// Whether particles of this species never move, for example in a static surface.
     pub is_static: bool,
-    /// Mass of the particles `[mass]`, infinite for a static species; `None` if the trajectory file does not contain
-    /// it.
+    /// Mass of the particles, infinite for a static species; `None` if the trajectory file lacks it `[mass]`.
     pub mass: Option<f64>,
 }
 
@@ -103,8 +102,7 @@ pub struct Frame {
     pub size: Vector,
     /// Whether each axis is periodic: a particle that leaves on one side enters on the other.
     pub periodic: [bool; 3],
-    /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]`; 0 in a box that is not
-    /// sheared `[length]`.
+    /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]`; 0 without shear `[length]`.
     pub displacement: f64,
     /// Species of the particles.
     pub species: Vec<FrameSpecies>,
@@ -114,10 +112,10 @@ pub struct Frame {
     pub bonds: Vec<[ParticleId; 2]>,
     /// Names of the interactions of the bonds.
     pub bond_names: Vec<String>,
-    /// For each bond, the index of its interaction in `bond_names`; empty if a file does not contain it.
+    /// For each bond, the index of its interaction in `bond_names`; empty if a file lacks it.
     pub bond_kinds: Vec<u32>,
-    /// Number of periods that each particle has travelled along each axis, in the order of the particles. Empty if a
-    /// file does not contain them. [`Frame::unwrapped`] uses them.
+    /// Number of periods that each particle has travelled along each axis, in the order of the particles, for
+    /// [`Frame::unwrapped`]. Empty if a file lacks it.
     #[doc(alias = "image flags")]
     pub images: Vec<[i32; 3]>,
     /// Additional scalars of the particles, such as the bond order.
@@ -171,8 +169,8 @@ impl Frame {
         }
     }
 
-    /// Returns the names of the interactions of a scene's bonds, and the index of each bond into the names.
-    /// Both are empty if an interaction has no name.
+    /// Returns the names of the interactions of a scene's bonds, and the index of each bond into the names. Both are
+    /// empty if an interaction has no name.
     #[must_use]
     pub fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
         let mut names: Vec<String> = Vec::new();
@@ -191,8 +189,8 @@ impl Frame {
         kinds.map_or_else(Default::default, |kinds| (names, kinds))
     }
 
-    /// Position without wrapping of the particle with this index `[length]`. If its images are unknown, it is the
-    /// position in the box. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
+    /// Position without wrapping of the particle with this index, or its position in the box if its images are unknown
+    /// `[length]`. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
     #[must_use]
     pub fn unwrapped(&self, place: usize) -> Vector {
         let position = self.particles[place].position;
@@ -225,7 +223,7 @@ impl Frame {
         self.size[axis] == 0.0
     }
 
-    /// Axes that are neither periodic nor flat are open.
+    /// The space of the frame. Axes that are neither periodic nor flat are open.
     pub(crate) fn space(&self) -> Space {
         let boundary = |axis: usize| match self.periodic[axis] {
             true => Boundary::Periodic,
@@ -260,13 +258,13 @@ impl Frame {
         (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
     }
 
-    /// Whether a scalar can have this name in every format: it must be a word that no format uses for anything else.
+    /// Whether a scalar can have this name in every format: a word that no format uses for anything else.
     pub(super) fn is_name_of_scalar(name: &str) -> bool {
         let is_word = name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_');
         !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())
     }
 
-    /// The mass of each particle, if all masses are known; 0 for static particles, so that sums stay finite.
+    /// The mass of each particle, 0 if static, so that sums stay finite; `None` if a mass is unknown.
     pub(crate) fn masses(&self) -> Option<Vec<f64>> {
         let mass = |particle: &FrameParticle| self.species.get(particle.species.0 as usize)?.mass;
         let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };

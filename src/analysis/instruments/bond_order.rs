@@ -90,7 +90,7 @@ pub(super) struct BondOrder {
     /// The cutoff in use `[length]`.
     cutoff: f64,
     bins: usize,
-    /// Averages of the number of neighbours, and for each degree of the mean order, the global order and the
+    /// Averages: first the number of neighbours; then, for each degree, the mean order, the global order and the
     /// density in each bin.
     curve: CurveAverage,
 }
@@ -158,8 +158,7 @@ impl Instrument for BondOrder {
                 }
             }
         });
-        // The order of a particle without neighbours is undefined, so means are over the particles with
-        // neighbours.
+        // The order of a particle without neighbours is undefined, so means exclude these particles.
         values[1..].iter_mut().for_each(|value| *value /= bonded);
         values[0] = bonds as f64 / system.moving.len() as f64;
         for (index, sums) in of_all.iter().enumerate() {
@@ -179,8 +178,8 @@ impl Instrument for BondOrder {
             measured.numbers.push(Number::estimated(name, title, "1", self.curve.estimate(element), method));
         };
         number("neighbours", "Number of neighbours", 0, &format!("mean number of {neighbours}"));
-        // The number of particles with neighbours differs between samples. Each sample has therefore been divided by
-        // its own number.
+        // The number of particles with neighbours differs between samples, so each sample was normalised by its own
+        // number.
         let normalisation = Normalisation::of(
             "fraction of particles in the bin, among the particles with neighbours, over all samples",
         )

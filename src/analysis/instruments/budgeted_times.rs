@@ -23,9 +23,9 @@ const PER_FLIGHT: f64 = 200.0;
 
 /// Evenly spaced sampling times at the interval of the plan.
 ///
-/// If the plan has no interval, the number of samples follows from a budget of floating-point operations. Each sample
-/// takes `work` operations. There are then 16 to 200 samples in the expected duration. Their interval is neither a
-/// simple fraction nor a multiple of the time between two scalings of the velocities.
+/// If the plan has no interval, a budget of floating-point operations gives 16 to 200 samples in the expected duration,
+/// at `work` operations each. Their interval is neither a simple fraction nor a multiple of the time between two
+/// scalings of the velocities.
 pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
     let start = setup.sample.time;
     // This is the shortest interval that floating-point times can resolve.

@@ -30,8 +30,8 @@ const MOST_DISTRIBUTIONS: usize = 8;
 /// `n` bonds of maximum length `b`. Fewer than one chain in a million is longer.
 const LONGEST_WALK: f64 = 4.0;
 
-/// Bond lengths, and the size of each connected component. Components are unwrapped along their bonds by
-/// nearest images, because bonds are shorter than half a period.
+/// Bond lengths, and the size of each molecule. Molecules are unwrapped along their bonds by nearest images, because
+/// bonds are shorter than half a period.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Chains {
     times: SamplingTimes,

@@ -23,11 +23,10 @@ const BLOCK: u64 = 64;
 
 /// Follows each particle from one Core event to the next.
 ///
-/// A free path is the length of a flight, summed over straight pieces if events of other kinds come between;
-/// the free time is its duration. If momentum is conserved, lengths are relative to the centre of mass.
-/// Flights that are unfinished at the start or at the end do not count. Paths are not measured for
-/// accelerated particles, nor in a sheared box, where particles accelerate relative to the streaming around
-/// them.
+/// A free path is the length of such a flight, summed over its straight pieces if other events come between; the free
+/// time is its duration. If momentum is conserved, lengths are relative to the centre of mass. Flights that are
+/// unfinished at the start or at the end do not count. Paths are not measured if particles accelerate, or in a sheared
+/// box, where they accelerate relative to the streaming around them.
 ///
 /// The mean free time has the relative error of `N t / n`, where `n` flights end in a time `t`. The
 /// error of the mean free path follows in the same way from the total distance. The scatter of single flights
@@ -37,8 +36,8 @@ const BLOCK: u64 = 64;
 pub(super) struct FreePaths {
     /// By particle id.
     flights: Vec<Flight>,
-    /// Statistics of the finished flights: their times, then their lengths. The latter are missing if
-    /// particles accelerate or the box is sheared.
+    /// Statistics of the finished flights: their times, then their lengths. Lengths are missing if particles accelerate
+    /// or the box is sheared.
     ended_flights: Vec<EndedFlights>,
     /// Velocity of the centre of mass if it is conserved.
     drift: Vector,
@@ -62,8 +61,8 @@ struct Flight {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct EndedFlights {
     histogram: Histogram,
-    /// In each block, the total time or distance that all particles have flown, divided by the number of
-    /// finished flights. `flown` is the total of the current block.
+    /// In each block, the total time or distance flown by all particles, divided by the number of finished flights.
+    /// `flown` is the total of the current block.
     per_flight: BlockAverage,
     flown: f64,
 }

@@ -62,9 +62,8 @@ pub trait Instrument {
 
     /// Called with the particles at the end of the measurement, even if it was interrupted.
     ///
-    /// By default, it takes a sample if the requested time has been reached; your own method must do the
-    /// same. A checkpoint is written before this call, so an instrument that is restored from it has not seen
-    /// the call.
+    /// By default, it takes a sample if the requested time has been reached; your own method must do the same. A
+    /// checkpoint is written before this call, so an instrument restored from the checkpoint has not seen the call.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let due = self.next_sample();
         if is_now(due, sample.time) {

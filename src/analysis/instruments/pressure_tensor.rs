@@ -20,27 +20,25 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 
 /// Measures the pressure tensor from all events.
 ///
-/// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`. If momentum along `a` or `b` is conserved,
-/// velocities are relative to the centre of mass; otherwise the factor `N / (N - 1)` is absent. Walls keep
-/// centres a radius away, so between walls each species has its own volume `V_i`. The kinetic part of the
-/// pressure is then `<sum m v_a v_b / V_i>`, with the factor of [`freed`]. Along an axis between
-/// walls, the collisional part is the sum of `r_a J_b / V_i` over the particles, where `r_a` is measured from
-/// the middle of the box. The trace is `D (N T + W / (D t))`, derived at
-/// [`Observer`](crate::analysis::observables::Observer). `Z` is the mean trace divided by the mean of its
-/// kinetic part, `D rho T`. The kinetic part is exact unless particles accelerate; then it is integrated along
-/// straight lines between samples.
+/// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`. If momentum along `a` or `b` is conserved, velocities
+/// are relative to the centre of mass; otherwise the factor `N / (N - 1)` is absent. Walls keep centres a radius away,
+/// so between walls each species has its own volume `V_i`. The kinetic part of the pressure is then `<sum m v_a v_b /
+/// V_i>`, with the factor of [`freed`]. Along an axis between walls, the collisional part is the sum of `r_a J_b / V_i`
+/// over the particles, where `r_a` is measured from the middle of the box. The trace is `D (N T + W / (D t))`, derived
+/// at [`Observer`](crate::analysis::observables::Observer). `Z` is the mean trace divided by the mean of its kinetic
+/// part, `D rho T`. The kinetic part is exact, except that it is integrated along straight lines between samples if
+/// particles accelerate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {
     blocks: SamplingTimes,
     flow: MomentumFlow,
     block_start: f64,
-    /// For each kind of event in [`RATES`], how many times moving particles took part in it, in this block
-    /// and in the whole run.
+    /// For each kind of event in [`RATES`], how many times moving particles took part: in this block, and in the whole
+    /// run.
     counts: [u64; 5],
     totals: [u64; 5],
     tensor: Vec<BlockAverage>,
     pressure: BlockAverage,
-    /// Kinetic part of the pressure.
     ideal: BlockAverage,
     rates: Vec<BlockAverage>,
 }
@@ -115,10 +113,11 @@ fn freed(system: &SystemDescription) -> f64 {
     }
 }
 
-/// Whether a component of the pressure tensor is the time derivative of a bounded moment. This holds with walls across
-/// `a` if nothing, not even these walls, transfers momentum along `b`, and no thermostat scales the velocities:
-/// `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum r_a J_b / V_i`. The mean over a time `t` is then the change of
-/// the moment divided by `t`.
+/// Whether a component of the pressure tensor is the time derivative of a bounded moment. Its mean over a time `t` is
+/// then the change of the moment divided by `t`.
+///
+/// This requires walls across `a` and no transfer of momentum along `b`, not even by these walls. No thermostat may
+/// scale the velocities. Then `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum r_a J_b / V_i`.
 fn is_moment([a, b]: [usize; 2], system: &SystemDescription) -> bool {
     let keeps = |walled: usize, other: usize| system.space.walls(walled) == 2 && system.conserved_axes[other];
     (keeps(a, b) || keeps(b, a)) && system.scaling_interval.is_none()
@@ -156,7 +155,7 @@ impl Instrument for PressureTensor {
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.flow.event(event, system);
         let kind = match event.kind {
-            // The discriminants of `Outcome` are in the order of `RATES`.
+            // The variants of `Outcome` are in the order of `RATES`.
             EventKind::Pair(outcome) => outcome as usize,
             EventKind::Surface => 4,
             EventKind::Thermostat => return,

@@ -23,11 +23,10 @@ const ELEMENTS: usize = 7;
 /// / V`, the velocity is `u = P / M`, and the temperature is `<sum m |v - u|^2> / f` with `<sum m |v - u|^2>
 /// = A - P^2 / M`. Errors follow from the errors of the means and their correlations.
 ///
-/// `f` is the number of free velocity components per sample, from `D` axes and `S` samples. Along each axis
-/// all samples have `S <N>` components, and the mean `u` removes one of them. Each conserved component of the
-/// total momentum removes the fraction `M / M_total` of a component from each sample, because then
-/// `<m v^2> = T (1 - m / M_total)`. The mean does not remove this fraction again. So
-/// `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)` with `c` conserved components.
+/// `f` is the number of free velocity components per sample, from `D` axes and `S` samples. Along each axis all samples
+/// have `S <N>` components, and the mean `u` removes one of them. Each of the `c` conserved components of the total
+/// momentum removes the fraction `M / M_total` of a component from each sample, because it makes `<m v^2> = T (1 - m /
+/// M_total)`. The mean does not remove this fraction again. So `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Profile {
     name: String,
@@ -93,8 +92,8 @@ impl Profile {
     }
 }
 
-/// Limits the numbers of bins so that there are at most [`MOST_CELLS`] cells. Each axis gets its bins, or as many as the
-/// axes before it leave.
+/// Limits the numbers of bins so that there are at most [`MOST_CELLS`] cells. Each axis gets its bins, or as many as
+/// the axes before it leave.
 fn affordable(bins: [u64; 3]) -> [usize; 3] {
     let mut left = MOST_CELLS;
     bins.map(|count| {
@@ -179,8 +178,7 @@ struct Cell {
 }
 
 impl Profile {
-    /// Returns the cell centres along each axis with more than one cell. If there is only one cell, returns
-    /// its x.
+    /// Returns the cell centres along each axis with more than one cell, or the x of a single cell.
     fn variables(&self) -> Vec<Variable> {
         let axes = (0..3).filter(|&k| self.bins[k] > 1 || (k == 0 && self.bins == [1; 3]));
         let cells = self.bins.iter().product();
@@ -206,8 +204,7 @@ impl Profile {
             return Cell { density: Some(Estimate { mean: 0.0, standard_error: None }), ..Cell::default() };
         }
         let flow = Vector::from_fn(|k, _| mean(2 + k).unwrap_or(0.0) / mass);
-        // The mean velocity relative to the streaming velocity, which is along x. It does not count as
-        // thermal motion.
+        // The mean velocity relative to the streaming along x. It does not count as thermal motion.
         let common = flow - Vector::new(mean(6).unwrap_or(0.0) / mass, 0.0, 0.0);
         let error = |terms: &[(usize, f64)]| self.curve.combination(terms).and_then(|sum| sum.standard_error);
         let velocity = |k: usize| Estimate {

@@ -42,8 +42,8 @@ pub(super) struct RadialDistribution {
     /// Class of each species; `None` for species that are in no pair.
     classes: Vec<Option<usize>>,
     pairs: Vec<Pair>,
-    /// Expected number of pairs in each bin for uncorrelated points. The bins of the distribution of all
-    /// pairs come first, then the bins near contact.
+    /// Expected number of pairs in each bin for uncorrelated points: first the bins of all distributions, then the bins
+    /// near contact.
     ideal: Vec<f64>,
     curve: CurveAverage,
 }
@@ -162,7 +162,7 @@ impl Instrument for RadialDistribution {
                 numbers[first_contact + pair * CONTACT_BINS + bin] += 1;
             }
         });
-        // The only possible error is a distance that is too long for the box. Then no pairs are counted.
+        // If the distance is too long for the box, the only possible error, no pairs are counted.
         found.unwrap_or_default();
         self.curve.add_all(numbers.iter().zip(&self.ideal).map(|(&number, ideal)| number as f64 / ideal));
     }
@@ -255,9 +255,8 @@ fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
     class.species.iter().map(|&species| system.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
 }
 
-/// Returns the probability that the distance of two random points lies in a range. The points are in the space
-/// that the centres of particles with these diameters can reach. Between walls, large particles have less
-/// space.
+/// Returns the probability that the distance of two random points lies in a range. The points are in the space that the
+/// centres of particles with these diameters can reach, which walls limit.
 fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
     let room = Room::new(&system.space, diameters[0]);
     let shortest = room.shortest();

@@ -187,7 +187,7 @@ pub(super) struct Registered {
 #[serde(from = "Vec<u8>")]
 enum Content {
     Live(Box<dyn Kept>),
-    /// Stored state from a checkpoint. The type of the instrument is not known yet.
+    /// State from a checkpoint. The instrument's type is not yet known.
     Stored(Vec<u8>),
 }
 

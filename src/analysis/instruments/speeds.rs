@@ -31,9 +31,9 @@ const WORK: f64 = 20.0;
 /// the streaming in a sheared box. Windows have equal lengths from the start of the measurement; the last one
 /// ends with it.
 ///
-/// The bins of each species end at 8 `sqrt(T / m)` of the first sample in which anything moves. When a
-/// particle is faster, neighbouring bins are merged, so no speed lies beyond the last bin. With a given end,
-/// faster particles are in no bin but still count in `N`.
+/// The bins of each species end at 8 `sqrt(T / m)` of the first sample in which anything moves. When a particle is
+/// faster, neighbouring bins are merged, so no speed lies beyond the last bin. If the plan gives the end, faster
+/// particles are in no bin but still count in `N`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Speeds {
     start: f64,
@@ -226,7 +226,6 @@ fn classes(plan: &plan::Speeds, width: f64, system: &SystemDescription) -> Vec<C
     present.into_iter().map(one).collect()
 }
 
-/// All its particles have the same mass.
 fn mass_of(species: u32, system: &SystemDescription) -> f64 {
     let first = system.species.iter().position(|other| *other == species);
     first.map_or(f64::INFINITY, |id| system.masses[id])

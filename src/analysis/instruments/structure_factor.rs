@@ -62,8 +62,7 @@ impl StructureFactor {
         let products: usize = shells.iter().map(|shell| shell.vectors.len()).sum();
         let powers: usize = longest(&shells).iter().sum();
         Self {
-            // For each particle, a sample costs two complex products per wave vector, and one per tabulated
-            // power.
+            // For each particle, a sample costs two complex products per wave vector, and one per tabulated power.
             times: budgeted_times(setup, plan.interval, count * (4 * products + 4 * powers) as f64),
             curve: CurveAverage::new(shells.len()),
             sliding: is_sliding.then(|| Sliding { largest, per_shell, wave_numbers: CurveAverage::new(shells.len()) }),

@@ -207,14 +207,14 @@ impl SystemDescription {
         Vector::new(self.shear_rate * (position.y - middle), 0.0, 0.0)
     }
 
-    /// Velocity of the centre of mass along the axes on which it is conserved; zero along others, for a
-    /// single particle, and in a sheared box `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which it is conserved; zero along other axes, for a single
+    /// particle, and in a sheared box `[length / time]`.
     pub(super) fn drift(&self, velocities: &[Vector]) -> Vector {
         if self.shear_rate == 0.0 && self.moving.len() > 1 { self.common_velocity(velocities) } else { Vector::zeros() }
     }
 
-    /// Velocity of the centre of mass along the axes on which it is conserved; zero along others, and if
-    /// nothing moves `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which it is conserved; zero along other axes, and if nothing
+    /// moves `[length / time]`.
     pub(super) fn common_velocity(&self, velocities: &[Vector]) -> Vector {
         if self.moving.is_empty() || self.conserved_axes == [false; 3] {
             return Vector::zeros();

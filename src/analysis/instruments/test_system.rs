@@ -45,7 +45,6 @@ pub(super) fn instrument<I>(
     new(&Setup { system, sample: Sample::of(&snapshot), duration })
 }
 
-/// The last sample is at the end.
 pub(super) fn measure(
     simulation: &mut Simulation,
     system: &SystemDescription,
@@ -133,7 +132,6 @@ pub(super) fn number<'a>(measured: &'a Measured, name: &str) -> &'a Number {
     measured.numbers.iter().find(|number| number.name == name).unwrap()
 }
 
-/// Mean and standard error of a number by its name.
 pub(super) fn estimate(measured: &Measured, name: &str) -> (f64, f64) {
     let number = number(measured, name);
     (number.mean.unwrap(), number.standard_error.unwrap())

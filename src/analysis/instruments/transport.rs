@@ -52,10 +52,9 @@ struct Moments {
 
 /// Measures the spread of Helfand's moments.
 ///
-/// `G_ab` changes by `sum m v_a v_b dt` between events and by `r_ij,a J_b` at events; the moment of the
-/// energy changes by `sum (m/2 v^2) v_a dt` and `r_ij,a dE_i`. Both are exact for particles without
-/// acceleration, and known at any time without a sample. They are recorded at multiples of the interval and
-/// compared with all earlier moments, up to the span:
+/// `G_ab` changes by `sum m v_a v_b dt` between events and by `r_ij,a J_b` at events; the moment of the energy changes
+/// by `sum (m/2 v^2) v_a dt` and `r_ij,a dE_i`. Both are exact at any time for particles without acceleration. They are
+/// recorded at multiples of the interval and compared with all earlier moments, up to the span:
 ///
 /// | coefficient | long-time limit of |
 /// |---|---|
@@ -111,13 +110,12 @@ impl Transport {
         }
     }
 
-    /// The temperature averaged over the whole time `[energy]`.
     pub fn temperature(&self, system: &SystemDescription) -> f64 {
         let freedom = system.space.dimensions() as f64 * (system.moving.len() as f64 - 1.0);
         trace(&self.flow.kinetic) / (freedom * (self.flow.time - self.start))
     }
 
-    /// Advances to a sample, without an event in between, and recomputes the flows from it.
+    /// Advances to a sample, without an event in between, and recomputes the flows from the sample.
     fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         if self.is_meaningful {
             self.pass(sample.time, system);
@@ -174,7 +172,6 @@ fn pairs_of_axes(dimensions: f64) -> f64 {
     (0.5 * dimensions * (dimensions - 1.0)).max(1.0)
 }
 
-/// Interval between recorded moments, and number of lags.
 fn grid(plan: &Plan, setup: &Setup<'_>) -> (f64, usize) {
     let free_time = mean_free_time(setup.system, &setup.sample);
     let part = setup.duration / SPANS;

@@ -1,5 +1,3 @@
-//! The observables that are defined for a scene.
-
 mod walls;
 
 use super::regions::Regions;
@@ -21,8 +19,7 @@ pub struct ApplicableObservables {
     pub dimensions: f64,
     /// Number of free velocity components: `D N`, minus one for each conserved component of the momentum.
     pub degrees_of_freedom: f64,
-    /// Axes along which the total momentum is conserved; in a sheared box, relative to the streaming
-    /// velocity.
+    /// Axes along which the total momentum is conserved; in a sheared box, relative to the streaming velocity.
     pub conserved_axes: [bool; 3],
     /// Whether the total momentum is conserved: no walls, no gravity, no static particles.
     pub conserves_momentum: bool,
@@ -34,15 +31,13 @@ pub struct ApplicableObservables {
     pub has_pressure: bool,
     /// Axes between two walls, if the virial gives a pressure.
     pub walled_axes: [bool; 3],
-    /// For each axis, whether a pressure is defined on the lower and on the upper wall. The wall must have a finite
-    /// area. The scene must have at least two moving particles, with room between the walls for all of them, but no
-    /// static particles and no other surfaces.
+    /// For each axis, whether a pressure is defined on the lower and on the upper wall. It requires a finite area, at
+    /// least two moving particles with room between the walls, no static particles and no other surfaces.
     pub pressed_walls: [[bool; 2]; 3],
-    /// Areas of the lower and the upper wall of each axis `[length^(D - 1)]`, for walls that exchange energy with the
-    /// particles: they have a temperature, or their contacts dissipate energy. `None` for other walls and for infinite
-    /// walls.
+    /// Areas of the lower and the upper wall of each axis `[length^(D - 1)]`. `None` for infinite walls, and for walls
+    /// that exchange no energy with particles because they have no temperature and their contacts dissipate nothing.
     pub heat_areas: [[Option<f64>; 2]; 3],
-    /// The only axis between two walls, if no thermostat acts along it. The pressures on its walls differ from
+    /// The only axis between two walls, if no thermostat acts along this axis. The pressures on its walls differ from
     /// the virial pressure only by time derivatives of bounded quantities.
     pub(super) balanced_axis: Option<usize>,
     /// The axis whose two walls supply and remove all energy, if there is exactly one.
@@ -62,7 +57,6 @@ pub struct ApplicableObservables {
     pub only_exchanges_velocities: bool,
     /// Time between two scalings of all velocities by a thermostat `[time]`; `None` without one.
     pub(crate) scaling_interval: Option<f64>,
-    /// The ensemble, if a barostat changes the volume.
     pub(super) isobaric: Option<Isobaric>,
     /// Total volume of the particles at the start `[length^D]`.
     filled: f64,
@@ -85,7 +79,6 @@ impl ApplicableObservables {
         let moving = all.clone().filter(|&index| is_moving(index)).count();
         let mass = |index: usize| if is_moving(index) { species_of(index).mass } else { 0.0 };
         let up = super::upwards(scene);
-        // Positions of single particles are needed only for heights and regions.
         let listed = if up.is_none() && scene.output.regions.is_empty() { 0..0 } else { all.clone() };
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_surfaces = !scene.surfaces.is_empty();
@@ -150,8 +143,7 @@ impl ApplicableObservables {
         applicable
     }
 
-    /// Starts a stage with a thermostat. The thermostat may end the conservation of momentum, which changes the number
-    /// of free velocity components.
+    /// Starts a stage with a thermostat, which may end the conservation of momentum along some axes.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.scaling_interval = match thermostat {
             Some(&Thermostat::Rescaling { interval, .. }) => Some(interval),
@@ -170,8 +162,7 @@ impl ApplicableObservables {
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
     }
 
-    /// If a barostat and a thermostat act, the volume is an observable. `grown` is the factor by which
-    /// diameters have grown since the start of the simulation.
+    /// `grown` is the factor by which diameters have grown since the start of the simulation.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.isobaric = Isobaric::of(acting, self.filled * libm::pow(grown, scene.space.dimensions() as f64));
     }
@@ -193,15 +184,13 @@ impl ApplicableObservables {
             self.number_density
                 * (temperature + counted.virial.total() / (self.dimensions * self.moving as f64 * duration))
         } else {
-            // A single temperature would be wrong: in a driven or dissipative system each axis and each
-            // species has its own temperature.
+            // A driven or dissipative system has a different temperature for each axis and species.
             let sum: f64 = walled.iter().map(|&axis| confined[axis] + counted.confined_virial[axis].total()).sum();
             sum / (walled.len() as f64 * duration)
         })
     }
 
-    /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum, both relative to the
-    /// streaming velocity.
+    /// Kinetic temperature `[energy]` from the kinetic energy and the momentum, both relative to the streaming.
     #[must_use]
     pub fn temperature(&self, kinetic: f64, momentum: &Vector) -> Option<f64> {
         self.has_temperature.then(|| {
@@ -210,17 +199,16 @@ impl ApplicableObservables {
         })
     }
 
-    /// Returns the factor and the drift for a thermostat that scales all velocities relative to the drift: the
-    /// factor `sqrt(T / T_now)` produces the temperature `T`. `None` if no temperature is defined or everything
-    /// is at rest.
+    /// Returns the factor and the drift for a thermostat that scales all velocities relative to the drift. The factor
+    /// is `sqrt(T / T_now)` for the new temperature `T`. `None` if no temperature is defined or nothing moves.
     pub(crate) fn scaling(&self, energy: &Energy, temperature: f64) -> Option<(f64, Vector)> {
         let now = self.temperature(energy.thermal, &energy.peculiar_momentum).filter(|now| *now > 0.0)?;
         Some(((temperature / now).sqrt(), self.drift(&energy.peculiar_momentum)))
     }
 
     /// Energy that particles gained at events so far `[energy]`, and the sum of each gain times its time since the
-    /// start `[energy time]`. The gain is the supplied energy, minus the dissipated energy and the energy stored in
-    /// pairs. In a sheared box, only the dissipated energy is counted.
+    /// start `[energy time]`. The gain is the supplied energy minus the dissipated energy and the energy stored in
+    /// pairs; in a sheared box, only minus the dissipated energy.
     pub(super) fn heated(&self, counts: &EventCounts, pair_energy: f64) -> [f64; 2] {
         let lost = [counts.dissipated.total(), counts.dissipated_moment.total()];
         if self.is_sheared {
@@ -231,8 +219,8 @@ impl ApplicableObservables {
         [0, 1].map(|k| supplied[k] - lost[k] - stored[k])
     }
 
-    /// The common velocity of all particles along the axes on which it is conserved, from their momentum.
-    /// Both are relative to the streaming velocity `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which it is conserved, from the momentum, both relative to the
+    /// streaming velocity `[length / time]`.
     #[must_use]
     pub fn drift(&self, momentum: &Vector) -> Vector {
         if self.moving == 0 { Vector::zeros() } else { self.conserved(momentum) / self.total_mass }
@@ -248,7 +236,6 @@ impl ApplicableObservables {
         self.up.is_some()
     }
 
-    /// Height of the centre of mass, and number of particles in each region.
     pub(super) fn positions(&self, simulation: &Simulation) -> (Option<f64>, Vec<usize>) {
         if self.up.is_none() && self.regions.is_empty() {
             return (None, Vec::new());

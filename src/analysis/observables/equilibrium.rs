@@ -1,5 +1,3 @@
-//! Decides whether a measurement was in equilibrium or in a steady state.
-
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -31,8 +29,8 @@ impl fmt::Display for Answer {
     }
 }
 
-/// Fewest events per particle for a positive verdict. A particle loses the memory of its velocity in one or two
-/// collisions. The slowest collective motion of a few hundred particles takes a few more collisions to decay.
+/// Fewest events per particle for a positive verdict. A particle forgets its velocity within two collisions. The
+/// slowest collective motion of a few hundred particles takes a few more collisions to decay.
 const FEWEST_EVENTS: f64 = 10.0;
 
 /// Mean number of events per particle below which no drift is reported.
@@ -104,8 +102,8 @@ impl Equilibrium {
     }
 }
 
-/// Whether no observable still changes: all are stationary or constant. Unlike [`Equilibrium::verdict`], this
-/// also holds if nothing fluctuates, as for particles without interactions.
+/// Whether all observables are stationary or constant. Unlike [`Equilibrium::verdict`], this also holds if nothing
+/// fluctuates, as for particles without interactions.
 pub(crate) fn is_settled(observables: &[(&'static str, Stationarity)]) -> bool {
     let is_settled = |stationarity| matches!(stationarity, Stationarity::Stationary | Stationarity::Constant);
     observables.iter().all(|(_, stationarity)| is_settled(*stationarity))
@@ -123,7 +121,6 @@ fn unit_of(name: &str, dimensions: usize) -> String {
     if unit == "1" { String::new() } else { format!(" [{}]", unit_in(unit, dimensions)) }
 }
 
-/// Rounds to two digits.
 fn rounded(drift: f64) -> f64 {
     format!("{drift:.1e}").parse().unwrap_or(drift)
 }

@@ -7,7 +7,7 @@ use crate::Vector;
 use crate::mesh::report::Inside;
 use crate::model::{CountRegion, CountSpace};
 
-/// The search structures are built on first use and are not saved.
+// Search structures are built on first use and are not saved.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(super) struct Regions {

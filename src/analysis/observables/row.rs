@@ -1,8 +1,5 @@
-//! A row of measurements.
-
-/// Thermodynamic observables at one time, and averages since the previous row: one row of `thermo.csv`.
-///
-/// Quantities that are not defined for the scene, or not known yet, are `None`.
+/// Thermodynamic observables at one time, and averages since the previous row: one row of `thermo.csv`. Undefined and
+/// unknown quantities are `None`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Row {
@@ -16,8 +13,7 @@ pub struct Row {
     pub kinetic: f64,
     /// Current potential energy of pairs and of gravity `[energy]`.
     pub potential: f64,
-    /// Energy supplied so far by thermostats, walls, growth and shear, minus the energy removed by them
-    /// `[energy]`.
+    /// Net energy supplied so far by thermostats, walls, growth and shear `[energy]`.
     pub supplied: f64,
     /// Kinetic plus potential plus dissipated minus supplied energy: constant within round-off `[energy]`.
     pub ledger: f64,

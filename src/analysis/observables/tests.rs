@@ -24,8 +24,7 @@ fn mixture(space: Space) -> SceneBuilder {
         .add_fill(fill("B", 7))
 }
 
-/// Means of the kinetic energy and of the pair energy, first from two rows of an observer, then summed from
-/// event to event.
+/// Means of the kinetic energy and of the pair energy: from two rows of an observer, and summed from event to event.
 fn means(scene: Scene, bath: Option<&Thermostat>) -> [[f64; 2]; 2] {
     let mut observer = Observer::new(&scene);
     observer.set_thermostat(&scene, bath);

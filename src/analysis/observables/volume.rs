@@ -30,8 +30,8 @@ impl Isobaric {
         self.pressure * volume / (moving * self.temperature)
     }
 
-    /// The isothermal compressibility `(<V^2> - <V>^2) / (<V> T)` from the averages of the volume and of its
-    /// square, with the error of the variance `[length^D / energy]`.
+    /// The isothermal compressibility `(<V^2> - <V>^2) / (<V> T)` from the averages of `V` and `V^2` `[length^D /
+    /// energy]`.
     pub fn compressibility(&self, volume: &BlockAverage, square: &BlockAverage) -> Option<Estimate> {
         let mean = volume.mean().filter(|mean| *mean > 0.0)?;
         Some(volume.variance(square)?.over(mean * self.temperature))
@@ -54,7 +54,6 @@ pub(super) fn filled(scene: &Scene) -> f64 {
 /// Time integrals from the first sample to the latest one. Between samples the volume is constant.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct VolumePiece {
-    /// Volume of the box from this sample on `[length^D]`.
     volume: f64,
     /// Virial since the start of the simulation `[energy]`.
     virial: f64,
@@ -67,10 +66,8 @@ impl VolumePiece {
         Self { volume: simulation.volume(), virial: simulation.event_counts().virial.total(), integrals: [0.0; 4] }
     }
 
-    /// Advances to a sample `duration` later; `heat` is the integral of the temperature in between.
-    ///
-    /// The pressure of this interval is `(N T + W / (D t)) / V`, where `W` is the virial of its events and `V`
-    /// its volume.
+    /// Advances to a sample `duration` later; `heat` is the integral of the temperature in between. The pressure of
+    /// this interval is `(N T + W / (D t)) / V` with the virial `W` of its events.
     pub fn next(&self, simulation: &Simulation, duration: f64, heat: f64, applicable: &ApplicableObservables) -> Self {
         let next = Self::of(simulation);
         let volume = self.volume;
@@ -86,7 +83,6 @@ impl VolumePiece {
     }
 }
 
-/// Means of the volume `V`, of `1 / V`, of `V^2` and of the pressure between two rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct VolumeMeans {
     pub volume: f64,
@@ -96,8 +92,7 @@ pub(super) struct VolumeMeans {
 }
 
 impl VolumeMeans {
-    /// Values of the four observables that depend on the volume: volume, number density, packing fraction, and
-    /// the squared volume for the compressibility.
+    /// Volume, number density, packing fraction, and squared volume, in the order of the observables.
     pub fn values(&self, ensemble: &Isobaric, moving: f64) -> [f64; 4] {
         [self.volume, moving * self.inverse, ensemble.filled * self.inverse, self.square]
     }

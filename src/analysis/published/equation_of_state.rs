@@ -69,8 +69,7 @@ pub fn tonks(packing_fraction: f64) -> f64 {
     1.0 / (1.0 - packing_fraction)
 }
 
-/// Multiplies repeatedly, because this rounds the same way on all machines. The standard library's powers do
-/// not.
+/// Repeated multiplication rounds the same way on all machines, unlike the powers of the standard library.
 fn whole_power(x: f64, power: i32) -> f64 {
     (0..power).fold(1.0, |product, _| product * x)
 }
@@ -98,8 +97,7 @@ mod tests {
         let sixth = std::f64::consts::PI / 6.0;
         let (melting, freezing) = (1.0376, 0.9392);
         assert_near(melting * face_centred_cubic(melting * sixth), 11.566, 3);
-        // The published freezing density is rounded to four digits, so its error is up to 0.5e-4. The slope dP/drho is
-        // about 50.
+        // The published freezing density has an error of up to 0.5e-4 from rounding. The slope dP/drho is about 50.
         let fluid = freezing * hard_spheres(freezing * sixth);
         assert!((fluid - 11.566).abs() < 0.5e-4 * 50.0, "{fluid}");
     }

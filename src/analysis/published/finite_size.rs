@@ -1,15 +1,14 @@
 //! Corrections for a fixed, finite number of particles.
 //!
-//! The number of particles in a periodic system of `N` particles does not fluctuate, unlike in the same volume
-//! of an infinite fluid. To first order in `1 / N`, any mean `A` becomes `A_N = A - (1/2) <dN^2> d^2A/dN^2`,
-//! with `<dN^2> = N T drho/dP` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961). The virial part of the
-//! pressure has `A = rho (Z - 1)`, so `Z_N = Z - rho P'' / (2 N P')`, where primes are derivatives with respect
-//! to `rho`. This is exact for a dilute gas, `Z_N - 1 = (1 - 1 / N) B_2 rho`.
+//! A periodic system has a fixed number of particles `N`, which would fluctuate in the same volume of an infinite
+//! fluid. To first order in `1 / N`, any mean `A` becomes `A_N = A - (1/2) <dN^2> d^2A/dN^2`, with `<dN^2> = N T
+//! drho/dP` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961). The virial part of the pressure has `A = rho (Z - 1)`,
+//! so `Z_N = Z - rho P'' / (2 N P')`, where primes are derivatives with respect to `rho`. This is exact for a dilute
+//! gas, `Z_N - 1 = (1 - 1 / N) B_2 rho`.
 
 /// `rho P'' / (2 P')` of an equation of state, with `P = phi Z(phi)` in any unit.
 fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
-    // With a relative step of 1e-3, central differences have a relative error of about 1e-6, and a round-off
-    // error of 1e-16 / 1e-6.
+    // Central differences with a relative step of 1e-3 have an error of about 1e-6 and a round-off of 1e-16 / 1e-6.
     let step = 1e-3 * packing_fraction;
     let [below, here, above] =
         [-step, 0.0, step].map(|d| (packing_fraction + d) * compressibility(packing_fraction + d));
@@ -18,8 +17,7 @@ fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
     packing_fraction * second / (2.0 * first)
 }
 
-/// Relative reduction of `Z - 1` and of the number of pairs in contact, compared with an infinite fluid; 0 at
-/// zero density.
+/// Relative reduction of `Z - 1` and of the number of contacts, compared with an infinite fluid; 0 at zero density.
 pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     let fewer =
         curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0));
@@ -41,7 +39,6 @@ mod tests {
 
     #[test]
     fn dilute_gas_has_one_part_in_n_fewer_contacts() {
-        // The dilute limit has a relative error of the order of the packing fraction.
         let fewer = fewer_contacts(published::hard_spheres, 1e-4, 100);
         assert!((fewer - 0.01).abs() < 0.01 * 1e-3, "{fewer}");
         assert!(shift_of_contact_value(published::hard_spheres, 1e-4, 100).abs() < 1e-5);

@@ -1,32 +1,29 @@
-//! Heat flux through a gas of hard spheres between two plates: Fourier's law with temperature jumps at the
-//! plates.
+//! Heat flux through a gas of hard spheres between two plates: Fourier's law with temperature jumps.
 
 use std::f64::consts::PI;
 
 use super::equation_of_state::hard_spheres;
 use super::kinetic_theory::HardSphereFluid;
 
-/// Coefficient of the temperature jump at a wall that gives velocities of its own temperature, in units of
-/// gradient times mean free path: `sqrt(pi) / 2` times 2.4001, from the linearised Boltzmann equation of hard
-/// spheres. Y. Sone, T. Ohwada and K. Aoki, Phys. Fluids A 1, 363 (1989),
-/// [doi:10.1063/1.857457](https://doi.org/10.1063/1.857457).
+/// Coefficient of the temperature jump at a thermal wall, in units of gradient times mean free path: `sqrt(pi) / 2`
+/// times 2.4001, from the linearised Boltzmann equation of hard spheres. Y. Sone, T. Ohwada and K. Aoki, Phys. Fluids A
+/// 1, 363 (1989), [doi:10.1063/1.857457](https://doi.org/10.1063/1.857457).
 const JUMP: f64 = 2.4001 * 0.886_226_925_452_758;
 
 /// A gas of equal elastic hard spheres at rest between two parallel thermal plates.
 ///
-/// The heat flux in the gas is `q = - lambda(T, phi) dT/dx` with Enskog's conductivity, at the same pressure `p
-/// = rho T Z(phi)` everywhere. At a plate of temperature `T_w`, the gas has the temperature `T_w + zeta l
-/// dT/dn`, with the local mean free path `l = 1 / (sqrt(2) pi rho sigma^2 chi)`, the derivative into the gas,
-/// and `zeta = 2.127`. The two conditions and the number of particles determine `q` and `p`.
+/// The heat flux in the gas is `q = - lambda(T, phi) dT/dx` with Enskog's conductivity, at the same pressure `p = rho T
+/// Z(phi)` everywhere. At a plate of temperature `T_w`, the gas has the temperature `T_w + zeta l dT/dn`, with the
+/// local mean free path `l = 1 / (sqrt(2) pi rho sigma^2 chi)`, the derivative into the gas, and `zeta = 2.127`. The
+/// temperatures at the two plates and the number of particles determine `q` and `p`.
 ///
-/// This is exact to first order in the density and in the ratio of the mean free path to the distance. It
-/// neglects second-order terms in that ratio times the relative temperature difference. It also neglects the
-/// effect of the density of the gas on the jump. A collision reaches over a diameter, so this effect is of
-/// the order of a diameter times the gradient at each plate.
+/// The result is exact to first order in the density and in `l / L`, the ratio of the mean free path to the distance.
+/// It neglects second-order terms in `l / L` times the relative temperature difference. It also neglects how the
+/// density of the gas changes the jump, by about a diameter times the gradient at each plate, because a collision
+/// transfers energy over a diameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GasBetweenPlates {
-    /// Distance between the planes that sphere centres can reach: the distance between the plates minus a diameter
-    /// `[length]`.
+    /// Distance between the plates minus a sphere diameter, the room for sphere centres `[length]`.
     pub distance: f64,
     /// Particles per area of a plate `[length^-2]`.
     pub particles_per_area: f64,
@@ -39,8 +36,7 @@ pub struct GasBetweenPlates {
 }
 
 impl GasBetweenPlates {
-    /// Heat flux through the lower plate into the gas, and out through the upper plate `[energy / (length^2
-    /// time)]`.
+    /// Heat flux from the lower plate through the gas to the upper plate `[energy / (length^2 time)]`.
     #[must_use]
     pub fn heat_flux(&self) -> f64 {
         let [lower, upper] = self.temperatures;
@@ -65,8 +61,7 @@ impl GasBetweenPlates {
         flux
     }
 
-    /// Integrals over the temperature of the gas: of the conductivity, and of the conductivity times the number
-    /// density.
+    /// Integrals over temperature: of the conductivity, and of the conductivity times the number density.
     fn integrals(&self, [lower, upper]: [f64; 2], pressure: f64) -> (f64, f64) {
         const STEPS: u32 = 64;
         let width = (lower - upper) / f64::from(STEPS);
@@ -101,12 +96,10 @@ mod tests {
         let lambda = HardSphereFluid { temperature: 1.0, ..HardSphereFluid::reduced(1e-9) }.thermal_conductivity();
         let far = plates(1e-6, 1e9, [2.0, 1.0]).heat_flux();
         let fourier = 2.0 / 3.0 * lambda * (2.0_f64.powf(1.5) - 1.0) / 1e9;
-        // Two differences remain: the error of the midpoint rule with 64 intervals, and the temperature jumps.
-        // The mean free path is about 1e-4 of the distance, so the jumps reduce the flux by about 2 * 2.127 *
-        // 1e-4.
+        // The midpoint rule with 64 intervals has a small error. The mean free path is about 1e-4 of the distance, so
+        // the temperature jumps reduce the flux by about 2 * 2.127 * 1e-4.
         assert!((far / fourier - 1.0).abs() < 1e-3, "{far} {fourier}");
-        // At nearly equal temperatures, with three mean free paths between the plates, the flux is `lambda dT /
-        // (L + 2 zeta l)`.
+        // At nearly equal temperatures, three mean free paths apart, the flux is `lambda dT / (L + 2 zeta l)`.
         let (phi, distance) = (1e-5, 50_000.0);
         let gas = HardSphereFluid::reduced(phi);
         let near = plates(phi, distance, [1.0005, 0.9995]).heat_flux();

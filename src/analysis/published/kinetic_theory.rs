@@ -4,9 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use super::equation_of_state::{hard_disks, hard_spheres, tonks};
 
-/// Ratio of the self-diffusion coefficient to its first Sonine approximation. The next two constants are the
-/// same ratios for viscosity and conductivity: Chapman and Cowling, *The Mathematical Theory of Non-Uniform
-/// Gases* (1970).
+/// Ratios of the self-diffusion coefficient, the viscosity and the conductivity to their first Sonine approximations:
+/// Chapman and Cowling, *The Mathematical Theory of Non-Uniform Gases* (1970).
 const DIFFUSION_SERIES: f64 = 1.018_96;
 const VISCOSITY_SERIES: f64 = 1.016;
 const CONDUCTIVITY_SERIES: f64 = 1.025;
@@ -50,15 +49,14 @@ pub fn collision_rate_of_rods(packing_fraction: f64, diameter: f64, mass: f64, t
     2.0 * packing_fraction / diameter * tonks(packing_fraction) * (temperature / (PI * mass)).sqrt()
 }
 
-/// Difference between the diffusion coefficients of an infinite system and of a periodic cube of edge `L`
-/// `[length^2 / time]`: `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta /
-/// rho` and the mass density `rho`.
+/// Difference between the diffusion coefficients of an infinite system and of a periodic cube of edge `L` `[length^2 /
+/// time]`: `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta / rho` and the mass
+/// density `rho`.
 ///
-/// The first factor is the term of Yeh and Hummer for a particle that moves slowly through its own flow. The
-/// second is close to 1 in a liquid. In a gas, a particle diffuses out of its flow as fast as the flow
-/// decays: for each wave vector `k` of the box the velocity is correlated as `exp(-(nu + D) k^2 t)` (Ernst,
-/// Hauge and van Leeuwen). The integral of this correlation contains `1 / (nu + D)`. Both factors assume
-/// hydrodynamics, which holds if `L / 2 pi` is longer than the mean free path.
+/// The first factor is the term of Yeh and Hummer for a particle that moves slowly through its own flow. The second
+/// factor is close to 1 in a liquid. In a gas, a particle diffuses out of its flow as fast as the flow decays: for each
+/// wave vector `k` of the box the velocity is correlated as `exp(-(nu + D) k^2 t)` (Ernst, Hauge and van Leeuwen),
+/// whose integral contains `1 / (nu + D)`. Both factors assume hydrodynamics: `L / 2 pi` exceeds the mean free path.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147);
 /// Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970), [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254).
@@ -73,22 +71,18 @@ pub(crate) fn mean_free_path_of_diffusion(diffusion: f64, thermal_speed: f64) ->
     diffusion / (DIFFUSION_SERIES * 0.375 * TAU.sqrt() * thermal_speed)
 }
 
-/// Whether flows with the longest wavelength of a periodic box are hydrodynamic: `L / 2 pi` is longer than
-/// the mean free path.
 pub(crate) fn is_hydrodynamic(edge: f64, mean_free_path: f64) -> bool {
     edge / TAU > mean_free_path
 }
 
-/// Effective number of spheres in the simulations behind Speedy's fit. The simulations had 256 to 1000
-/// spheres, and the fit gives the coefficient of "some 500 particles". Larger systems diffuse faster
-/// (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
+/// Effective number of spheres behind Speedy's fit, which gives the coefficient of "some 500 particles". He simulated
+/// 256 to 1000 spheres; larger systems diffuse faster (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
 pub(crate) const FITTED_SPHERES: f64 = 500.0;
 
 /// A fluid of equal elastic hard spheres in equilibrium, described by Enskog's theory.
 ///
-/// Enskog's theory treats collisions as uncorrelated except for the contact value `chi`. It is exact for
-/// dilute gases, and accurate to a few per cent up to `phi = 0.3`. With `y = 4 phi chi = Z - 1` and `b rho =
-/// 4 phi`:
+/// Enskog's theory treats collisions as uncorrelated except for the contact value `chi`. It is exact for dilute gases,
+/// and accurate to a few per cent up to `phi = 0.3`. With `y = 4 phi chi = Z - 1` and `b rho = 4 phi`:
 ///
 /// | quantity | Enskog |
 /// |---|---|
@@ -113,7 +107,7 @@ pub struct HardSphereFluid {
 }
 
 impl HardSphereFluid {
-    /// In reduced units: `sigma = m = T = 1`.
+    /// A fluid in reduced units: `sigma = m = T = 1`.
     #[must_use]
     pub fn reduced(packing_fraction: f64) -> Self {
         Self { packing_fraction, diameter: 1.0, mass: 1.0, temperature: 1.0 }
@@ -144,9 +138,8 @@ impl HardSphereFluid {
         DIFFUSION_SERIES * self.dilute_diffusion() / self.chi()
     }
 
-    /// Self-diffusion coefficient from a fit to simulations, for `0 < phi < 0.5` `[length^2 / time]`. It is
-    /// accurate to a few per cent: particles diffuse faster in larger systems, see
-    /// [`finite_size_of_diffusion`].
+    /// Self-diffusion coefficient from a fit to simulations, for `0 < phi < 0.5` `[length^2 / time]`. It is accurate
+    /// only to a few per cent, because diffusion depends on the size of the system, see [`finite_size_of_diffusion`].
     ///
     /// `D = 3 / (8 rho sigma^2) sqrt(T / (pi m)) (1 - rho / 1.09) (1 + rho^2 (0.4 - 0.83 rho^2))`, `rho` in units of `sigma`.
     ///
@@ -158,9 +151,9 @@ impl HardSphereFluid {
         self.dilute_diffusion() * (1.0 - reduced / 1.09) * (1.0 + square * (0.4 - 0.83 * square))
     }
 
-    /// Difference between the diffusion coefficients of an infinite system and of `count` spheres in a
-    /// periodic cube, with Enskog's coefficients `[length^2 / time]`. `None` if the box is too small for
-    /// hydrodynamics, see [`finite_size_of_diffusion`].
+    /// Difference between the diffusion coefficients of an infinite system and of `count` spheres in a periodic cube,
+    /// with Enskog's coefficients `[length^2 / time]`. `None` if [`finite_size_of_diffusion`] does not hold, because
+    /// the box is too small.
     pub(crate) fn slower_diffusion(&self, count: f64) -> Option<f64> {
         let density = self.number_density();
         let edge = libm::cbrt(count / density);
@@ -226,8 +219,7 @@ mod tests {
         for (phi, density, rate, enskog, speedy) in table {
             let fluid = HardSphereFluid::reduced(phi);
             assert!((fluid.number_density() - density).abs() < 0.51e-5);
-            // In the table, the collision rate has six digits and the diffusion coefficients have four decimal
-            // places.
+            // The tabulated collision rate has six digits, and the diffusion coefficients have four decimal places.
             assert!((fluid.collision_rate() / rate - 1.0).abs() < 5e-6, "{} {rate}", fluid.collision_rate());
             assert!((fluid.diffusion_coefficient() - enskog).abs() < 0.51e-4);
             let simulated = fluid.simulated_diffusion_coefficient();
@@ -238,7 +230,7 @@ mod tests {
     #[test]
     fn transport_coefficients_scale_with_units() {
         let reduced = HardSphereFluid::reduced(0.3);
-        // The unit of length is 2, of mass 12 and of energy 3. The unit of time is then `2 sqrt(12 / 3) = 4`.
+        // The units are 2 for length, 12 for mass and 3 for energy, so the unit of time is `2 sqrt(12 / 3) = 4`.
         let scaled = HardSphereFluid { diameter: 2.0, mass: 12.0, temperature: 3.0, ..reduced };
         for (a, b, unit) in [
             (scaled.collision_rate(), reduced.collision_rate(), 1.0 / 4.0),
@@ -259,8 +251,8 @@ mod tests {
         assert!((gas.shear_viscosity() - 1.016 * 0.176_308_9).abs() < 1e-6);
         assert!((gas.thermal_conductivity() - 1.025 * 0.661_159_67).abs() < 1e-6);
         // In the first Sonine approximation, the coefficients of `y` are `4/25 (1 + 12 / pi)` for the viscosity and
-        // `9/25 (1 + 32 / (9 pi))` for the conductivity. Divided by the ratios of the full series to this
-        // approximation, they should give 0.7615 and 0.7575.
+        // `9/25 (1 + 32 / (9 pi))` for the conductivity. The factors of the full series turn them into 0.7615 and
+        // 0.7575.
         assert!((4.0 / 25.0 * (1.0 + 12.0 / PI) / VISCOSITY_SERIES / 0.7615 - 1.0).abs() < 5e-3);
         assert!((9.0 / 25.0 * (1.0 + 32.0 / (9.0 * PI)) / CONDUCTIVITY_SERIES / 0.7575 - 1.0).abs() < 1.3e-2);
         // The bulk viscosity is `1.0025 eta_0 b rho y`, with the shear viscosity `eta_0` of the dilute gas, `b
@@ -286,16 +278,15 @@ mod tests {
     fn finite_size_correction_of_diffusion_matches_hand_calculation() {
         // Without diffusion the factor `nu / (nu + D)` is 1, so the result is 2.837297 / (6 pi).
         assert!((finite_size_of_diffusion(1.0, 1.0, 1.0, 0.0, 1.0) - 0.150_524).abs() < 1e-6);
-        // By hand for `T = 3`, `eta = 2`, `rho = 0.5`, `D = 6` and `L = 4`: `nu = 4`, and the result is
-        // `8.511891 / (6 pi * 8) * 0.4`.
+        // By hand for `T = 3`, `eta = 2`, `rho = 0.5`, `D = 6`, `L = 4` and `nu = 4`: `8.511891 / (6 pi * 8) * 0.4`.
         let slower = finite_size_of_diffusion(3.0, 2.0, 0.5, 6.0, 4.0);
         assert!((slower - 0.022_578_49).abs() < 1e-8, "{slower}");
     }
 
     #[test]
     fn finite_size_correction_needs_enough_free_paths_in_the_box() {
-        // At a packing fraction of 0.1 the mean free path is 0.9037. A cube whose `L / 2 pi` has this length
-        // holds `0.19099 (2 pi 0.9037)^3 = 34.97` spheres.
+        // At a packing fraction of 0.1 the mean free path is 0.9037. A cube with `L / 2 pi = 0.9037` holds `0.19099 (2
+        // pi 0.9037)^3 = 34.97` spheres.
         let gas = HardSphereFluid::reduced(0.1);
         assert!((gas.mean_free_path() - 0.9037).abs() < 1e-4, "{}", gas.mean_free_path());
         assert!(gas.slower_diffusion(34.0).is_none() && gas.slower_diffusion(36.0).is_some());

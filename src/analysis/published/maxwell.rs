@@ -48,8 +48,7 @@ mod tests {
                     let density = maxwell_speed_density(speed, variance, dimensions);
                     let ends = [speed - 0.5 * step, speed + 0.5 * step];
                     let [low, high] = ends.map(|end| maxwell_speed_below(end, variance, dimensions));
-                    // The tolerance covers the error of the midpoint rule, and the round-off of the difference
-                    // of two fractions.
+                    // The tolerance covers the midpoint rule, and the round-off of the difference of two fractions.
                     assert!((density * step - (high - low)).abs() < 1e-8 * step / variance.sqrt() + 4e-16, "{speed}");
                     one += density * step;
                     square += density * step * speed * speed;

@@ -18,8 +18,8 @@ pub struct PublishedValue {
     /// The value, in the units of the scene.
     pub value: f64,
     /// Expected value for a system of this size minus the published value, to first order in `1 / N`. Speedy's
-    /// diffusion coefficient is a fit to simulations of finite systems, so its difference is relative to the size of
-    /// these systems, to first order in `1 / L`. 0 if unknown, or if a file lacks this field.
+    /// diffusion coefficient describes the finite systems that he simulated, so here the difference is between their
+    /// size and this size, to first order in `1 / L`. 0 if unknown.
     #[serde(default)]
     pub finite_size: f64,
     /// Short name of the result, such as `mKLM`.
@@ -42,15 +42,15 @@ impl PublishedValue {
     }
 }
 
-/// Largest packing fractions for the equations of the fluid in three and in two dimensions, and smallest
-/// packing fraction for the equation of the crystal.
+/// Range of the equations of state: largest packing fractions of the fluid in three and in two dimensions, and smallest
+/// packing fraction of the crystal.
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
 
 pub(crate) const CRYSTAL_LABEL: &str = "Speedy, crystal";
 
-/// Largest packing fraction at which Enskog's viscosity is accurate to a few per cent. Up to this fraction, the
-/// viscosity determines how the diffusion coefficient depends on the size of the box.
+/// Largest packing fraction at which Enskog's viscosity is accurate to a few per cent, and so determines how the
+/// diffusion coefficient depends on the size of the box.
 const DIFFUSING: f64 = 0.42;
 
 /// Transport coefficients. Their published values do not hold in an Andersen heat bath.
@@ -83,15 +83,14 @@ struct Hard {
     number_density: f64,
     diameter: f64,
     mass: f64,
-    /// If known `[energy]`.
+    /// `None` if unknown `[energy]`.
     temperature: Option<f64>,
 }
 
-/// Lists published values for a system in equilibrium. `population` is the number of particles of each species,
-/// `scale` the factor by which diameters have grown, and the mean temperature is in `[energy]`. Transport
-/// coefficients are left out if an Andersen thermostat acts, because its collisions destroy the velocity
-/// correlations that determine them. Values are known only for equal elastic hard particles in a periodic box;
-/// otherwise the list is empty.
+/// Lists published values for a system in equilibrium. The list is empty unless the system consists of equal elastic
+/// hard particles in a periodic box. `population` is the number of particles of each species, `scale` the factor by
+/// which diameters have grown, and the mean temperature is in `[energy]`. An Andersen thermostat destroys velocity
+/// correlations, so it excludes transport coefficients.
 #[must_use]
 pub fn of_system(
     scene: &Scene,
@@ -145,8 +144,8 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
 }
 
 impl Hard {
-    /// Published compressibility factor `Z`, and the pressure that follows from it. In a system of this size, `Z - 1`
-    /// is smaller by the fraction `fewer`.
+    /// Published compressibility factor `Z` and pressure. In a finite system, `Z - 1` is smaller by the fraction
+    /// `fewer`.
     fn pressure(&self, compressibility: f64, fewer: f64, label: &str, source: &str) -> Vec<PublishedValue> {
         let pressure = self.temperature.map(|temperature| ("pressure", self.number_density * temperature));
         let both = [("compressibility_factor", 1.0)].into_iter().chain(pressure);
@@ -217,9 +216,9 @@ impl Hard {
         values
     }
 
-    /// Lists the collision rate under both of its names. At constant energy, velocities are uniform on a
-    /// sphere with as many dimensions as there are degrees of freedom `f`. Particles with such velocities
-    /// collide more often than particles with Maxwellian velocities, by the fraction `1 / (4 f)`.
+    /// Lists the collision rate under both of its names. At constant energy, velocities are uniform on a sphere in `f`
+    /// dimensions, one for each degree of freedom. Collisions are more frequent than for Maxwellian velocities, by `1 /
+    /// (4 f)`.
     fn collisions(&self, rate: f64, compressibility: fn(f64) -> f64, label: &str, source: &str) -> [PublishedValue; 2] {
         let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
         let freedom = self.dimensions * (self.count as f64 - 1.0);

@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// Returns the ratio of bounces to releases among pairs that reach a step from inside, where their potential energy is
-/// lower by the depth `eps` of the step: `N_bounce / N_release = exp(eps / T) - 1`. This is exact for every such step
-/// in equilibrium.
+/// Ratio of bounces to releases, `N_bounce / N_release = exp(eps / T) - 1`, among pairs that reach a step from inside,
+/// where the potential energy is lower by the depth `eps` of the step. It is exact for every such step in equilibrium.
 ///
 /// Bannerman and Lue, J. Chem. Phys. 133, 124506 (2010), [doi:10.1063/1.3486567](https://doi.org/10.1063/1.3486567).
 #[must_use]
@@ -13,19 +12,18 @@ pub fn bounces_per_release(step: f64, temperature: f64) -> f64 {
     libm::expm1(step / temperature)
 }
 
-/// Second virial coefficient of a square well, exact, in units of the coefficient of its core,
-/// `2 pi sigma^3 / 3`: `1 - (lambda^3 - 1) (exp(eps / T) - 1)`, where `lambda` is the ratio of well and core
-/// and `eps` the depth.
+/// Second virial coefficient of a square well, exact, in units of `2 pi sigma^3 / 3`, the coefficient of its core: `1 -
+/// (lambda^3 - 1) (exp(eps / T) - 1)`, with the ratio `lambda` of well and core, and the depth `eps`.
 #[must_use]
 pub fn second_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64) -> f64 {
     1.0 - (well_ratio * well_ratio * well_ratio - 1.0) * libm::expm1(depth / temperature)
 }
 
-/// Third virial coefficient of a square well, exact, in units of the square of the second coefficient of its
-/// core, `(2 pi sigma^3 / 3)^2`: `-(1/3) int int f(r12) f(r13) f(r23)`, with Mayer's `f = exp(-u / T) - 1`.
+/// Third virial coefficient of a square well, exact, in units of `(2 pi sigma^3 / 3)^2`: `-(1/3) int int f(r12) f(r13)
+/// f(r23)`, with Mayer's `f = exp(-u / T) - 1`.
 ///
-/// For a pair at a distance `r`, the inner integral is a sum of volumes shared by two spheres, and the outer
-/// integral is over polynomials (T. Kihara, Rev. Mod. Phys. 25, 831, 1953, gives them in closed form).
+/// For a pair at a distance `r`, the inner integral is a sum of volumes shared by two spheres, and the outer integral
+/// is over polynomials (T. Kihara, Rev. Mod. Phys. 25, 831, 1953, gives them in closed form).
 #[must_use]
 pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64) -> f64 {
     let x = libm::expm1(depth / temperature);
@@ -39,8 +37,7 @@ pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64
     let mut sum = 0.0;
     for piece in ends.windows(2) {
         let (middle, half) = (0.5 * (piece[0] + piece[1]), 0.5 * (piece[1] - piece[0]));
-        // Gauss-Legendre quadrature with three points is exact here, because the degree of the polynomial is at most
-        // five.
+        // Gauss-Legendre quadrature with three points is exact for polynomials of at most degree five.
         for (node, weight) in [(-0.6_f64.sqrt(), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6_f64.sqrt(), 5.0 / 9.0)] {
             let r = middle + half * node;
             let mayer = if middle < 1.0 { -1.0 } else { x };
@@ -71,8 +68,7 @@ mod tests {
 
     #[test]
     fn the_third_virial_of_spheres_is_five_eighths() {
-        // A well of depth 0 is a hard sphere with the diameter of the core. A shoulder that no particle climbs is a
-        // hard sphere with the larger diameter.
+        // A well of depth 0 leaves a hard core. A shoulder that no particle climbs is a larger hard sphere.
         for lambda in [1.2, 1.5, 1.9, 2.5] {
             assert!((third_virial_of_square_well(lambda, 0.0, 1.0) - 0.625).abs() < 1e-14);
             let large = third_virial_of_square_well(lambda, -800.0, 1.0);

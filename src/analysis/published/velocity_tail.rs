@@ -1,19 +1,19 @@
 //! Long-time tail of the velocity autocorrelation in a periodic box, and its contribution to diffusion.
 //!
-//! A moving particle sets up a flow that later drags it along. By mode-coupling theory, once its own
-//! collisions are forgotten, a component of its velocity decays like the transverse flows of the box (Ernst,
-//! Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970,
-//! [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)): the correlation
-//! `<v_x(0) v_x(t)>` is `(d - 1) / d T / M sum_k exp(-(nu + D) k^2 t)`, summed over all `k = 2 pi (n_x / L_x, ...)`
-//! except 0. `M` is the mass of the whole system. The result does not depend on the particle.
+//! A moving particle sets up a flow that later drags it along. By mode-coupling theory, once collisions have erased its
+//! initial velocity, a component of its velocity decays like the transverse flows of the box (Ernst, Hauge and van
+//! Leeuwen, Phys. Rev. Lett. 25, 1254, 1970,
+//! [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)): the correlation `<v_x(0) v_x(t)>`
+//! is `(d - 1) / d T / M sum_k exp(-(nu + D) k^2 t)`, summed over all `k = 2 pi (n_x / L_x, ...)` except 0, for any
+//! particle. `M` is the mass of the whole system.
 
 use std::f64::consts::{PI, TAU};
 
-/// Number of intervals in an integral by Simpson's rule, of equal length in the logarithm of the time. For these smooth
-/// functions the error of the rule is far below the error of the theory.
+/// Number of intervals in an integral by Simpson's rule, equal in the logarithm of the time. The error of the rule is
+/// far below the error of the theory.
 const INTERVALS: u32 = 400;
 
-/// Number of decay times of the slowest flow after which the flow is negligible.
+/// Number of decay times after which the slowest flow is negligible.
 const DECAYS: f64 = 40.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,11 +27,9 @@ pub(crate) struct VelocityTail<'b> {
 }
 
 impl VelocityTail<'_> {
-    /// Autocorrelation of a velocity component `[length^2 / time^2]`.
     fn correlation(&self, time: f64) -> f64 {
         let dimensions = self.periods.len() as f64;
-        // The sum over all wave vectors is a product of sums along the axes. The wave vector 0, the motion of
-        // the whole system, is subtracted.
+        // The sum over all wave vectors is a product of sums along the axes. The term of `k = 0` is subtracted.
         let decay = |period: &f64| self.spreading * (TAU / period) * (TAU / period) * time;
         let modes: f64 = self.periods.iter().map(|period| theta(decay(period))).product();
         (dimensions - 1.0) / dimensions * self.temperature_by_mass * (modes - 1.0)
@@ -48,9 +46,9 @@ impl VelocityTail<'_> {
     /// least squares between two times `[length^2 / time]`.
     ///
     /// The autocorrelation at a time `t` adds to the mean squared displacement at all later times, in proportion to the
-    /// time since `t`. The slope contains all of this contribution if `t` is before the first time, and nothing if `t`
-    /// is after the last time. In between it contains the fraction `(1 - u)^2 (2 + u) / 4`, where `u` grows linearly
-    /// from -1 to 1.
+    /// time since `t`. The slope contains the whole contribution if `t` is before the first time, and nothing if `t` is
+    /// after the last time. In between it contains the fraction `(1 - u)^2 (2 + u) / 4`, where `u` grows linearly from
+    /// -1 to 1.
     pub fn beyond_slope(&self, [first, last]: [f64; 2]) -> f64 {
         let missed = |time: f64| {
             let u = (2.0 * time - first - last) / (last - first);
@@ -111,9 +109,9 @@ mod tests {
                 assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-9, "{time}");
                 let beyond = over_modes(&tail, |rate| libm::exp(-rate * time) / rate);
                 assert!((tail.beyond(time) / beyond - 1.0).abs() < 1e-7, "{time}");
-                // At a time `t`, the contribution of a mode with decay rate `rate` to half of the mean squared
-                // displacement differs from a straight line by `exp(-rate t) / rate^2`. The least-squares slope of this
-                // term, with the opposite sign, was derived by hand.
+                // A mode with decay rate `rate` makes half of the mean squared displacement differ from a straight line
+                // by `exp(-rate t) / rate^2`. The least-squares slope of this term was derived by hand, with the
+                // opposite sign.
                 let [first, last] = [time, 4.0 * time];
                 let slope = |rate: f64| {
                     let x = 0.5 * rate * (last - first);
@@ -134,8 +132,8 @@ mod tests {
         let mass = 0.7 * edge * edge * edge;
         let tail = VelocityTail { temperature_by_mass: 1.9 / mass, spreading, periods: &[edge; 3] };
         let expected = 2.0 / 3.0 * 1.9 / 0.7 / libm::pow(4.0 * PI * spreading * time, 1.5);
-        // The sum over modes omits the wave vector 0. This lowers the result by a fraction of 6e-6 at `time`, and by
-        // 5e-5 at four times this time.
+        // Without the wave vector 0, the sum is smaller by the fraction 6e-6 at `time`, and by 5e-5 at four times
+        // `time`.
         assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-4);
         assert!((tail.correlation(4.0 * time) / tail.correlation(time) - 0.125).abs() < 1e-4);
     }

@@ -2,27 +2,23 @@
 
 use super::ensemble::Ensemble;
 
-/// Limits for the number of Newton steps, and for how often a step that goes too far is halved. Usually a few of each
-/// are enough.
+/// Limits for the number of Newton steps, and for how often a step is halved. Usually a few of each are enough.
 const MOST_STEPS: usize = 100;
 const MOST_HALVINGS: u32 = 30;
 
-/// The iteration stops after a Newton step below this size, in the logarithm of a partition function. The
-/// remaining error is of the order of its square.
+/// The iteration stops after a Newton step below this size in the logarithm of a partition function. The remaining
+/// error is of the order of the square of the last step.
 const LAST_STEP: f64 = 1e-9;
 
 /// Relative round-off error of the minimised function.
 const ROUNDING: f64 = 1e-12;
 
-/// Minimum number of samples shared by two groups of ensembles. The free-energy difference of the groups, divided by
-/// the temperature, has a variance of one over the number of shared samples. With fewer samples the variance would
-/// exceed one.
+/// Minimum number of samples shared by two groups of ensembles. The difference of their free energies, divided by the
+/// temperature, has a variance of one over this number. With fewer samples the variance would exceed one.
 const LEAST_SHARED: f64 = 1.0;
 
-/// Histograms of the potential energy of several ensembles together, mostly canonical ones at several
-/// temperatures.
-///
-/// Only the sum of all histograms is needed: it is a sufficient statistic of the density of states.
+/// Histograms of the potential energy of several ensembles, such as canonical ensembles at several temperatures. Their
+/// sum is a sufficient statistic of the density of states.
 #[derive(Debug, Clone, Copy)]
 pub struct MultiHistogram<'h> {
     /// The ensembles.
@@ -35,18 +31,16 @@ pub struct MultiHistogram<'h> {
     pub counts: &'h [f64],
 }
 
-/// The density of states of the potential energy, `g(E)`, up to a factor, estimated from the samples of all
-/// ensembles together.
+/// The density of states of the potential energy, `g(E)`, up to a factor, from the samples of all ensembles.
 ///
 /// Let there be `N_k` samples of the ensemble `k`, in which configurations of energy `E` have the weight
-/// `exp(-u_k(E))`. In a canonical ensemble `u_k(E) = E / T_k`. If all ensembles together have `H(E)` samples in
-/// the level `E`, then `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) = sum_E
-/// g(E) exp(-u_k(E))`.
+/// `exp(-u_k(E))`. In a canonical ensemble `u_k(E) = E / T_k`. If all ensembles together have `H(E)` samples in the
+/// level `E`, the density of states is `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) =
+/// sum_E g(E) exp(-u_k(E))`.
 ///
-/// These are the equations of the multi-histogram method: A. M. Ferrenberg and R. H. Swendsen, Phys. Rev.
-/// Lett. 63, 1195 (1989), [doi:10.1103/PhysRevLett.63.1195](https://doi.org/10.1103/PhysRevLett.63.1195).
-/// With one level for each occurring energy, as for stepped potentials, they are the estimator MBAR: M. R.
-/// Shirts and J. D. Chodera, J. Chem. Phys. 129, 124105 (2008),
+/// This is the multi-histogram method: A. M. Ferrenberg and R. H. Swendsen, Phys. Rev. Lett. 63, 1195 (1989),
+/// [doi:10.1103/PhysRevLett.63.1195](https://doi.org/10.1103/PhysRevLett.63.1195). With one level for each energy, as
+/// for stepped potentials, it is the estimator MBAR: M. R. Shirts and J. D. Chodera, J. Chem. Phys. 129, 124105 (2008),
 /// [doi:10.1063/1.2978177](https://doi.org/10.1063/1.2978177).
 #[doc(alias = "WHAM")]
 #[doc(alias = "MBAR")]
@@ -81,11 +75,10 @@ struct Expansion {
 }
 
 impl MultiHistogram<'_> {
-    /// Solves the equations by Newton's method, starting near the solution. It minimises the convex function
+    /// Solves the equations by Newton's method from a start near the solution, which minimises the convex function
     /// `sum_E H(E) ln sum_k N_k exp(f_k - u_k(E)) - sum_k N_k f_k`.
     ///
-    /// `None` if some ensembles share no energies with the others, so that the difference of their free
-    /// energies is unknown, or if there are no samples.
+    /// `None` if there are no samples, or if some ensembles share no energies with the rest.
     #[must_use]
     pub fn solve(&self, start: &[f64]) -> Option<DensityOfStates> {
         let first = start.first()?;
@@ -111,9 +104,8 @@ impl MultiHistogram<'_> {
         None
     }
 
-    /// Calculates initial free energies from the mean energy of each ensemble. For canonical ensembles they
-    /// follow from `df / d(1/T) = <U>` by the trapezoidal rule. For other ensembles, the value of the previous
-    /// ensemble is repeated.
+    /// Calculates initial free energies from the mean energy of each ensemble: for canonical ensembles from `df /
+    /// d(1/T) = <U>` by the trapezoidal rule; other ensembles repeat the value of the previous ensemble.
     #[must_use]
     pub fn start(ensembles: &[Ensemble], means: &[f64]) -> Vec<f64> {
         let mut free_energies = vec![0.0; ensembles.len().min(1)];
@@ -202,8 +194,7 @@ impl DensityOfStates {
         self
     }
 
-    /// `f_k` of the sampled ensembles: the configurational free energy divided by the temperature, relative
-    /// to the first.
+    /// Configurational free energies `f_k`, divided by the temperatures, relative to the first ensemble.
     #[must_use]
     pub fn free_energies(&self) -> &[f64] {
         &self.free_energies
@@ -214,8 +205,7 @@ impl DensityOfStates {
         self.energies.iter().copied().zip(self.logarithms.iter().copied())
     }
 
-    /// Probabilities of the levels at a temperature `[energy]`, in their order: `g(E) exp(-E / T) / sum_E
-    /// g(E) exp(-E / T)`.
+    /// Probabilities of the levels at a temperature `[energy]`: `g(E) exp(-E / T) / sum_E g(E) exp(-E / T)`.
     #[must_use]
     pub fn probabilities_at(&self, temperature: f64) -> Vec<f64> {
         let (mut weights, sum, _) = self.weights(temperature);
@@ -223,8 +213,8 @@ impl DensityOfStates {
         weights
     }
 
-    /// Weights `g(E) exp(-E / T)` of the levels relative to the largest weight, their sum, and the logarithm of
-    /// the largest weight.
+    /// Weights `g(E) exp(-E / T)` of the levels relative to the largest weight, their sum, and the logarithm of the
+    /// largest.
     fn weights(&self, temperature: f64) -> (Vec<f64>, f64, f64) {
         let exponents = || self.levels().map(|(energy, logarithm)| logarithm - energy / temperature);
         let most = exponents().fold(f64::NEG_INFINITY, f64::max);
@@ -267,8 +257,8 @@ fn log_sum(terms: &[f64]) -> f64 {
     most + libm::log(terms.iter().map(|term| libm::exp(term - most)).sum())
 }
 
-/// Solves for the Newton step by Cholesky decomposition of `matrix`, of which only the lower triangle is given. Also
-/// returns whether the samples determine the step. If they do not, the step still goes downhill.
+/// Solves for the Newton step by Cholesky decomposition, from the lower triangle of `matrix`. Also returns whether the
+/// samples determine the step; otherwise the step still goes downhill.
 fn downhill(mut matrix: Vec<Vec<f64>>, gradient: &[f64]) -> (Vec<f64>, bool) {
     let count = gradient.len();
     let mut is_determined = true;

@@ -5,14 +5,12 @@ use super::ensemble::Ensemble;
 
 const MOST_LEVELS: usize = 4096;
 
-/// Energies with a smaller relative difference belong to the same level. The difference is round-off in the
-/// sums of pair energies.
+/// Energies with a smaller relative difference belong to the same level. They differ by round-off in sums.
 const SAME: f64 = 1e-9;
 
 const MOST_BLOCKS: u64 = 512;
 
-/// The energy levels that occur in a run. They are found in a first pass over the energies;
-/// [`EnergyHistograms`] are filled in a second pass.
+/// The energy levels that occur in a run. A first pass finds them; a second pass fills [`EnergyHistograms`].
 ///
 /// Stepped potentials have few energies, and each energy is a level. If there are more than 4096 different
 /// energies, as in continuous potentials, they are counted in 4096 equal bins.
@@ -26,8 +24,7 @@ pub struct EnergyLevels {
 }
 
 impl EnergyLevels {
-    /// Creates bins with these lower edges, which must be in ascending order. Energies below the first edge go into the
-    /// first bin.
+    /// Creates bins with these lower edges, in ascending order. The first bin also holds all energies below its edge.
     #[must_use]
     pub fn of_bins(lower_edges: &[f64]) -> Self {
         Self { levels: lower_edges.to_vec(), are_bins: true, ..Self::default() }
@@ -78,14 +75,13 @@ struct Block {
     rows: u64,
     /// Number of samples of all ensembles in each level.
     counts: Vec<u32>,
-    /// Sum of the energies of each ensemble.
     sums: Vec<f64>,
-    /// For each quantity measured along with the energies, its sum over the samples in each level.
+    /// For each other quantity, its sum over the samples in each level.
     others: Vec<Vec<f64>>,
 }
 
-/// Sums over the samples in one level: their number, the deviations of their energies from a reference energy,
-/// and the squared deviations.
+/// Sums over the samples in one level: their number, the deviations of their energies from a reference energy, and the
+/// squared deviations.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: f64,
@@ -93,8 +89,8 @@ struct Spread {
     squares: f64,
 }
 
-/// Histograms of the potential energy of several ensembles, mostly at several temperatures, in blocks of time.
-/// All ensembles are sampled at the same times. The levels are known from a first pass, see [`EnergyLevels`].
+/// Histograms of the potential energy of several ensembles, in blocks of time. All ensembles are sampled at the same
+/// times. [`EnergyLevels`] from a first pass give the levels.
 #[derive(Debug, Clone)]
 pub struct EnergyHistograms {
     ensembles: Vec<Ensemble>,
@@ -113,8 +109,7 @@ pub(super) struct Counts {
 }
 
 impl EnergyHistograms {
-    /// Creates empty histograms with known levels. `others` is the number of quantities measured along with the
-    /// energies.
+    /// Creates empty histograms with known levels. `others` is the number of quantities measured along with the energy.
     #[must_use]
     pub fn new(ensembles: Vec<Ensemble>, levels: EnergyLevels, others: usize) -> Self {
         let levels = levels.closed();
@@ -128,9 +123,8 @@ impl EnergyHistograms {
         }
     }
 
-    /// Adds the energies of all ensembles at one time, in the order of the ensembles. `others` holds the
-    /// quantities measured along with them: first all quantities of the first ensemble, then all of the second,
-    /// and so on. If a value is not finite, nothing is added.
+    /// Adds the energies of all ensembles at one time, in the order of the ensembles. `others` holds the quantities
+    /// measured along with the energy, one ensemble after the other. If a value is not finite, nothing is added.
     pub fn add(&mut self, energies: &[f64], others: &[f64]) {
         let count = self.ensembles.len();
         let is_whole = energies.len() == count
@@ -178,8 +172,7 @@ impl EnergyHistograms {
         self.blocks.is_empty()
     }
 
-    /// The density of states determined by the samples of all ensembles together. `None` if the energies of the
-    /// ensembles do not overlap, or if there are no samples.
+    /// The density of states from all ensembles. `None` without samples, or if the ensembles share no energies.
     #[must_use]
     pub fn density_of_states(&self) -> Option<DensityOfStates> {
         if self.is_empty() {
@@ -193,7 +186,6 @@ impl EnergyHistograms {
         self.blocks.len()
     }
 
-    /// Mean energy of an ensemble, given by its index, in each block.
     pub(super) fn series(&self, place: usize) -> Vec<f64> {
         self.blocks.iter().map(|block| block.sums[place] / block.rows as f64).collect()
     }
@@ -218,7 +210,7 @@ impl EnergyHistograms {
         all
     }
 
-    /// The energy of each level, which is the mean of its samples, and their variance.
+    /// The mean energy of the samples in each level, and their variance.
     pub(super) fn energies(&self) -> (Vec<f64>, Vec<f64>) {
         let of_level = |(level, spread): (&f64, &Spread)| {
             let count = spread.count.max(1.0);
@@ -236,13 +228,12 @@ impl Counts {
         add_each(&mut self.others, &other.others);
     }
 
-    /// For each quantity measured along with the energies, its mean in each level; zero in levels without samples.
+    /// Mean of each other quantity in each level; zero in levels without samples.
     pub fn means(&self) -> Vec<Vec<f64>> {
         let mean = |(sum, count): (&f64, &f64)| if *count > 0.0 { sum / count } else { 0.0 };
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()
     }
 
-    /// All ensembles have the same number of samples: one in each row.
     pub fn solve(&self, ensembles: &[Ensemble], energies: &[f64], start: &[f64]) -> Option<DensityOfStates> {
         let samples = vec![self.rows; ensembles.len()];
         MultiHistogram { ensembles, samples: &samples, energies, counts: &self.levels }.solve(start)

@@ -2,7 +2,6 @@
 
 use super::density_of_states::DensityOfStates;
 
-/// Largest number of temperatures in a list.
 const MOST_TEMPERATURES: usize = 1000;
 
 /// Number of bisections, enough to reach round-off.
@@ -19,8 +18,8 @@ impl DensityOfStates {
         let difference = cold.recip() - hot.recip();
         let [of_cold, of_hot] = [cold, hot].map(|temperature| self.probabilities_at(temperature));
         let mut above: f64 = of_cold.iter().sum();
-        // The loop visits the levels `E'` of the hot replica. `below` sums the cold replica's probabilities of all
-        // levels `E < E'`, each multiplied by `exp((1/T_1 - 1/T_2) (E - E'))`, where `T_1 < T_2`.
+        // The loop visits the levels `E'` of the hot replica. `below` is the sum of `p_1(E) exp((1/T_1 - 1/T_2) (E -
+        // E'))` over the levels `E < E'` of the cold replica, where `T_1 < T_2`.
         let (mut below, mut last, mut sum) = (0.0, f64::NEG_INFINITY, 0.0);
         for ((energy, _), (cold, hot)) in self.levels().zip(of_cold.iter().zip(&of_hot)) {
             if below > 0.0 {
@@ -32,10 +31,9 @@ impl DensityOfStates {
         sum.min(1.0)
     }
 
-    /// Finds a list of ascending temperatures from the lowest to the highest `[energy]`, so that the
-    /// [acceptance](Self::acceptance) is the same between all neighbours and at least the requested one. The list is as
-    /// short as possible. The requested acceptance is between 0 and 1. `None` if no number of temperatures is
-    /// sufficient, or if more than a thousand are needed.
+    /// Finds the shortest list of ascending temperatures from the lowest to the highest `[energy]` that have the same
+    /// [acceptance](Self::acceptance) between all neighbours, at least the requested one (between 0 and 1). `None` if
+    /// no number of temperatures is sufficient, or if more than a thousand are needed.
     #[must_use]
     pub fn temperatures_for(&self, [lowest, highest]: [f64; 2], acceptance: f64) -> Option<Vec<f64>> {
         if !(0.0 < lowest && lowest < highest && highest.is_finite() && 0.0 < acceptance && acceptance < 1.0) {
@@ -56,8 +54,7 @@ impl DensityOfStates {
         Some(best)
     }
 
-    /// Lists temperatures up to the highest temperature, each as far from the previous temperature as the
-    /// acceptance allows. `None` if there are too many.
+    /// Lists temperatures up to the highest, as far apart as the acceptance allows. `None` if there are too many.
     fn ladder(&self, lowest: f64, highest: f64, acceptance: f64, most: usize) -> Option<Vec<f64>> {
         let mut temperatures = vec![lowest];
         let mut last = lowest;

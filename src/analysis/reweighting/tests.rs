@@ -79,8 +79,7 @@ fn level(random: &mut Random, temperature: f64) -> f64 {
     ENERGIES[3]
 }
 
-/// Each sample repeats the previous sample with probability `p`, which gives an inefficiency of `(1 + p) / (1 -
-/// p)`.
+/// Each sample repeats the previous sample with probability `p`, so the inefficiency is `(1 + p) / (1 - p)`.
 fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
     let mut random = Random::new(seed, Purpose::Placement, 0);
     let mut row: Vec<f64> = TEMPERATURES.iter().map(|t| level(&mut random, *t)).collect();
@@ -134,8 +133,7 @@ fn binned_energies_keep_their_moments() {
 fn bootstrap_errors_match_the_scatter_over_seeds() {
     let temperatures = [0.37, 0.5, 0.63, 1.0];
     let expected: Vec<f64> = temperatures.iter().flat_map(|t| [exact(*t)[0], exact(*t)[1]]).collect();
-    // The rows are uncorrelated, correlated over a few rows, or so strongly correlated that there are few
-    // blocks.
+    // The rows are uncorrelated, correlated over a few rows, or correlated so strongly that there are few blocks.
     for (count, probability, tolerance) in [(400, 0.0, 0.25), (3000, 0.8, 0.25), (1200, 0.95, 0.35)] {
         let mut squares = vec![0.0; expected.len()];
         let mut seeds = 0.0;

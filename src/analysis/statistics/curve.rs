@@ -3,14 +3,13 @@
 use super::{BlockAverage, Estimate, standard_error};
 use serde::{Deserialize, Serialize};
 
-/// An element merges neighbouring bins when it has this many, so that 32 to 64 bins remain. With 32 bins, the
+/// At this number of bins, an element merges neighbours, so that 32 to 64 bins remain. With 32 bins, the relative
 /// uncertainty of the standard error, `1 / sqrt(2 (n - 1))`, is 13 %.
 const MOST_BINS: usize = 64;
 
-/// Block averages of all elements of a curve: the bins of a histogram or the lags of a correlation function.
-///
-/// Elements may have different numbers of values, like the lags of a correlation function. However, elements that
-/// [`Self::combination`] combines must have received their values together.
+/// Block averages of all elements of a curve: the bins of a histogram or the lags of a correlation function. Elements
+/// may have different numbers of values, but elements that [`Self::combination`] combines must receive their values
+/// together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CurveAverage {
     elements: Vec<BlockAverage>,
@@ -35,20 +34,20 @@ impl CurveAverage {
         self.elements.is_empty()
     }
 
-    /// Adds one value to one element. Values that are not finite are ignored, and so are elements beyond the last.
+    /// Adds one value to one element. Ignores values that are not finite and elements that do not exist.
     pub fn add(&mut self, element: usize, value: f64) {
         if let Some(average) = self.elements.get_mut(element) {
             average.add(value, 1.0);
         }
     }
 
-    /// Adds one value to each element, starting with the first.
+    /// Adds one value to each element, starting with the first element.
     pub fn add_all(&mut self, values: impl IntoIterator<Item = f64>) {
         self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
     }
 
-    /// Returns a histogram with bins twice as wide. Each element is the sum of two neighbours, and the upper half is
-    /// zero. All elements must have received their values together.
+    /// Returns a histogram with bins twice as wide: sums of two neighbours, then zeros for the upper half. All elements
+    /// must have received their values together.
     #[must_use]
     pub(crate) fn joined_in_pairs(&self) -> Self {
         let length = self.elements.len();
@@ -67,7 +66,6 @@ impl CurveAverage {
     /// Number of values of an element; 0 if it does not exist.
     #[must_use]
     pub fn count(&self, element: usize) -> f64 {
-        // The number of values is the weight, because each value has the weight 1.
         self.elements.get(element).map_or(0.0, |average| average.weight)
     }
 
@@ -105,8 +103,8 @@ impl CurveAverage {
         self.elements.iter().map(|average| average.estimate()?.standard_error).collect()
     }
 
-    /// Returns the mean of `sum c_k x_k`, where `terms` lists pairs of an element `k` and its coefficient `c_k`. The
-    /// standard error includes all correlations between the elements.
+    /// Returns the mean of `sum c_k x_k` with a standard error that includes all correlations between the elements.
+    /// `terms` lists pairs of an element `k` and its coefficient `c_k`.
     ///
     /// The error of a function `f` of several means follows from its derivatives at the means, `c_k = df / dx_k`. For a
     /// ratio `R = x_a / x_b`, the terms are `[(a, 1 / x_b), (b, -R / x_b)]`.
@@ -152,7 +150,7 @@ mod tests {
         let curve = measured(1, 20_000);
         let error = curve.standard_errors()[0].unwrap();
         let exact = (1.0 / 12.0 / 20_000.0_f64).sqrt();
-        // With 32 to 64 bins, the error is known to 13 % or better. The bound is a little more than three times that.
+        // With 32 to 64 bins, the error is uncertain by at most 13 %. The bound is a little more than three times 13 %.
         assert!((error / exact - 1.0).abs() < 0.45, "{error} but {exact}");
         assert!((curve.means()[0].unwrap() - 0.5).abs() < 4.0 * exact);
         assert!(curve.elements.iter().all(|average| average.bins.len() < MOST_BINS));
@@ -165,8 +163,8 @@ mod tests {
         assert!((one.mean - 1.0).abs() < 1e-12 && one.standard_error.unwrap() < 1e-12, "x and 1 - x: {one:?}");
         let difference = curve.combination(&[(0, 1.0), (1, -1.0)]).unwrap().standard_error.unwrap();
         assert!((difference / (2.0 * curve.standard_errors()[0].unwrap()) - 1.0).abs() < 1e-9, "2 x - 1");
-        // The ratio R = <2 x y> / <x> is 1. Its variance for a single value is that of
-        // `(2 x y - R x) / <x> = 2 x (2 y - 1)`, which is 4 / 9.
+        // The ratio R = <2 x y> / <x> is 1. For a single value, its variance is 4 / 9, as for `(2 x y - R x) / <x> = 2
+        // x (2 y - 1)`.
         let (a, b) = (curve.means()[2].unwrap(), curve.means()[0].unwrap());
         let ratio = curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap();
         assert!(ratio.mean.abs() < 1e-12, "derivatives of a ratio");
@@ -178,7 +176,7 @@ mod tests {
         };
         let mean = (10..50).map(of_seed).sum::<f64>() / 40.0;
         // With 32 to 64 bins, a single error is uncertain by a quarter, and the mean of forty errors by 4 %. The bounds
-        // are three times that, and include the bias of the estimate.
+        // include three times 4 % and the bias of the estimate.
         assert!((0.88..1.25).contains(&mean), "{mean}");
     }
 
@@ -192,8 +190,7 @@ mod tests {
                 fine.add_all(values.iter().copied());
                 coarse.add_all((0..length).map(|bin| at(2 * bin) + at(2 * bin + 1)));
             }
-            // Integers add up without rounding, so the means agree exactly. The standard errors do not, because the
-            // mean of each bin is rounded.
+            // Integers add up without rounding, so means agree exactly. Errors differ, because bin means are rounded.
             assert_eq!(fine.joined_in_pairs().means(), coarse.means());
             let errors = fine.joined_in_pairs().standard_errors();
             for (error, expected) in errors.into_iter().zip(coarse.standard_errors()) {

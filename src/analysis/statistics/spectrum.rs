@@ -9,44 +9,42 @@ const STEPS: usize = 150;
 const SLOWEST: f64 = 1.0 / 12.0;
 
 /// Slowest relaxation time of a quantity whose changes are fitted, as a fraction of the length of the series. About
-/// eight angular frequencies are below the inverse of this time.
+/// eight angular frequencies are below its inverse.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// Components for the changes of a correlated quantity are included in the fit only if they increase the logarithm of
-/// the likelihood by this much. With a lower threshold, they would fit powers that are low by chance. One error in a
-/// few hundred would then be several times too small.
+/// Minimum gain in the logarithm of the likelihood for components of changes of a correlated quantity. With a lower
+/// threshold, they would fit powers that are low by chance, and one error in a few hundred would be far too small.
 const LEAST_GAIN: f64 = 6.0;
 
-/// Fastest relaxation time in the fit, as a number of values of the series. The density of such a relaxation falls by
-/// only a quarter over the fitted frequencies, so faster relaxations count as white noise.
+/// Fastest relaxation time in the fit, as a number of values of the series. Its density falls by only a quarter over
+/// the fitted frequencies, so faster relaxations count as white noise.
 const FASTEST: f64 = 0.5;
 
 /// Ratio of successive relaxation times in the fit.
 const RATIO: f64 = 1.5;
 
-/// With fewer frequencies, the fit cannot distinguish the changes of an uncorrelated quantity from other noise.
+/// With fewer frequencies, the fit cannot tell the changes of an uncorrelated quantity from other noise.
 const FEWEST_FOR_DIFFERENCES: usize = 20;
 
-/// Exponent of the prior, which is a power of `1 / S(0)`, where `S(0)` is the spectral density at frequency zero.
-/// Weights that cannot be negative always fit some of the noise, and the prior offsets this.
+/// Exponent of the prior, a power of `1 / S(0)`, where `S(0)` is the spectral density at frequency zero. It offsets the
+/// noise that non-negative weights always fit.
 const PRIOR: f64 = 0.5;
 
-/// If the slowest relaxation of the fit has more than this fraction of the variance, the motion is too slow for the
-/// length of the series.
+/// If the slowest relaxation of the fit has more than this fraction of the variance, the series is too short.
 const MOST_IN_SLOWEST: f64 = 0.6;
 
-/// Limits for the share of the slowest relaxation in the density at frequency zero. Below the first limit, the estimate
-/// is not enlarged; above the second limit, it is enlarged by [`MOST_DOUBT`].
+/// Limits for the share of the slowest relaxation in the density at frequency zero. The estimate is not enlarged below
+/// the lower limit, and is enlarged by [`MOST_DOUBT`] above the upper limit.
 const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 
-/// Largest possible ratio of the true density at frequency zero to the estimate. A motion may be slower than it seems
-/// if only few frequencies resolve it. With this value, the errors of autoregressive series with added white noise
-/// agree with theory if there are at least three independent values (measured by the test
+/// Largest possible ratio of the true density at frequency zero to the estimate. Motion that only few frequencies
+/// resolve may be slower than it seems. With this value, the errors of autoregressive series with added white noise
+/// agree with theory if there are at least three independent values (test
 /// `claimed_errors_are_honest_where_noise_hides_slow_motion`).
 const MOST_DOUBT: f64 = 3.0;
 
 /// Number of lowest frequencies that are fitted one by one. Higher frequencies are fitted in groups that grow with the
-/// frequency, because the models are smooth. A group takes no more time than a single frequency.
+/// frequency, because the models are smooth. A group costs no more than a single frequency.
 const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;
 
@@ -56,7 +54,7 @@ const LOWEST: usize = 6;
 const LEAST: f64 = 0.3;
 
 /// If the lowest frequency has more than this fraction of the total power, the series is a single oscillation or a
-/// drift. Its density at frequency zero is then unknown.
+/// drift, and its density at frequency zero is unknown.
 const MOST_IN_ONE_SWING: f64 = 0.5;
 
 /// Lower limit for powers and densities, in units of the variance. It prevents divisions by zero.
@@ -64,7 +62,7 @@ const NOTHING: f64 = 1e-12;
 
 #[cfg(test)]
 thread_local! {
-    /// A fit takes thousands of times longer than a mean.
+    /// Number of fits. A fit takes thousands of times longer than a mean.
     pub(super) static FITS: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
 }
 
@@ -78,7 +76,6 @@ pub(super) struct Density {
     pub doubt: f64,
 }
 
-/// A component that a series may contain.
 #[derive(Clone)]
 struct Part {
     /// Spectral density of the component with a weight of 1, averaged over each group of frequencies.
@@ -88,7 +85,7 @@ struct Part {
 }
 
 /// Returns the spectral density at frequency zero of a series, given its deviations from the mean or a trend; `None` if
-/// the correlations are too long for the length of the series.
+/// the series is too short for its correlations.
 ///
 /// The periodogram at the lower half of the frequencies `w` is modelled as a sum of
 /// - white noise, `1`;
@@ -101,10 +98,10 @@ struct Part {
 ///   does the momentum of particles that move to and fro between two walls. The sum of `n` changes is the difference
 ///   between both ends, so the variance of the mean is `2 / n^2` times the variance of the quantity.
 ///
-/// The weights of the components are the most likely non-negative weights (P. Whittle, Ark. Mat. 2, 423 (1953)): the
-/// values of a periodogram are independent and exponentially distributed about the spectral density. Each step of the
-/// fit multiplies the weights by the square root of a ratio of gradients and increases the likelihood: C. Févotte and
-/// J. Idier, Neural Comput. 23, 2421 (2011), [doi:10.1162/NECO_a_00168](https://doi.org/10.1162/NECO_a_00168).
+/// The weights are the most likely non-negative weights (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a
+/// periodogram are independent and exponentially distributed about the spectral density. Each step of the fit
+/// multiplies each weight by the square root of a ratio of gradients and increases the likelihood: C. Févotte and J.
+/// Idier, Neural Comput. 23, 2421 (2011), [doi:10.1162/NECO_a_00168](https://doi.org/10.1162/NECO_a_00168).
 pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Density> {
     #[cfg(test)]
     FITS.set(FITS.get() + 1);
@@ -135,8 +132,8 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
         if weight * variance > MOST_IN_SLOWEST {
             return None;
         }
-        // The doubt depends on the share of the slowest relaxation in the density at frequency zero, not in the
-        // variance. Fast noise increases the variance and would hide slow motion.
+        // The doubt depends on the share of the slowest relaxation in the density at frequency zero. The share in the
+        // variance is smaller, because fast noise adds to the variance.
         let part = (weight / at_zero(&parts) - DOUBTFUL[0]) / (DOUBTFUL[1] - DOUBTFUL[0]);
         doubt += (MOST_DOUBT - 1.0) * part.clamp(0.0, 1.0);
     }
@@ -144,8 +141,7 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
     Some(Density { at_zero: at_zero(&parts).max(LEAST * lowest), doubt })
 }
 
-/// Powers of a periodogram in groups of frequencies: the number of frequencies in each, and the sum of their
-/// powers.
+/// Powers of a periodogram in groups of frequencies: the number of frequencies and the sum of the powers in each group.
 struct Powers {
     sizes: Vec<f64>,
     sums: Vec<f64>,
@@ -233,8 +229,8 @@ fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn
     Part { density: groups.iter().map(mean).collect(), at_zero, weight: 0.0 }
 }
 
-/// Components that a series of `n` values may contain: white noise and relaxations from slow to fast. If there are
-/// enough frequencies, the changes of an uncorrelated quantity are a further component.
+/// Components that a series of `n` values may contain: white noise and relaxations from slow to fast and, if there are
+/// enough frequencies, the changes of an uncorrelated quantity.
 fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let mut parts = vec![part(1.0, cosines, groups, |_| 1.0)];
     let mut time = SLOWEST * n as f64;
@@ -250,9 +246,9 @@ fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     parts
 }
 
-/// Returns components for the changes of a quantity whose values are correlated. Each relaxation time has one component
-/// for a single relaxation and one for a double relaxation. The difference between the first and the last value of the
-/// quantity adds `2 / n` to the density at all frequencies.
+/// Components for the changes of a quantity whose values are correlated. Each relaxation time has one component for a
+/// single relaxation and one for a double relaxation. The difference between the last and the first value adds `2 / n`
+/// to the density at all frequencies.
 fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let ends = 2.0 / n as f64;
     let mut parts = Vec::new();
@@ -271,8 +267,8 @@ fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Ve
     parts
 }
 
-/// Returns the index of the slowest relaxation among the components, and its variance for a weight of 1; `None` if the
-/// series is too short for a relaxation.
+/// Index of the slowest relaxation among the components, and its variance for a weight of 1; `None` if the series is
+/// too short.
 fn slowest(n: usize) -> Option<(usize, f64)> {
     let time = SLOWEST * n as f64;
     let r = libm::exp(-1.0 / time);

@@ -3,24 +3,23 @@
 use super::{ROUNDING, halved, spectrum};
 use serde::{Deserialize, Serialize};
 
-/// The two numbers `a` and `b` of a limit. A series drifts if the means of its first quarter and of its second half
-/// differ by more than `a + b / n` standard errors, where `n` is the number of independent values. The second term
-/// allows for the uncertainty of the standard error.
+/// The numbers `a` and `b` of a limit. A series drifts if the means of its first quarter and of its second half differ
+/// by more than `a + b / n` standard errors, where `n` is the number of independent values. `b / n` allows for the
+/// uncertainty of the standard error.
 ///
-/// Fewer than one in 300 stationary series is then called drifting (measured with autoregressive series with
-/// correlations from -0.5 to 0.9 between neighbours). If noise hides slow motion with only three to five independent
-/// values, at most one in 25 is called drifting.
+/// This limit calls fewer than one in 300 stationary series drifting (measured with autoregressive series with
+/// correlations from -0.5 to 0.9 between neighbours), and at most one in 25 if noise hides slow motion with only three
+/// to five independent values.
 const LIMIT: (f64, f64) = (4.5, 10.0);
 
-/// Limit if the error is estimated from residuals about a straight line, for the whole series or its second half. Such
-/// an error is too small, so this limit is larger than [`LIMIT`].
+/// Limit if the error comes from residuals about a straight line through the whole series or its second half. It is
+/// larger than [`LIMIT`], because such an error is too small.
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
 /// Minimum number of independent values in the second half of a series that is called stationary.
 const FEWEST: f64 = 10.0;
 
-/// Minimum number of independent values for a test with the residuals about a straight line through the whole series or
-/// through its last three quarters.
+/// Minimum number of independent values for a test with residuals about a line through most of the series.
 const FEWEST_BESIDE_A_LINE: f64 = 5.0;
 
 const FEWEST_VALUES: usize = 20;
@@ -46,12 +45,11 @@ pub enum Stationarity {
 /// chance: J. Geweke, in Bayesian Statistics 4 (Oxford University Press, 1992), p. 169. The spectral density at
 /// frequency zero is taken from the second half, which is closer to equilibrium.
 ///
-/// The second half may drift itself. Therefore the test is repeated with the residuals of this half about a straight
-/// line. If the second half has too few independent values, the residuals of the whole series are used.
+/// The second half may drift itself, so the test is repeated with its residuals about a straight line. If it has too
+/// few independent values, the residuals of the whole series are used.
 ///
 /// By chance, the second half may seem to change faster than it does, most often when the first quarter differs from
-/// it. Therefore the series is called drifting only if the residuals of its last three quarters about a straight line
-/// confirm it.
+/// it. A drift must therefore be confirmed by the residuals of the last three quarters about a straight line.
 #[must_use]
 pub fn stationarity(series: &[f64]) -> Stationarity {
     if series.len() > MOST_VALUES {
@@ -97,13 +95,12 @@ fn mean(values: &[f64]) -> f64 {
 struct Noise {
     /// Spectral density of the noise at frequency zero.
     density: f64,
-    /// Number of independent values that would determine the mean as well as this series.
+    /// Number of independent values that would give the mean the same error.
     independent: f64,
 }
 
 impl Noise {
-    /// Returns `None` if the correlations are too long for the length of the series, or if its mean and all deviations
-    /// are zero.
+    /// `None` if the series is too short for its correlations, or if its mean and all deviations are zero.
     fn of(series: &[f64], is_beside_a_line: bool) -> Option<Self> {
         let n = series.len() as f64;
         let (middle, mean) = (0.5 * (n - 1.0), mean(series));
@@ -139,7 +136,7 @@ mod tests {
             let count = 300;
             let series = |seed: &u64| correlated(rho, n, 50_000 + seed);
             let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
-            // In 300 stationary series, one false alarm is expected. Five or more occur once in 270 tests.
+            // In 300 stationary series, one false alarm is expected. Five or more false alarms occur once in 270 tests.
             assert!(drifting <= 4, "rho {rho}, {n} values: {drifting} of {count}");
         }
     }
@@ -153,16 +150,15 @@ mod tests {
             let series = |seed: &u64| under_noise(rho, n, noise, 60_000 + seed);
             let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
             println!("rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
-            // The expected numbers are 10, 7, 3 and 1. A test with the second half alone would give about 30, 26, 14
-            // and 2.
+            // The expected numbers are 10, 7, 3 and 1. With only the second half, they would be about 30, 26, 14 and 2.
             assert!(drifting <= most, "rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
         }
     }
 
     #[test]
     fn relaxing_or_rising_series_is_drifting() {
-        // One series starts ten standard deviations off and relaxes during a fifth of its length. The other drifts
-        // slowly by three standard deviations.
+        // One series starts ten standard deviations off and relaxes in a fifth of its length. The other series drifts
+        // by three standard deviations.
         let relaxing = |k: usize| 3.0 * libm::exp(-(k as f64) / 40.0);
         let rising = |k: usize| 1.0 * k as f64 / 200.0;
         for (seed, rho) in [(1, 0.0), (2, 0.0), (3, 0.5), (4, 0.5), (5, 0.7)] {

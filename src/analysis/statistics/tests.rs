@@ -19,23 +19,23 @@ pub fn correlated(rho: f64, length: usize, seed: u64) -> Vec<f64> {
 
 #[test]
 fn the_error_of_a_correlated_series_is_that_of_theory() {
-    // For large n, the mean of n values of an AR(1) series has the variance s^2 / (n (1 - rho)^2), where s^2 is the
-    // variance of the noise.
+    // For large n, the mean of n values of an AR(1) series has the variance s^2 / (n (1 - rho)^2) with the variance s^2
+    // of the noise.
     for (rho, seed) in [(-0.5, 1), (0.0, 2), (0.5, 3), (0.9, 4)] {
         let (n, count) = (1000, 40);
         let error = |seed| standard_error(&correlated(rho, n, seed)).unwrap();
         let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
         let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
         // A single error is uncertain by a sixth, and the mean of forty errors by 2.6 %. The bounds include three times
-        // that, a bias of up to 12 % on the safe side, and Student's factor.
+        // 2.6 %, a bias of up to 12 % on the safe side, and Student's factor.
         assert!((0.92..1.21).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
     }
 }
 
 #[test]
 fn anticorrelated_noise_reduces_the_error() {
-    // The series is x_k = e_(k+1) - 0.6 e_k with white noise e, so the error of its mean is 0.4 times the error of the
-    // mean of e. Independent values with the variance of x would have 1.17 times the error of the mean of e.
+    // The series x_k = e_(k+1) - 0.6 e_k with white noise e has 0.4 times the error of the mean of e. Independent
+    // values with the variance of x would have 1.17 times this error.
     let (n, count) = (200, 60);
     let error = |seed| {
         let noise = correlated(0.0, n + 1, seed);
@@ -43,16 +43,16 @@ fn anticorrelated_noise_reduces_the_error() {
     };
     let mean = (3000..3000 + count).map(error).sum::<f64>() / count as f64;
     let exact = 0.4 * (1.0 / 12.0 / n as f64).sqrt();
-    // A single error is uncertain by a quarter, and the mean of sixty errors by 3 %. The bounds include three times
-    // that, and a bias of up to 15 % on the safe side.
+    // A single error is uncertain by a quarter, and the mean of sixty errors by 3 %. The bounds include three times 3
+    // %, and a bias of up to 15 % on the safe side.
     assert!((0.9..1.25).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
 #[test]
 fn bounded_quantity_adds_no_error_to_its_rate() {
-    // Each value of a series is the change of a quantity plus weak white noise. The quantity relaxes, like the momentum
-    // between two walls, or oscillates, like the virial of a crystal. Two things contribute to the error of the mean:
-    // the noise, and the difference of the quantity between both ends, divided by n.
+    // Each value is the change of a quantity plus weak white noise. The quantity relaxes, like the momentum between two
+    // walls, or oscillates, like the virial of a crystal. The error of the mean comes from the noise, and from the
+    // difference of the quantity between both ends, divided by n.
     let (n, count) = (400_usize, 100);
     let noise = |seed: u64| correlated(0.0, n, 70_000 + seed);
     let relaxing = |seed: u64| correlated(0.8, n + 1, seed);
@@ -75,8 +75,7 @@ fn bounded_quantity_adds_no_error_to_its_rate() {
         let scatter = (means.map(|mean| mean * mean).sum::<f64>() / count as f64).sqrt();
         let errors = all.iter().map(|series| standard_error(series).unwrap());
         let claimed = (errors.map(|error| error * error).sum::<f64>() / count as f64).sqrt();
-        // With 100 seeds, the scatter is known to 7 %. The target range is 0.8 to 1.25. The bounds add three times 7 %
-        // on both sides.
+        // With 100 seeds, the scatter is known to 7 %. The bounds add three times 7 % to 0.8 and 1.25.
         assert!((0.63..1.5).contains(&(scatter / claimed)), "{what}: {}", scatter / claimed);
     }
 }
@@ -91,8 +90,7 @@ fn few_independent_values_have_the_error_of_students_distribution() {
 
 #[test]
 fn slow_motion_is_seen_under_fast_noise() {
-    // Slow motion with a correlation time of ten values has a tenth of the variance, but causes two thirds of the
-    // squared error.
+    // Motion with a correlation time of ten values has a tenth of the variance, but two thirds of the squared error.
     let (n, count) = (400, 60);
     let series = |seed: u64| -> Vec<f64> {
         let noise = correlated(0.0, n, 9000 + seed);
@@ -158,8 +156,7 @@ fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
         let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
-        // Motion may be slower than it seems, and `standard_error` allows for this. Without the allowance, the ratio
-        // would be up to 1.85.
+        // `standard_error` allows for motion that is slower than it seems. Otherwise the ratio would be up to 1.85.
         assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
     }
 }
@@ -179,7 +176,6 @@ fn true_mean_is_within_two_errors_in_95_percent() {
 
 #[test]
 fn errors_of_short_series_are_not_too_small() {
-    // A series has two hundred values, and about twelve successive values are correlated.
     let (n, rho, count) = (200, 0.85, 300);
     let all: Vec<(f64, Option<f64>)> = (0..count)
         .map(|seed| {
@@ -191,8 +187,7 @@ fn errors_of_short_series_are_not_too_small() {
     let reported: Vec<f64> = all.iter().filter_map(|(_, error)| *error).collect();
     assert!(reported.len() > 280, "{}", reported.len());
     let mean = reported.iter().sum::<f64>() / reported.len() as f64;
-    // The scatter of 300 means is known to 1 / sqrt(600) = 4 %. The error of a series that lasts thirty decay times has
-    // a bias of ten per cent.
+    // The scatter of 300 means is known to 1 / sqrt(600) = 4 %. Series of thirty decay times have a bias of 10 %.
     assert!((0.8..1.2).contains(&(mean / scatter)), "{mean} but {scatter}");
 }
 
@@ -219,8 +214,8 @@ fn a_ratio_of_means_is_no_mean_of_ratios() {
         b.add(1.0 + x, 1.0);
     }
     let ratio = a.ratio(&b).unwrap();
-    // `a` and `b` contain the same noise `x`, and their ratio is 2. The error of the ratio is therefore the error of
-    // the mean of `a - 2 b = -x`, which is sqrt(1 / 12 / 4000).
+    // `a` and `b` contain the same noise `x`, and their ratio is 2. The error of the ratio is the error of the mean of
+    // `a - 2 b = -x`, which is sqrt(1 / 12 / 4000).
     let error = (1.0 / 12.0_f64 / 4000.0).sqrt();
     assert!((ratio.standard_error.unwrap() / error - 1.0).abs() < 0.3, "{ratio:?}");
     assert!((ratio.mean - 2.0).abs() < 4.0 * error, "{ratio:?}: the mean of ratios is 2.10");
@@ -315,9 +310,8 @@ fn error_of_a_bounded_rate_comes_from_its_end_values() {
         // The scatter of 200 means is known to 5 %.
         assert!(given.len() > 180 && (0.85..1.15).contains(&ratio), "{rho}: {ratio}, {}", given.len());
     }
-    // The sum of independent rates is a random walk, which is not bounded. One in six random walks of this length looks
-    // bounded, so this estimate is only for sums that a conservation law bounds. Eight of the 50 walks are expected to
-    // look bounded, with a standard deviation of 2.6.
+    // The sum of independent rates is an unbounded random walk. One in six walks of this length looks bounded, so the
+    // estimate is only for sums that a conservation law bounds. Of 50 walks, 8 +- 2.6 should look bounded.
     let walks = (0..50).filter(|seed| error_of_ends(&correlated(0.0, 400, 60_000 + seed)).is_some()).count();
     assert!(walks <= 16, "{walks}");
 }
@@ -344,9 +338,9 @@ fn a_variance_is_that_about_the_true_mean() {
 
 #[test]
 fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
-    // The series contain 21, 32 or 63 independent values of the slow motion, and noise of the same variance. The error
-    // of the variance has a lower bound, which follows from the error of the mean. Without it, the rms deviation of the
-    // series with 32 values would be 1.16 errors.
+    // The series contain 21, 32 or 63 independent values of the slow motion, and noise of the same variance. Without
+    // its lower bound, which follows from the error of the mean, the error of the variance would be too small: the rms
+    // deviation of the series with 32 values would be 1.16 errors.
     let (rho, count) = (0.9_f64, 200);
     let exact = 2.0 / 12.0 / (1.0 - rho * rho);
     let noise = (1.0 - rho * rho).sqrt().recip();
@@ -367,7 +361,7 @@ fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
 
 #[test]
 fn a_variance_of_few_independent_values_has_no_error() {
-    // Five independent values.
+    // The series has five independent values.
     let claims = (0..200).filter(|seed| variance(correlated(0.9, 100, 150_000 + seed)).standard_error.is_some());
     let claims = claims.count();
     assert!(claims <= 4, "{claims}");
@@ -375,7 +369,7 @@ fn a_variance_of_few_independent_values_has_no_error() {
 
 #[test]
 fn a_variance_has_no_error_where_its_mean_has_none() {
-    // The series changes sign once. Its mean is then unknown, but the mean of its squares is well known.
+    // The series changes sign once, so its mean is unknown. The mean of its squares is well known.
     let (mut values, mut squares) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
     for (k, noise) in correlated(0.0, 64, 7).into_iter().enumerate() {
         let x = if k < 32 { 1.0 + noise } else { -1.0 - noise };

@@ -56,7 +56,7 @@ impl fmt::Display for Difference {
 pub(super) enum Found {
     Equal,
     Different(Difference),
-    /// The report was not written by the program, so it is not compared.
+    /// The report was not written by the program.
     OtherText,
 }
 
@@ -75,8 +75,7 @@ const FREE_LINES: [&str; 3] = ["engine ", "threads ", "measured "];
 /// Every report written by the program starts with these bytes.
 const HEAD: &[u8] = b"scene    ";
 
-/// If `ends_itself`, a custom instrument ended the run. The replay cannot reproduce this, so the lines about the ending
-/// may differ.
+/// If `ends_itself`, a user's instrument ended the run. The replay cannot do this, so lines about it may differ.
 pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bool) -> io::Result<Found> {
     let mut found = BufReader::new(File::open(found)?);
     let mut expected = BufReader::new(File::open(expected)?);
@@ -93,8 +92,7 @@ pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bo
     Ok(difference.map_or(Found::Equal, Found::Different))
 }
 
-/// Decides whether a line may differ. It must see every line in order, because the decision may depend on earlier
-/// lines.
+/// Whether a line may differ. The decision may depend on earlier lines, so it must see every line in order.
 type IsFree = Box<dyn FnMut(&[u8]) -> bool>;
 
 fn free_lines(name: &str, ends_itself: bool) -> IsFree {

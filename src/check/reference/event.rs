@@ -1,5 +1,3 @@
-//! An event of the reference engine.
-
 use super::response::Outcome;
 use crate::Vector;
 use crate::model::ParticleId;
@@ -30,7 +28,7 @@ pub struct Event {
     pub time: f64,
     /// Kind of the event.
     pub kind: EventKind,
-    /// The particle. In a pair, this is the particle with the lower id.
+    /// The particle; in a pair, the particle with the lower id.
     pub particle: ParticleId,
     /// The other particle of a pair.
     pub partner: Option<ParticleId>,
@@ -42,9 +40,8 @@ pub struct Event {
     pub energy_step: f64,
     /// Kinetic energy lost at an infinite barrier `[energy]`.
     pub dissipated: f64,
-    /// Velocities of the particle and of its partner before the event `[length / time]`. The second is zero at a wall
-    /// or surface.
+    /// Velocities of the particle and its partner before the event `[length / time]`; zero for a wall or surface.
     pub before: [Vector; 2],
-    /// Velocities of the particle and of its partner after the event `[length / time]`.
+    /// Velocities of the particle and its partner after the event `[length / time]`.
     pub after: [Vector; 2],
 }

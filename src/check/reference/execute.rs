@@ -1,4 +1,4 @@
-//! Events of the reference engine: events of a pair, and events of a particle at a wall or another surface.
+//! Executes the events of the reference engine.
 
 use super::response::Encounter;
 use super::rules::{Discontinuity, seen};
@@ -14,7 +14,7 @@ impl Reference {
         let seen = seen(potential, state, side)?;
         let apart = self.nearest_image(i, j);
         let (velocity, acceleration) = self.relative_motion(i, j);
-        // Two particles at the same point have no line of centres. Their line of approach replaces it.
+        // Two particles at the same point have no line of centres. The line of approach replaces it.
         let normal = apart.try_normalize(0.0).or_else(|| (-velocity).try_normalize(0.0)).unwrap_or(Vector::x());
         let [wi, wj] = [i, j].map(|p| self.species(p).inverse_mass());
         let reduced_mass = 1.0 / (wi + wj);
@@ -73,8 +73,7 @@ impl Reference {
         let encounter = Encounter { side: contact.side, curvature, velocity, acceleration, ..encounter };
         let mass = encounter.reduced_mass;
         let event = self.reflect(i, &encounter, EventKind::Surface { number: feature.surface });
-        // The normal points away from the surface. If the surface surrounds the particle, the sign
-        // changes.
+        // The event's normal points from the surface to the particle. A surrounding surface has the opposite sign.
         let sign = contact.side.sign();
         let event = Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event };
         let Some(moment) = moment else { return Some(event) };

@@ -1,9 +1,7 @@
 //! Moving surfaces. If the gap is a polynomial in the frame of the surface, Algorithm 1 finds its root in this frame.
-//! Otherwise the root is found by bisection.
-//!
-//! A time interval is skipped in two cases: if bounds on speed and acceleration show that the gap stays open or opens,
-//! or if they show that the projection of the particle stays off the feature. Other intervals are halved down to
-//! round-off. This is slow, but shares no step with the engine.
+//! Otherwise the root is found by bisection. A time interval is skipped if bounds on speed and acceleration show that
+//! the gap stays open or opens, or that the projection of the particle stays off the feature. Other intervals are
+//! halved down to round-off. This is slow, but shares no step with the engine.
 
 use super::rules::Side;
 use super::surfaces::{Across, Barrier, Feature, Motion};
@@ -12,14 +10,13 @@ use crate::model::MotionKind;
 use crate::model::surface_motion::{Piece, Timeline};
 use std::f64::consts::TAU;
 
-/// Longest time that one search covers `[time]`. A further search starts when this time has passed.
+/// Longest time that one search covers. The next search starts when this time has passed `[time]`.
 pub(super) const LONGEST_SEARCH: f64 = 2.0;
 
 /// The motion of a particle beside a surface that oscillates or turns.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Passage {
     pub feature: Feature,
-    /// The motion of the particle, starting at the simulated time `now`.
     pub motion: Motion,
     pub piece: Piece,
     pub now: f64,
@@ -32,8 +29,7 @@ impl Motion {
         Self { position, velocity: velocity + acceleration * time, ..*self }
     }
 
-    /// Returns the motion in the frame of the surface. `piece` describes the motion of the surface at the simulated
-    /// time `time`.
+    /// Returns the motion in the frame of a surface whose motion at the simulated time `time` is `piece`.
     pub fn seen(&self, piece: &Piece, time: f64) -> Self {
         let moment = piece.at(time);
         let (position, velocity) = moment.seen(&self.position, &self.velocity);
@@ -43,8 +39,8 @@ impl Motion {
 }
 
 impl Feature {
-    /// Returns the time from the simulated time `now` to the next event of a sphere with this feature, whose surface
-    /// may move; `None` if there is no event within `horizon`.
+    /// Returns the time from the simulated time `now` to the next event of a sphere with a feature of a fixed or moving
+    /// surface; `None` if there is no event within `horizon`.
     pub fn next_event_moving(&self, motion: &Motion, timeline: &Timeline, now: f64, horizon: f64) -> Option<f64> {
         let mut after = 0.0;
         while after < horizon {
@@ -69,19 +65,16 @@ impl Feature {
 }
 
 impl Passage {
-    /// Returns the motion in the frame of the surface, at a time `after` the simulated time `now`.
     pub fn seen(&self, after: f64) -> Motion {
         self.motion.after(after).seen(&self.piece, self.now + after)
     }
 
-    /// Returns the first event between two times, both counted from `now`. If the search stops after `most` intervals,
-    /// it returns the time up to which no event is possible.
+    /// Returns the first event between two times after `now`; after `most` intervals, the time searched so far.
     pub fn first_between(&self, from: f64, to: f64, most: u64) -> Option<f64> {
-        // A time counted from `now` has the rounding error of the simulated time.
+        // The shortest interval is the rounding error of simulated times.
         Search { passage: self, shortest: 4.0 * f64::EPSILON * (self.now.abs() + to.abs()), left: most }.first(from, to)
     }
 
-    /// Returns bounds on speed and acceleration in the frame of the surface between two times.
     pub fn bounds(&self, from: f64, to: f64) -> (f64, f64) {
         let (fastest, push) = {
             let [one, other] = [from, to].map(|time| self.motion.after(time).velocity.norm());
@@ -126,8 +119,8 @@ impl Search<'_> {
         if across.lowest_gap_within(half, speed, acceleration) > 0.0 || foot < -speed * half {
             return None;
         }
-        // Upper bound on how fast the opening rate of the gap changes. If the opening rate exceeds this bound times the
-        // half interval, the gap opens during the whole interval.
+        // `change` limits how fast the opening rate changes. If the opening rate exceeds `change` times half the
+        // interval, the gap opens during the whole interval.
         let change = match across.barrier {
             Barrier::Flat => acceleration,
             Barrier::Round { .. } => speed * speed + (across.position.norm() + speed * half) * acceleration,
@@ -144,15 +137,14 @@ impl Search<'_> {
 }
 
 impl Across {
-    /// Returns a lower bound of the gap within `time` before and after the present, from bounds on speed and
-    /// acceleration.
+    /// Returns a lower bound of the gap within `time` before and after now, from bounds on speed and acceleration.
     pub fn lowest_gap_within(&self, time: f64, speed: f64, acceleration: f64) -> f64 {
         let (gap, opening) = gap_and_opening(self);
         let length = self.position.norm();
         let (opening, bend) = match self.barrier {
             Barrier::Flat => (opening, acceleration),
             Barrier::Round { side: Side::Positive, .. } => (opening / length, acceleration),
-            // If the particle is inside the round barrier, motion along the barrier also decreases the gap.
+            // Inside a round barrier, motion along the barrier also decreases the gap.
             Barrier::Round { side: Side::Negative, .. } => {
                 let nearest = length - speed * time;
                 let around = if nearest > 0.0 { speed * speed / nearest } else { f64::INFINITY };
@@ -160,14 +152,12 @@ impl Across {
             }
         };
         let by_rate = opening.abs() + 0.5 * bend * time;
-        // At the centre of a sphere, the direction of the gap is undefined. Then only the speed limits the change of
-        // the gap.
+        // At the centre of a sphere, the gap has no direction, so only the speed limits its change.
         gap - if by_rate < speed { by_rate } else { speed } * time
     }
 }
 
-/// Returns the distance from contact, and its rate of change. For round features, the rate is multiplied by the
-/// distance from the centre.
+/// Distance from contact, and its rate of change (for round features, times the distance from the centre).
 fn gap_and_opening(across: &Across) -> (f64, f64) {
     let Across { position, velocity, .. } = across;
     match across.barrier {

@@ -1,4 +1,4 @@
-//! Outcome of an event at a discontinuity, the velocity after it, and the TC model at infinite barriers.
+//! Outcome and velocity after an event at a discontinuity, and the TC model at infinite barriers.
 
 use super::rules::{Discontinuity, Side};
 use crate::Vector;
@@ -13,17 +13,14 @@ pub enum Outcome {
     Capture,
     /// One step outwards.
     Release,
-    /// Reflection from a finite step that costs more than the radial kinetic energy, or at the end of a
-    /// bond.
+    /// Reflection from a finite step that costs more than the radial kinetic energy, or at the end of a bond.
     Bounce,
 }
 
-/// Returns the outcome for a pair that reaches a discontinuity with the normal velocity `vn = v_ij . rhat`, and the
-/// value of `vn` after the event.
+/// Returns the outcome for a pair with the normal velocity `vn = v_ij . rhat`, and `vn` after the event.
 ///
-/// The pair crosses the discontinuity if the radial kinetic energy `mu/2 vn^2` exceeds the step `dU`. Then
-/// `vn'^2 = vn^2 - 2 dU / mu`. Otherwise it is reflected: `vn' = -e vn` from an infinite barrier, `vn' = -vn` from a
-/// finite step.
+/// If the radial kinetic energy `mu/2 vn^2` exceeds the step `dU`, the pair crosses the discontinuity with
+/// `vn'^2 = vn^2 - 2 dU / mu`. Otherwise it is reflected: `vn' = -e vn` at an infinite barrier, `vn' = -vn` at a step.
 pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, law: &ContactLaw) -> (Outcome, f64) {
     let across = -side.sign();
     if 0.5 * mu * vn * vn > seen.energy_step {
@@ -33,21 +30,17 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, law: &
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
     let e = if is_barrier { law.restitution } else { 1.0 };
-    // Near a turning point, round-off may already have made the pair recede. The pair then keeps its velocity.
+    // Near a turning point, round-off may have made the pair recede. It then keeps its velocity.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
 
-/// Two particles at a discontinuity, or a particle at a wall. A wall counts as a partner that has no curvature and
-/// never moves.
+/// Two particles at a discontinuity, or a particle at a wall, which acts as a static partner without curvature.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Encounter {
     pub seen: Discontinuity,
     pub side: Side,
-    /// `rhat`.
     pub normal: Vector,
-    /// `v_ij`.
     pub velocity: Vector,
-    /// `a_ij`.
     pub acceleration: Vector,
     /// `1 / |r_ij|`, 0 for a wall.
     pub curvature: f64,
@@ -82,7 +75,6 @@ impl Encounter {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
-    /// `e`.
     pub restitution: f64,
     /// Speed towards the barrier; 0 if it recedes `[length / time]`.
     pub approach: f64,
@@ -92,11 +84,10 @@ pub(super) struct Arrival {
     pub closing: f64,
 }
 
-/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic if either
-/// particle had its previous contact less than `t_c` ago.
+/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic if either particle had its
+/// previous contact less than `t_c` ago.
 #[derive(Debug)]
 pub(super) struct TcModel {
-    /// `t_c` `[time]`.
     contact_time: f64,
     last: Vec<f64>,
 }
@@ -111,13 +102,12 @@ impl TcModel {
         self.last.push(f64::NEG_INFINITY);
     }
 
-    /// Records a contact of moving particles at `time`. Returns the speed away from the barrier, and the factor by
-    /// which the velocity along the barrier changes.
+    /// Records a contact at `time`. Returns the speed away from the barrier, and the factor for the velocity along it.
     ///
     /// In the published model, almost no normal speed is left after a contact with a restitution near 0. Here a
-    /// particle leaves at no less than the speed `v = closing t_c / 2`, which brings it back after `t_c`, or its
-    /// arrival speed if that is lower. If it arrives at less than `v / 64`, it leaves at `v / 64`, or at its total
-    /// speed if that is lower. The speed along the barrier then decreases, so that the kinetic energy is constant.
+    /// particle leaves at no less than its arrival speed or `v = closing t_c / 2`, whichever is lower. The speed `v`
+    /// brings it back after `t_c`. A particle that arrives at less than `v / 64` leaves at `v / 64`, or at its total
+    /// speed if that is lower. Its speed along the barrier decreases, so that the kinetic energy is constant.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];

@@ -26,15 +26,13 @@ impl Side {
 /// A discontinuity of a potential, as seen by a pair on one side of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Discontinuity {
-    /// `s` `[length]`.
     pub distance: f64,
     /// `dU`, the energy needed to cross the discontinuity `[energy]`.
     pub energy_step: f64,
 }
 
-/// Returns the discontinuity on one side of a pair in state `k`. The pair is on the negative side of the outer
-/// discontinuity, `s_k`, and on the positive side of the inner discontinuity, `s_{k+1}`. Between the two, the energy is
-/// `U_k`.
+/// Returns the discontinuity on one side of a pair in state `k`, whose energy is `U_k`. The pair is inside (on the
+/// negative side of) the distance `s_k`, and outside (on the positive side of) the distance `s_{k+1}`.
 pub(super) fn seen(potential: &Potential, k: usize, side: Side) -> Option<Discontinuity> {
     let (s, u) = (potential.radii(), potential.energies());
     // The lists count from 0: `s_1` is `s[0]`, and `U_0` is `u[0]`.

@@ -1,5 +1,5 @@
 //! Contacts with surfaces by Algorithm 1, applied to every feature: faces, edges and corners, each with its own overlap
-//! function. Edges between coplanar faces are included, too.
+//! function. Edges between coplanar faces are included.
 
 use super::algorithm_1::{Polynomial, first_on};
 use super::rules::Side;
@@ -9,7 +9,6 @@ use crate::model::{SceneSurface, SurfaceShape};
 /// A point, line or plane of a surface. It limits where the centre of a sphere can be.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Feature {
-    /// Index of the surface in the scene.
     pub surface: usize,
     shape: Shape,
 }
@@ -18,8 +17,8 @@ pub(in super::super) struct Feature {
 enum Shape {
     /// The points at distance `radius` from `centre`, approached from one side.
     Point { centre: Vector, radius: f64, side: Side },
-    /// The points at distance `radius` from a line, approached from one side. The line is infinite, or a segment of a
-    /// given `length` that begins at `start`.
+    /// The points at distance `radius` from a line through `start`, infinite or of a given `length`, approached from
+    /// one side.
     Line { start: Vector, along: Vector, length: Option<f64>, radius: f64, side: Side },
     /// A half space or, with `corners`, the space above one side of a triangular face.
     Plane { point: Vector, normal: Vector, corners: Option<[Vector; 3]> },
@@ -33,7 +32,7 @@ pub(in super::super) struct Motion {
     pub radius: f64,
 }
 
-/// The components of a motion perpendicular to a feature. The overlap function of the feature depends only on them.
+/// The components of a motion perpendicular to a feature, which determine its overlap function.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Across {
     pub position: Vector,
@@ -47,7 +46,7 @@ pub(in super::super) struct Across {
 pub(in super::super) enum Barrier {
     /// Contact at this distance from the origin, reached from one side.
     Round { distance: f64, side: Side },
-    /// Contact where the first coordinate is zero. This coordinate is the height above contact.
+    /// Contact where the first coordinate, the height, is zero.
     Flat,
 }
 
@@ -63,8 +62,8 @@ pub(in super::super) struct Touch {
     pub along: Option<Vector>,
 }
 
-/// Distances of a particle's projection from the sides of a feature, as coefficients of polynomials in time. A distance
-/// is negative if the projection is off the feature. Unused rows are zero.
+/// Distances of a particle's projection from the sides of a feature, as coefficients of polynomials in time, negative
+/// if the projection is off the feature. Unused rows are zero.
 pub(in super::super) type Extents = [[f64; 3]; 4];
 
 pub(in super::super) fn features(surfaces: &[SceneSurface]) -> Vec<Feature> {
@@ -122,15 +121,13 @@ fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     Some([normal, -normal].map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }))
 }
 
-/// Longest side of a triangle, divided by the height above this side. This is the error of the normal in units of
-/// round-off.
+/// Longest side of a triangle, divided by the height above this side: the error of the normal in units of round-off.
 fn slenderness([a, b, c]: &[Vector; 3]) -> f64 {
     let longest = [b - a, c - b, a - c].iter().map(Vector::norm_squared).fold(0.0, f64::max);
     longest / (b - a).cross(&(c - a)).norm()
 }
 
 impl Feature {
-    /// Returns the time from now to the next event of a sphere with the feature.
     pub fn next_event(&self, motion: &Motion) -> Option<f64> {
         let Across { position, velocity, acceleration, barrier } = self.across(motion);
         let f = match barrier {
@@ -153,7 +150,7 @@ impl Feature {
             Shape::Line { start, along, radius: own, side, .. } => {
                 let across = |vector: Vector| vector - along * along.dot(&vector);
                 let [position, velocity, push] = [position - start, velocity, acceleration].map(across);
-                // If the acceleration is along the line, the component across the line is only round-off.
+                // If the acceleration is along the line, its component across the line is only round-off.
                 let acceleration = if push.norm() > 1e-14 * acceleration.norm() { push } else { Vector::zeros() };
                 Across { position, velocity, acceleration, barrier: round(own, side) }
             }
@@ -169,8 +166,8 @@ impl Feature {
         }
     }
 
-    /// Returns the distances of the particle's projection from the sides of the feature, as polynomials in time; `None`
-    /// for a feature without sides. For a face, they include the height above it.
+    /// Distances of the particle's projection from the sides of the feature, as polynomials in time, with the height
+    /// above a face; `None` for a feature without sides.
     pub fn extents(&self, motion: &Motion) -> Option<Extents> {
         let Motion { position, velocity, acceleration, .. } = *motion;
         let along = |direction: &Vector, from: &Vector| {
@@ -211,9 +208,8 @@ impl Feature {
         }
     }
 
-    /// Returns two opposite corners of a bounding box of the feature. The box is infinite along the axes along which
-    /// the feature is infinite. It is infinite along all axes for a plane without corners and for a feature that is
-    /// approached from inside.
+    /// Returns two opposite corners of a bounding box, which is infinite along the axes along which the feature is
+    /// infinite. For a plane without corners, and for a feature approached from inside, it is infinite along all axes.
     pub fn bounds(&self) -> [Vector; 2] {
         let endless = |is_endless: &dyn Fn(usize) -> bool, at: &Vector, radius: f64| {
             let end = |sign: f64| Vector::from_fn(|k, _| sign * if is_endless(k) { f64::INFINITY } else { radius });
@@ -265,8 +261,7 @@ impl Feature {
 }
 
 impl Touch {
-    /// Returns the curvature of the feature in the direction of a velocity `[1 / length]`. The component along a line
-    /// does not contribute.
+    /// Curvature of the feature in the direction of a velocity, without its component along a line `[1 / length]`.
     pub fn curvature_for(&self, velocity: &Vector) -> f64 {
         let tangential = velocity - self.normal * self.normal.dot(velocity);
         let across = self.along.map_or(tangential, |along| tangential - along * along.dot(&tangential));

@@ -1,6 +1,5 @@
-//! Compares each event of the engine with the rules and the response of the reference, starting from the
-//! state before the event. Errors do not carry over to the next event, so a whole run can be compared to
-//! round-off.
+//! Compares each event of the engine with the rules and the response of the reference, starting from the state before
+//! the event. Errors do not carry over to the next event, so a whole run is compared to round-off.
 
 use super::response::{Encounter, TcModel};
 use super::rules::{Discontinuity, seen};
@@ -14,10 +13,10 @@ use std::cell::RefCell;
 
 const SCENES: u32 = 60;
 const EVENTS: u64 = 300;
-/// Minimum number of compared events of each kind. A few hundred of each are expected.
+/// Minimum number of compared events of each kind. A few hundred are expected.
 const FEWEST: u32 = 50;
 
-/// Relative round-off of a velocity. It covers all operations of an event in both implementations, and the small speed
+/// Relative round-off of a velocity: from all operations of an event in both implementations, and from the small speed
 /// that the engine adds to make a reflection effective.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
@@ -164,8 +163,7 @@ impl Judge<'_> {
         self.compare(event, &encounter, weights, &[event.particle.0], (Outcome::Core, "Wall"))
     }
 
-    /// Checks that the reference could have produced an event of the engine. The contact time may differ from its
-    /// nominal value by rounding.
+    /// Checks that the reference could have produced an event of the engine, for a contact time within round-off.
     fn compare(
         &mut self,
         event: &engine::Event,
@@ -197,8 +195,7 @@ impl Judge<'_> {
             matches!(event.kind, engine::EventKind::Pair(engine::Outcome::Capture | engine::Outcome::Release));
         let step = if is_crossed { 2.0 * seen.energy_step.abs() / mu } else { 0.0 };
         let fastest = event.before[0].norm() + event.before[1].norm() + step.sqrt();
-        // The normal velocity of a pair that crosses a step is the square root of a rounded number. The root is
-        // inaccurate if the number is small.
+        // A pair that crosses a step has the root of a rounded number as its normal velocity, inaccurate if small.
         let rounding = ROUNDINGS * fastest * fastest;
         let root = if is_crossed { rounding / after.dot(&normal).abs().max(rounding.sqrt()) } else { 0.0 };
         let bound = ROUNDINGS * fastest + root + if self.tc_models.is_empty() { 0.0 } else { TIE * after.norm() };

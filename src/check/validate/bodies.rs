@@ -25,10 +25,10 @@ const BAMME: Source = Source {
 const SWINGS: Source =
     Source { short: "exact, pendulum", full: "a rigid pendulum has the period 4 sqrt(L / g) K(sin(theta_0 / 2))" };
 
-/// The TC model keeps flights from being shorter than this time, so the number of flights is finite.
+/// The TC model prevents flights shorter than this time, so the number of flights is finite.
 const CONTACT_TIME: f64 = 1e-9;
 /// Largest number of bounces. The flight time falls from 1 to the contact time within about `20 / ln(1 / e)` bounces at
-/// a restitution `e`. This is less than the limit for `e` up to 0.97.
+/// a restitution `e`, which is less than this limit for `e` up to 0.97.
 const MOST_BOUNCES: u64 = 1000;
 
 pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
@@ -53,8 +53,7 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
         }
         last = event.time;
     })?;
-    // The flights after that contact take at most 1, e, e^2, ... contact times. Each bounce rounds its time and speed
-    // by a few units in the last place.
+    // After `rest`, flights take at most 1, e, e^2, ... contact times. Each bounce rounds its time and speed.
     let allowance = CONTACT_TIME / (1.0 - restitution) + 8.0 * bounces * expected * f64::EPSILON;
     Ok(vec![
         Comparison::exact(BALL[0], rest, expected, BOUNCES)
@@ -86,8 +85,7 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
     let place = |(k, x)| exact(k + 2, end.get(k).map(|position: &Vector| position.x), x);
     compared.extend([-10.0, 11.5, 20.99].into_iter().enumerate().map(place));
     compared.push(exact(5, Some(energy), 3.0));
-    // Two events and one free flight each cause a rounding error. The spacing of floating-point numbers below 32 is at
-    // most 16 epsilon.
+    // Two events and a free flight each cause a rounding error, of up to 16 epsilon for numbers below 32.
     let rounding = 3.0 * 16.0 * f64::EPSILON;
     Ok(compared.into_iter().map(|comparison| comparison.allow(rounding, "round-off")).collect())
 }
@@ -95,10 +93,9 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
 /// Relative slack of the pendulum's string.
 pub(super) const SLACK: f64 = 1e-4;
 const PERIODS: usize = 10;
-/// Number of contacts between two calls of `watch`. The bob has contacts at the shortest and at the greatest length of
-/// the string.
+/// Number of contacts between two calls of `watch`. The bob has contacts at the string's shortest and greatest length.
 const CHUNK: u64 = 1000;
-/// Ten swings need far fewer chunks than this limit, because a swing has about a thousand contacts.
+/// Far more chunks than ten swings need, at about a thousand contacts in a swing.
 const MOST_CHUNKS: usize = 10_000;
 
 pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared {
@@ -117,9 +114,8 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     let passages = passages(Simulation::without_plan(build(&scene)?), watch)?;
     let period = passages.get(2 * PERIODS).zip(passages.first()).map(|(last, first)| (last - first) / PERIODS as f64);
     let expected = 4.0 * elliptic_integral(FRAC_1_SQRT_2);
-    // The length of the string is between 1 - slack and 1, and the period is proportional to the square root of the
-    // length. A start in the middle of the slack gives the radial motion of the bob a fraction (4 slack)^(3/2) / 8 of
-    // the energy.
+    // The length of the string is between 1 - slack and 1, and the period is proportional to the root of the length. A
+    // start in the middle of the slack gives the radial motion a fraction (4 slack)^(3/2) / 8 of the energy.
     let allowance = expected * (0.5 * SLACK + SLACK.sqrt() * SLACK);
     Ok(vec![
         Comparison::exact(PENDULUM[0], period, expected, SWINGS)
@@ -127,8 +123,8 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     ])
 }
 
-/// Times at which the bob passes the lowest point. They are interpolated between the contacts before and
-/// after it, where the speed is nearly constant.
+/// Times at which the bob passes the lowest point, interpolated between the contacts before and after each passage,
+/// where the speed is nearly constant.
 fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, StatePointError> {
     let (mut passages, mut last) = (Vec::new(), (0.0, 1.0));
     for _ in 0..MOST_CHUNKS {
@@ -136,8 +132,8 @@ fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, St
             break;
         }
         advance(&mut simulation, CHUNK, watch, |event| {
-            // The normal of an event points from the partner to the particle. If the partner is the pivot, this is the
-            // direction of the string.
+            // The event's normal points from the partner to the particle. With the pivot as partner, it is along the
+            // string.
             let string = if event.partner().is_some_and(|id| id.0 == 0) { event.normal } else { -event.normal };
             if (string.x > 0.0) != (last.1 > 0.0) && string.z < 0.0 {
                 passages.push(last.0 + (event.time - last.0) * last.1 / (last.1 - string.x));

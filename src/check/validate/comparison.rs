@@ -1,13 +1,10 @@
-//! A measured quantity, its published value, and the verdict.
-
 use crate::analysis::statistics::Estimate;
 
-/// Largest deviation that passes, in standard errors. A normally distributed error exceeds it once in
-/// 16,000 cases.
+/// Largest deviation that passes, in standard errors. A normally distributed error exceeds it once in 16,000 cases.
 pub const MOST_ERRORS: f64 = 4.0;
 
-/// Largest standard error, relative to the expected value, for a meaningful comparison. With a larger
-/// standard error, a value that deviates by a fifth would pass.
+/// Largest standard error, relative to the expected value, for a meaningful comparison. With a larger standard error, a
+/// value that deviates by a fifth would pass.
 const LARGEST_ERROR: f64 = 0.05;
 
 /// Source of a reference value.
@@ -150,7 +147,6 @@ mod tests {
         let off = comparison(10.75, Some(0.125));
         assert_eq!(off.verdict(), Verdict::Fail);
         assert_eq!(off.allow(0.25, "why").verdict(), Verdict::Pass);
-        // A slightly smaller allowance is not enough.
         assert_eq!(off.allow(0.25 - f64::EPSILON, "why").verdict(), Verdict::Fail);
     }
 

@@ -1,7 +1,7 @@
 //! A granular gas that cools by Haff's law.
 //!
-//! The law assumes that the velocities of two particles are uncorrelated before they collide. This holds only for
-//! dilute gases and small `1 - e^2`.
+//! The law holds only for dilute gases and small `1 - e^2`, because it assumes that the velocities of two particles are
+//! uncorrelated before they collide.
 
 use super::state_point::{Compared, Watch, advance, build, mean, one_species};
 use super::{Comparison, Effort, Source};
@@ -10,8 +10,7 @@ use crate::model::potential::Potential;
 use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 4000;
-/// Contacts per particle before the measurement and during it. The first contacts destroy the lattice. The measurement
-/// ends long before clusters form.
+/// Contacts per particle before the measurement, to destroy the lattice, and during it. Clusters form much later.
 const CONTACTS: [u64; 2] = [5, 15];
 
 pub(super) const QUANTITIES: &[&str] = &["cooling per contact"];
@@ -39,8 +38,7 @@ pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) 
     ])
 }
 
-/// Returns the decrease of the logarithm of the temperature in each block. In a block, each particle has one contact on
-/// average.
+/// Returns the decrease of the logarithm of the temperature in each block of one contact per particle.
 fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::StatePointError> {
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, restitution)
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))
@@ -55,7 +53,6 @@ fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super
     for _ in 0..CONTACTS[1] {
         advance(&mut simulation, block, watch, |_| {})?;
         let kinetic = simulation.energy().kinetic;
-        // In this block, each particle had one contact on average.
         slopes.push(-libm::log(kinetic / last));
         last = kinetic;
     }

@@ -20,8 +20,8 @@ const EXACT: Source = Source {
 };
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
-    // A brief comparison has four times as many events here as at other state points. With the usual number, the
-    // uncertainty of the virial coefficient would be 4 to 8 %, but a verdict needs less than 5 %.
+    // A brief comparison has four times as many events here as at other state points. With the usual number, the virial
+    // coefficient would be uncertain by 4 to 8 %, but a verdict needs less than 5 %.
     let events = effort.events() * if effort == Effort::Brief { 4 } else { 1 };
     let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))
@@ -33,8 +33,8 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
     Ok(vec![coefficient(z, warmed, effort.particles() as f64)])
 }
 
-/// Derives the second virial coefficient `B_2` from `Z = 1 + (1 - 1 / N) (B_2 rho + B_3 rho^2 + ...)`, in units of the
-/// `B_2` of the hard cores. The factor in `N` arises because each of `N` particles has `N - 1` partners.
+/// Derives the second virial coefficient `B_2`, in units of the `B_2` of the hard cores, from `Z = 1 + (1 - 1 / N) (B_2
+/// rho + B_3 rho^2 + ...)`. Each of `N` particles has `N - 1` partners.
 fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison {
     let (freedom, partners) = (3.0 * (count - 1.0), 1.0 - 1.0 / count);
     let density = 2.0 * std::f64::consts::PI / 3.0 * NUMBER_DENSITY;
@@ -45,8 +45,8 @@ fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison 
         standard_error: z.standard_error.map(|error| error / (density * partners)),
     });
     let expected = second(temperature);
-    // At constant energy, the variance of the temperature is at most 2 T^2 / f with f degrees of freedom. This shifts
-    // the mean of a function of the temperature by half of the variance times the curvature of the function.
+    // At constant energy, the temperature has a variance of at most 2 T^2 / f with f degrees of freedom. The mean of a
+    // function of the temperature shifts by half of the variance times its curvature.
     let step = 1e-3 * temperature;
     let curvature = (second(temperature + step) + second(temperature - step) - 2.0 * expected) / (step * step);
     let fluctuation = curvature.abs() * temperature * temperature / freedom;
@@ -70,7 +70,7 @@ mod tests {
             let second = second_virial_of_square_well(WELL_RATIO, depth, 2.0);
             let third = third_virial_of_square_well(WELL_RATIO, depth, 2.0);
             let mean = 1.0 + (second * density + third * density * density) * (1.0 - 1.0 / 1000.0);
-            // This is the standard error after three million contacts.
+            // The standard error is for three million contacts.
             Some(Estimate { mean, standard_error: Some(4e-5) })
         };
         assert_eq!(coefficient(z(1.0), 2.0, 1000.0).verdict(), Verdict::Pass);

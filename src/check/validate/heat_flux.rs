@@ -1,5 +1,4 @@
-//! Compares the heat flux between a hot and a cold plate with kinetic theory, which includes temperature jumps at the
-//! plates.
+//! Compares the heat flux between a hot and a cold plate with kinetic theory, including temperature jumps.
 
 use std::f64::consts::PI;
 
@@ -14,10 +13,10 @@ use crate::scene::{Arrangement, Fill};
 
 pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
 
-/// Temperatures of the plates. The initial temperature of the gas is between them.
+/// Temperatures of the plates, and initial temperature of the gas.
 const TEMPERATURES: [f64; 2] = [2.0, 1.0];
 const START: f64 = 1.4;
-/// Minimum number of contacts, more than a brief comparison usually has. It makes the flux accurate to two per cent.
+/// Minimum number of contacts, for an accuracy of two per cent. A brief comparison usually has fewer.
 const FEWEST_EVENTS: u64 = 1_000_000;
 /// Edge length of the plates, larger than the mean free path.
 const WIDTH: f64 = 20.0;

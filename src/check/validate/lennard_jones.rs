@@ -1,7 +1,7 @@
 //! A Lennard-Jones liquid with successively finer steps, compared with the smooth potential.
 //!
-//! An average over a stepped potential differs from the average over the smooth potential in proportion to
-//! the square of the step width. Two widths determine the difference.
+//! An average over a stepped potential differs from the average over the smooth potential in proportion to the square
+//! of the step width. Two widths determine the difference.
 
 use super::state_point::{Compared, Watch, build, finish, one_species};
 use super::{Comparison, Effort, Source};
@@ -18,8 +18,8 @@ const CUTOFF: f64 = 2.5;
 const STEPS: [usize; 2] = [24, 48];
 /// Simulated times for melting the lattice with the heat bath, and for the measurement.
 const TIMES: [f64; 2] = [20.0, 200.0];
-/// Rate at which a particle gets a new velocity from the heat bath `[1 / time]`. It is low compared with the collision
-/// rate, but high enough to hold the temperature.
+/// Rate at which the heat bath gives a particle a new velocity `[1 / time]`: low compared with the collision rate, but
+/// high enough to hold the temperature.
 const BATH_RATE: f64 = 0.5;
 
 pub(super) const QUANTITIES: &[&str] = &["energy per particle", "pressure"];
@@ -41,7 +41,7 @@ pub(super) fn compare(_: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compare
     Ok(compared.map(|((quantity, published), (wide, narrow))| finest(quantity, wide, narrow, published)).collect())
 }
 
-/// Extrapolates to zero step width from a wide step and a step half as wide: `(4 narrow - wide) / 3`.
+/// Extrapolates to zero step width, from a wide step and a step half as wide: `(4 narrow - wide) / 3`.
 fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimate>, published: f64) -> Comparison {
     let pair = wide.zip(narrow);
     let extrapolated = pair.map(|(wide, narrow)| Estimate {
@@ -55,7 +55,6 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
     Comparison::statistical(quantity, extrapolated, published, ALLEN_TILDESLEY).allow(change, WIDTH)
 }
 
-/// Returns the total energy per particle, including the kinetic energy, and the pressure.
 fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::StatePointError> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
     let scene = one_species(seed, shifted(steps)?, 1.0)

@@ -1,9 +1,9 @@
-//! Hard rods on a ring, with a number of contacts that is known exactly.
+//! Hard rods on a ring, with an exactly known number of contacts.
 //!
-//! Equal rods exchange their velocities at a contact, like points that pass through each other on a ring of length
-//! `L - N sigma`. In a time `t`, two such points with velocities `v_i` and `v_j` pass each other
-//! `|v_i - v_j| t / (L - N sigma)` times, rounded up or down. Each pass is a contact with the impulse `m |v_i - v_j|`.
-//! So the number of contacts of each pair of velocities is known to within one contact, over any time interval.
+//! Equal rods exchange their velocities at a contact, like points that pass through each other on a ring of length `L -
+//! N sigma`. In a time `t`, two points with velocities `v_i` and `v_j` pass each other `|v_i - v_j| t / (L - N sigma)`
+//! times, rounded up or down, each time with the impulse `m |v_i - v_j|`. So each pair of velocities has a number of
+//! contacts known to within one, over any time interval.
 
 use super::state_point::{Compared, Watch, advance, build, one_species};
 use super::{Comparison, Effort, Source};
@@ -53,7 +53,7 @@ pub(super) fn compare(number_density: f64, _: Effort, seed: u64, watch: Watch<'_
     // momentum, the temperature follows from T (N - 1) = 2 K with the kinetic energy K.
     let work = 2.0 * simulation.energy().kinetic * time * (COUNT as f64 / (COUNT as f64 - 1.0));
     // The configuration space of N rods on a ring has the volume `L (L - N sigma)^(N - 1)`: one rod has any position,
-    // and the other rods share the gaps. The pressure follows from the derivative of its logarithm with respect to L.
+    // and the other rods share the gaps. The derivative of its logarithm with respect to L gives the pressure.
     let expected = 1.0 + (published::tonks(number_density) - 1.0) * (1.0 - 1.0 / COUNT as f64);
     Ok(vec![
         Comparison::exact(QUANTITIES[0], Some(1.0 + event_counts.virial.total() / work), expected, TONKS)

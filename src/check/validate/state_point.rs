@@ -57,8 +57,7 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
         Ending::Interrupted => return Err(StatePointError::Interrupted),
         Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
         Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
-        // All other endings are accepted. Some of them cannot occur, because no state point has growing spheres or an
-        // equilibration that ends by a criterion.
+        // Some of these endings cannot occur: no state point has growth or an equilibration with a criterion.
         Ending::Time
         | Ending::Events
         | Ending::Condition

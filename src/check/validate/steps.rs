@@ -10,8 +10,8 @@ use crate::model::potential::Potential;
 use crate::physics::response::Outcome;
 use crate::scene::{Amount, Lattice};
 
-/// Number of blocks. The standard errors come from the scatter of the block means. Wells empty and fill within about
-/// ten contacts per particle, and a block is longer than this.
+/// Number of blocks, whose scatter gives the standard errors. Wells empty and fill within about ten contacts per
+/// particle; a block is longer.
 const BLOCKS: u64 = 40;
 const DEPTH: f64 = 1.0;
 
@@ -68,7 +68,7 @@ fn block(
     Ok(Block { temperature: 2.0 * integral / (now - start) / freedom, ..block })
 }
 
-/// Compares ratios of event numbers with the law at the mean temperature of the blocks. Errors are propagated linearly.
+/// Compares ratios of event numbers with the law at the mean temperature of the blocks. Errors propagate linearly.
 fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
     let count = blocks.len() as f64;
     let average = |of: fn(&Block) -> f64| blocks.iter().map(of).sum::<f64>() / count;
@@ -85,10 +85,9 @@ fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
     // Derivative of exp(eps / T) with respect to T.
     let slope = -height / temperature * libm::exp(height);
     let bounces = ratio(|block| block.bounces, slope);
-    // At constant energy with f degrees of freedom, the radial energy of a pair exceeds eps with the probability
-    // `(1 - 2 eps / (f T))^((f - 1) / 2)`. In addition, the temperature fluctuates with a variance of at most
-    // `2 T^2 / f`. This shifts the mean of `exp(eps / T)` by half of the variance times the curvature of
-    // `exp(eps / T)`.
+    // At constant energy with f degrees of freedom, the radial energy of a pair exceeds eps with the probability `(1 -
+    // 2 eps / (f T))^((f - 1) / 2)`. In addition, the temperature has a variance of at most `2 T^2 / f`. It shifts the
+    // mean of `exp(eps / T)` by half of the variance times the curvature of `exp(eps / T)`.
     let allowance = libm::exp(height) * height * ((1.0 - height).abs() + height + 2.0) / freedom;
     vec![
         Comparison::statistical(
@@ -119,8 +118,8 @@ mod tests {
     #[test]
     fn blocks_obeying_the_law_have_small_errors() {
         let compared = law(&lawful(), 3000.0);
-        // The linear dependence of the law on temperature is subtracted, so it does not contribute to the errors. The
-        // contributions that remain are the curvature of the law, about (2e-3)^2, and products of deviations.
+        // Errors do not include the law's linear dependence on temperature. The curvature of the law, about (2e-3)^2,
+        // and products of deviations remain.
         assert!(compared[0].standard_error.unwrap() < 1e-5, "{compared:?}");
         assert!(compared[0].difference().unwrap().abs() < 1e-5, "{compared:?}");
         assert!(compared.iter().all(|comparison| comparison.verdict().is_pass()), "{compared:?}");

@@ -1,5 +1,4 @@
-//! The motion of a pair towards a discontinuity, or of a particle towards a wall or a surface: its present and future
-//! distance.
+//! Present and future distance of a pair from a discontinuity, or of a particle from a wall or a surface.
 
 use super::foot::Foot;
 use super::rules::{Side, fly};
@@ -10,9 +9,9 @@ use crate::check::reference::{Polynomial, first_on, next_event};
 use crate::engine::States;
 use std::sync::Arc;
 
-/// The overlap function is a quartic, and its derivative has at most three roots.
+/// The overlap function is a quartic, so its derivative has at most three roots.
 const MOST_TURNS: usize = 3;
-/// Relative offset from a root that is certainly larger than its rounding error.
+/// Relative offset from a root that certainly exceeds its rounding error.
 const BESIDE: f64 = 8.0 * f64::EPSILON;
 
 /// The discontinuity that a flight approaches.
@@ -29,15 +28,11 @@ pub(super) enum Boundary {
 pub(super) struct Approach {
     /// Time in the window at which the flight begins `[time]`.
     pub since: f64,
-    /// Relative position at the time `since` `[length]`.
     pub position: Vector,
-    /// Relative velocity at the time `since` `[length / time]`.
     pub velocity: Vector,
-    /// Relative acceleration `[length / time^2]`.
     pub acceleration: Vector,
     pub boundary: Boundary,
-    /// Position of the particle's projection onto the feature, if the feature has ends. The discontinuity exists only
-    /// between the ends.
+    /// Position of the particle's projection onto a feature with ends, between which the discontinuity exists.
     pub foot: Option<Foot>,
     /// The motion beside a surface that oscillates or turns; `None` if the acceleration is constant.
     pub swing: Option<Arc<Swing>>,
@@ -51,7 +46,7 @@ impl Approach {
         Self { since, position, velocity, acceleration, boundary, foot: None, swing: None }
     }
 
-    /// Returns the time in the window of the next event; `None` if there is none up to `until`.
+    /// Time in the window of the next event; `None` if there is none up to `until`.
     pub fn next_event(&self, until: f64) -> Option<f64> {
         if let Some(swing) = &self.swing {
             return swing.next_event(self.since, until);
@@ -64,7 +59,7 @@ impl Approach {
         after.map(|dt| self.since + dt).filter(|time| *time <= until)
     }
 
-    /// Whether the discontinuity exists at a time in the window.
+    /// Whether the particle's foot is on the feature at a time in the window; always true for a feature without ends.
     pub fn is_on(&self, time: f64) -> bool {
         match &self.swing {
             Some(swing) => swing.at(time).is_on_now(),
@@ -72,20 +67,16 @@ impl Approach {
         }
     }
 
-    /// Whether the discontinuity exists at the start of the flight.
     pub fn is_on_now(&self) -> bool {
         self.foot.is_none_or(|foot| foot.within(0.0) >= 0.0)
     }
 
-    /// Returns the distance from the discontinuity at a time in the window, positive on the valid side `[length]`.
-    ///
-    /// The gap is computed from the positions. The overlap function is a difference of large terms, and would make a
-    /// small gap inaccurate.
+    /// Returns the distance from the discontinuity at a time in the window, positive on the valid side `[length]`. It
+    /// comes from positions, because the overlap function is inaccurate for a small gap.
     pub fn gap(&self, time: f64) -> f64 {
         self.streamed(time).gap_now()
     }
 
-    /// Returns the distance from the discontinuity at the start of the flight `[length]`.
     pub fn gap_now(&self) -> f64 {
         match self.boundary {
             Boundary::Sphere { distance, side } => side.sign() * (self.position.norm() - distance),
@@ -93,8 +84,8 @@ impl Approach {
         }
     }
 
-    /// Returns the smallest gap between two times in the window. The gap at the first time always counts, but later
-    /// gaps count only while the discontinuity exists.
+    /// Returns the smallest gap between two times in the window. The gap at the first time always counts. Later gaps
+    /// count only while the discontinuity exists.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         if let Some(swing) = &self.swing {
             return swing.lowest(from, to);
@@ -106,8 +97,7 @@ impl Approach {
             }
         };
         look(to);
-        // The gap is smallest at a turning point of the overlap function, or where the particle passes an end of the
-        // feature.
+        // The gap is smallest at a turning point of the overlap function, or at an end of the feature.
         let turns = self.polynomial().derivative();
         let ends = self.foot.iter().flat_map(Foot::polynomials);
         for polynomial in [turns].into_iter().chain(ends) {
@@ -115,7 +105,7 @@ impl Approach {
             for _ in 0..MOST_TURNS {
                 let Some(at) = polynomial.next_root(after).filter(|at| *at < to - self.since) else { break };
                 look(self.since + at * (1.0 - BESIDE));
-                // The exact root may be slightly later than the time found. The next search would then find it again.
+                // The exact root may be slightly later than the time found. The next search must not find it again.
                 after = at * (1.0 + BESIDE);
                 look(self.since + after);
             }
@@ -128,7 +118,6 @@ impl Approach {
         self.streamed(time).closing_now()
     }
 
-    /// Speed towards the invalid side at the start of the flight `[length / time]`.
     pub fn closing_now(&self) -> f64 {
         let Self { position: at, velocity, .. } = self;
         match self.boundary {
@@ -147,8 +136,7 @@ impl Approach {
         Self { since: time, position, velocity, foot: self.foot.map(|foot| foot.streamed(dt)), ..self.clone() }
     }
 
-    /// Returns the magnitude of the rate of change of the closing speed, at the start of the flight
-    /// `[length / time^2]`.
+    /// Magnitude of the rate of change of the closing speed at the start of the flight `[length / time^2]`.
     pub fn curvature(&self) -> f64 {
         let Self { position, velocity, .. } = self;
         match self.boundary {
@@ -162,8 +150,8 @@ impl Approach {
         }
     }
 
-    /// The overlap function, as a function of the time since the start of the flight: `|r + v t + a t^2 / 2|^2 - s^2`,
-    /// or its negative if the pair is inside the discontinuity.
+    /// The overlap function of the time since the start of the flight: `|r + v t + a t^2 / 2|^2 - s^2`, or its negative
+    /// if the pair is inside the discontinuity.
     fn polynomial(&self) -> Polynomial {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         match self.boundary {
@@ -223,7 +211,7 @@ mod tests {
     }
     #[test]
     fn a_feature_is_met_between_its_ends_only() {
-        // The flight starts at time 1. A time t later, the height is 1 - t^2 / 2, and the projection is at 3 - t on a
+        // The flight starts at time 1. After a time t, the height is 1 - t^2 / 2, and the projection is at 3 - t on a
         // feature that extends from 0 to 2.
         let to_end = Foot { extents: [[3.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0; 3], [0.0; 3]], slenderness: 1.0 };
         let ball = Approach { foot: Some(to_end), ..falling(1.0, 0.0) };
@@ -231,7 +219,7 @@ mod tests {
         assert!(!ball.is_on(1.5) && ball.is_on(2.0) && ball.is_on(4.0) && !ball.is_on(4.5));
         let later = ball.streamed(2.5);
         assert!(later.is_on(2.5) && later.is_on(4.0) && !later.is_on(4.5));
-        // At time 4, when t is 3, the projection reaches the end of the feature, and the gap is 1 - 9 / 2.
+        // At time 4, t = 3: the projection reaches the end of the feature, and the gap is 1 - 9 / 2.
         assert!((ball.lowest(3.0, 5.0) - (1.0 - 4.5)).abs() < 1e-13);
         assert_eq!(ball.lowest(3.0, 3.5), ball.gap(3.5));
     }

@@ -12,8 +12,8 @@ pub(super) struct Arrival {
     pub approach: (f64, f64),
     /// Speed along the barrier `[length / time]`.
     pub tangential: (f64, f64),
-    /// Acceleration towards the barrier, from forces and the curvature of the barrier `[length / time^2]`. It is
-    /// negative if it points away from the barrier.
+    /// Acceleration towards the barrier, from forces and the curvature of the barrier; negative if away from it
+    /// `[length / time^2]`.
     pub closing: (f64, f64),
 }
 
@@ -27,7 +27,6 @@ pub(super) struct Leaving {
 
 #[derive(Debug)]
 pub(super) struct ContactMemory {
-    /// `t_c` `[time]`.
     contact_time: f64,
     last: Vec<Last>,
 }
@@ -36,7 +35,7 @@ pub(super) struct ContactMemory {
 enum Last {
     Never,
     At(Elapsed),
-    /// The record begins at this time, and contains no contact yet. Earlier contacts are unknown.
+    /// The record begins at this time, without a contact so far. Earlier contacts are unknown.
     Before(Elapsed),
 }
 
@@ -55,8 +54,7 @@ impl ContactMemory {
         }
     }
 
-    /// Whether any of the particles had its previous contact less than `t_c` ago; `None` if round-off
-    /// leaves the answer open.
+    /// Whether any of the particles had its previous contact less than `t_c` ago; `None` if round-off leaves this open.
     fn is_recent(&self, particles: &[u32], now: &Elapsed) -> Option<bool> {
         let is_of_this = |&particle: &u32| match self.last[particle as usize] {
             Last::Never => Some(false),
@@ -73,13 +71,13 @@ impl ContactMemory {
         [Some(true), None].into_iter().find(|answer| each.contains(answer)).unwrap_or(Some(false))
     }
 
-    /// Returns the possible motions after a contact. There are several if round-off leaves the case open.
+    /// Returns the possible motions after a contact, several if round-off leaves the case open.
     ///
     /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle that arrives
-    /// at less than `v` divided by [`SLIDING`] slides. It leaves at the speed `v` divided by [`SLIDING`], or at its
-    /// total speed if that is lower. Its speed along the barrier decreases, so that the kinetic energy is constant.
-    /// A faster contact is elastic if either particle had its previous contact less than `t_c` ago. Otherwise, the
-    /// particle leaves at no less than `v` or its arrival speed, whichever is lower.
+    /// at less than `v` divided by [`SLIDING`] slides: it leaves at this low speed, or at its total speed if that is
+    /// lower, and its speed along the barrier decreases, so that the kinetic energy is constant. A faster contact is
+    /// elastic if either particle had its previous contact less than `t_c` ago. Otherwise, the particle leaves at no
+    /// less than `v` or its arrival speed, whichever is lower.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { law, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);
@@ -104,14 +102,12 @@ impl ContactMemory {
     }
 }
 
-/// Returns the motion after a contact that slides: its normal speed is `slowest`, and the kinetic energy stays
-/// constant.
+/// Motion after a sliding contact, with the normal speed `slowest` and constant kinetic energy.
 fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> Leaving {
     let energy = approach.0 * approach.0 + tangential.0 * tangential.0;
     let speed = (slowest.0.min(energy.sqrt()), slowest.1 + approach.1 + tangential.1);
     let left = (energy - speed.0 * speed.0).max(0.0);
-    // Uncertainty of the squared speed along the barrier. If this square is small, the uncertainty of the speed is the
-    // root of the uncertainty of the square.
+    // Uncertainty of the squared speed along the barrier, whose root is the uncertainty of a small speed.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
     let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
     Leaving { speed, sliding: Some((left.sqrt(), left_bound)) }

@@ -1,18 +1,17 @@
-//! Round-off bounds. They are not chosen: each follows from the number and the size of the roundings.
+//! Round-off bounds, derived from the number and the size of the roundings.
 
 use super::moving::Sway;
 use super::world::World;
 use crate::Vector;
 use crate::engine::{Elapsed, States};
 
-/// Number of roundings in a bound. Each is at most one unit in the last place of the magnitudes in [`Flight`].
-/// Between a prediction and its event, each of the six coordinates of a pair collects rounding errors from the
-/// free flight (three operations), from the event time, and from a wrap. They occur in the engine and again in the
-/// verifier. The sum in the overlap function has eight terms.
+/// Number of roundings in a bound. Each is at most one unit in the last place of the magnitudes in [`Flight`]. Between
+/// a prediction and its event, each of the six coordinates of a pair collects rounding errors from the free flight
+/// (three operations), the event time and a wrap, in the engine and again in the verifier. The overlap function has
+/// eight terms.
 const ROUNDINGS: f64 = 32.0;
 
-/// Square root of the smallest normal floating-point number. The squares of lower speeds underflow, so norms and
-/// energies lose their accuracy.
+/// Square root of the smallest normal floating-point number. Squares of lower speeds underflow.
 const SMALLEST: f64 = 1.5e-154;
 
 /// Returns the error of [`ROUNDINGS`] roundings of a number as large as `scale`.
@@ -20,8 +19,8 @@ pub(super) fn rounded(scale: f64) -> f64 {
     ROUNDINGS * f64::EPSILON * scale + SMALLEST
 }
 
-/// Largest acceptable overlap or gap relative to the distance of a discontinuity. A larger one is an error even if the
-/// rounded numbers are so large that round-off could explain it.
+/// Largest acceptable overlap or gap relative to the distance of a discontinuity. A larger value is an error even if it
+/// can be explained by round-off of very large numbers.
 const MOST_OF_DISTANCE: f64 = 1e-6;
 
 pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
@@ -35,7 +34,7 @@ pub(super) struct Flight {
     length: f64,
     /// Largest speed since the last event `[length / time]`.
     pub speed: f64,
-    /// Error of the velocity because event times are rounded while the particle accelerates `[length / time]`.
+    /// Error of an accelerated particle's velocity from the rounding of event times `[length / time]`.
     falling: f64,
     /// Time since the last event `[time]`.
     duration: f64,
@@ -58,15 +57,14 @@ impl Flight {
         let acceleration = world.accelerations[i as usize].norm();
         let speed = velocity.norm() + acceleration * duration;
         // The rounding error of a time is proportional to the time since its epoch. A prediction may be in an earlier
-        // epoch than its event, so the longer time counts. The verifier rounds the time again, in proportion to the
-        // time since the start of the window.
+        // epoch than its event, so the longer time counts. The verifier also rounds times in the window.
         let since_epoch = states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
         let times = duration + since_epoch.max(states.elapsed.after(window));
         // Each wrap at a periodic boundary rounds a coordinate once more.
         let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
         // The engine rounds the state of a particle once when it moves the state to the next epoch.
         let epochs = states.elapsed.epochs.saturating_sub(last_event.epochs) as f64;
-        // Before it is wrapped, a coordinate may be as large as the period, whatever its present value is.
+        // Before it is wrapped, a coordinate may be as large as the period.
         let largest = position.amax() + speed * times + world.periods.amax();
         let length = largest * (1.0 + (wraps + epochs) / ROUNDINGS);
         let falling = if acceleration > 0.0 {
@@ -77,7 +75,6 @@ impl Flight {
         Self { length, speed, falling, duration, turning: 0.0 }
     }
 
-    /// Round-off bound of the particle's position `[length]`.
     pub fn position(&self) -> f64 {
         rounded(self.length)
     }
@@ -87,7 +84,6 @@ impl Flight {
         Self { speed: self.speed + gained, ..*self }
     }
 
-    /// Round-off bound of the particle's velocity `[length / time]`.
     pub fn velocity(&self) -> f64 {
         rounded(self.speed + self.falling)
     }
@@ -95,24 +91,19 @@ impl Flight {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
-    /// Round-off bound of a distance `[length]`.
     pub distance: f64,
-    /// Round-off bound of a change of velocity `[length / time]`.
     pub velocity: f64,
-    /// Round-off bound of the normal velocity `[length / time]`. It includes the direction of the normal, which depends
-    /// on rounded positions.
+    /// Round-off bound of the normal velocity, including the round-off of the normal's direction `[length / time]`.
     pub normal_velocity: f64,
-    /// Round-off bound of the direction of the normal `[1]`.
     pub direction: f64,
 }
 
 impl Bounds {
     /// Bounds for a pair at a discontinuity at `distance`.
     ///
-    /// The overlap function is a difference of squares. Its round-off is that of the squared separation at the
-    /// prediction. The separation is at most `distance` plus the distance that the two particles have flown since the
-    /// later of their last events. Dividing the round-off of the square by `distance` gives the round-off of the
-    /// distance.
+    /// The overlap function is a difference of squares, with the round-off of the squared separation at the prediction.
+    /// The separation is at most `distance` plus the distance flown by the two particles since the later of their last
+    /// events. The round-off of the distance is the round-off of the square divided by `distance`.
     pub fn pair(world: &World, a: &Flight, b: &Flight, distance: f64) -> Self {
         let flown = (a.speed + b.speed) * a.duration.min(b.duration);
         let separation = (distance + flown).min(world.diagonal.max(distance));
@@ -123,8 +114,7 @@ impl Bounds {
         Self { distance: bound, velocity, normal_velocity: velocity + speed * direction, direction }
     }
 
-    /// Bounds after an event that increased the speeds by at most `gained`. They include the rounding of the new
-    /// velocities.
+    /// Bounds after an event that increased the speeds by at most `gained`, with the rounding of new velocities.
     pub fn leaving(&self, gained: f64) -> Self {
         let velocity = self.velocity + rounded(gained);
         Self { velocity, normal_velocity: self.normal_velocity + rounded(gained) + gained * self.direction, ..*self }
@@ -137,7 +127,7 @@ impl Bounds {
     }
 
     /// Bounds at a plane of any orientation. For a triangular face, `slenderness` is the error of its normal in units
-    /// of round-off; otherwise it is 1.
+    /// of round-off; for other planes it is 1.
     pub fn plane(a: &Flight, plane: &Flight, radius: f64, slenderness: f64) -> Self {
         let (velocity, direction) = (a.velocity() + plane.velocity(), rounded(slenderness + plane.turning));
         let distance = rounded((a.length + plane.length) * slenderness + radius);

@@ -4,8 +4,7 @@ use super::replay::RunEnd;
 use super::violation::Violation;
 use crate::engine::{Arrest, InvariantBroken};
 
-/// Margins of the proof: the largest deviations, each divided by its round-off bound. A valid run has margins of at
-/// most 1.
+/// Margins of the proof: the largest deviations, divided by their round-off bounds. They are at most 1 in a valid run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Margins {
@@ -43,16 +42,15 @@ pub enum End {
         /// Simulated time at which the replay ended.
         time: f64,
     },
-    /// Nothing will ever happen again: neither a pair of particles in any image, nor a particle at a wall or surface,
-    /// has another event.
+    /// Nothing will ever happen again: no image of a pair, and no particle at a wall or surface, has another event.
     Idle,
     /// The caller stopped the verification.
     Interrupted,
-    /// The run has a thermostat, growing particles, a sheared box, or a wall or surface with a temperature. The event
-    /// rule does not cover these.
+    /// The run has a thermostat, growing particles, a sheared box, or a thermal wall or surface, which the event rule
+    /// does not cover.
     Driven,
     /// Surfaces or gravity change after an equilibration that ends as soon as no observable drifts. The replay cannot
-    /// tell when such an equilibration ends.
+    /// tell when it ends.
     OpenStages,
     /// The run violates the event rule.
     Violated(Violation),
@@ -86,8 +84,7 @@ pub struct Counts {
     pub in_invalid_state: u64,
     /// Completed time windows. Each window starts with a search of all pairs.
     pub windows: u64,
-    /// Number of evaluations of Algorithm 1, which computes the next event of a pair, or of a particle at a wall or
-    /// surface.
+    /// Number of evaluations of Algorithm 1, for the next event of a pair, or of a particle at a wall or surface.
     pub asked: u64,
 }
 
@@ -113,8 +110,8 @@ pub struct Certificate {
     pub counts: Counts,
     /// Largest deviations in the proof, each divided by its round-off bound.
     pub margins: Margins,
-    /// Largest gap at an event, relative to the distance of the discontinuity or, at walls and surfaces, to the
-    /// particle radius. A gap is a distance on the valid side of the discontinuity.
+    /// Largest gap (distance on the valid side of the discontinuity) at an event, relative to the distance of the
+    /// discontinuity or, at walls and surfaces, to the particle radius.
     pub largest_gap: f64,
     /// Deepest overlap at an event, relative to the distance of the discontinuity or, at walls and surfaces, to the
     /// particle radius.
@@ -128,8 +125,8 @@ impl Certificate {
         Self { first_event, start, ..Self::default() }
     }
 
-    /// Whether all verified events are proven. False if the verification found a violation, the engine failed, the
-    /// replay departed from the recorded run, or the scene is not supported.
+    /// Whether all verified events are proven: no violation was found, the engine did not fail, the replay ended like
+    /// the recorded run, and the scene is supported.
     #[must_use]
     pub fn is_proven(&self) -> bool {
         !matches!(

@@ -1,7 +1,5 @@
-//! Proofs that a flight never reaches a discontinuity. They use distances instead of the roots of polynomials.
-//!
-//! Roots are computed from rounded coefficients. On a very long path, rounding decides whether a root exists, so a
-//! search that finds no root proves nothing.
+//! Proofs that a flight never reaches a discontinuity, from distances instead of roots. On a very long path, rounded
+//! coefficients decide whether a polynomial has a root, so a search without a result proves nothing.
 
 use super::approach::{Approach, Boundary};
 use super::rules::Side;
@@ -15,13 +13,11 @@ const MOST_PIECES: u32 = 10_000;
 const BEYOND: f64 = 1.01;
 
 impl Approach {
-    /// Whether the flight provably has no event at any later time. The proof allows for the rounding of coordinates of
-    /// magnitude `size` `[length]`.
-    ///
-    /// Inside a sphere, no proof is needed: the pair reaches the sphere, unless it is at rest, and [`Self::next_event`]
-    /// finds this event.
+    /// Whether the flight provably has no event at any later time, with coordinates as large as `size`, which are
+    /// rounded `[length]`. Inside a sphere, no proof is needed: [`Self::next_event`] finds the event, unless the pair
+    /// is at rest.
     pub fn is_clear(&self, size: f64) -> bool {
-        // The proof needs a constant acceleration. Beside a surface that oscillates or turns, the acceleration changes.
+        // The proof needs a constant acceleration, but a surface that oscillates or turns changes it.
         if self.swing.is_some() {
             return false;
         }
@@ -48,9 +44,8 @@ impl Approach {
         v.dot(r) >= 0.0 && a.dot(r) + v.norm_squared() >= 0.0 && a.dot(v) >= 0.0
     }
 
-    /// Whether the flight provably passes a sphere without contact. After a certain time, the flight is surely beyond
-    /// the sphere. Until then it is divided into pieces, so short that the bounds on speed and acceleration exclude a
-    /// contact.
+    /// Whether the flight provably passes a sphere without contact. After a certain time, it is surely beyond the
+    /// sphere. Until then, it is divided into pieces so short that bounds on speed and acceleration exclude a contact.
     fn passes(&self, distance: f64, size: f64) -> bool {
         let [length, speed, push] = [&self.position, &self.velocity, &self.acceleration].map(|vector| vector.norm());
         let from_rest = (length + distance) * BEYOND;

@@ -1,11 +1,9 @@
-//! Contacts of two particles, or of a particle with a wall or a surface, and their description in messages.
-
 use super::rules::Side;
 use crate::engine::event::{Event, Other};
 use crate::model::ParticleId;
 use std::fmt;
 
-/// In events, the surfaces of the scene are numbered from here. Lower numbers are the six walls of the box.
+/// In events, the surfaces of the scene have numbers from here on. Lower numbers are the six walls of the box.
 const FIRST_SURFACE: u32 = 6;
 
 /// A contact of two particles, or of a particle with a wall of the box or a surface of the scene.
@@ -77,7 +75,7 @@ impl fmt::Display for Contact {
     }
 }
 
-/// Identifies a predicted event by its contact and the side of the discontinuity on which the pair is.
+/// A predicted event: its contact, and the side of the discontinuity on which the pair is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Claim {
     pub contact: Contact,

@@ -1,4 +1,4 @@
-//! Proof that a run may end because nothing will ever happen again. The verifier searches all future times by itself.
+//! Proof that a run may end because nothing will ever happen again, from the verifier's own search of all future times.
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
@@ -24,12 +24,10 @@ enum Search {
 }
 
 impl Verifier {
-    /// Proves that nothing will ever happen after the last states: no event between any images of a pair, or of a
-    /// particle at any wall or surface.
+    /// Proves that no event follows the last states, for all images of pairs and for particles at walls or surfaces.
     ///
     /// # Errors
-    /// [`Fault::EndedEarly`] if an event is due; [`Fault::EndNotShown`] if no event is found but some event cannot be
-    /// excluded.
+    /// [`Fault::EndedEarly`] if an event is due; [`Fault::EndNotShown`] if an event cannot be excluded.
     pub fn witness_end(&mut self) -> Result<(), Fault> {
         let mut left = MOST_IMAGES;
         let mut open: Option<Contact> = None;
@@ -46,8 +44,8 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// Searches for a future contact of a particle with a wall. A contact that is found is an error. Returns a contact
-    /// that is not found but cannot be excluded, if there is one.
+    /// Searches for a future contact of a particle with a wall; a contact found is an error. Returns a contact that was
+    /// not found but cannot be excluded.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -64,8 +62,8 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Searches for a future contact of a particle with a surface. A contact that is found is an error. Returns a
-    /// contact that is not found but cannot be excluded, if there is one.
+    /// Searches for a future contact of a particle with a surface; a contact found is an error. Returns a contact that
+    /// was not found but cannot be excluded.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
@@ -76,7 +74,7 @@ impl Verifier {
         let mut open = None;
         for facet in at_rest.filter(|_| !rests).chain(world.facets.iter().filter(moving)) {
             let is_missed = self.search_facet(facet, i)?;
-            // Along a periodic axis, a feature with ends has infinitely many images. Only some of them are searched.
+            // Only some of the infinitely many images of a feature with ends along a periodic axis are searched.
             let has_images = (0..3).any(|k| world.periods[k] > 0.0 && !facet.is_endless(k));
             if open.is_none() && (has_images || !is_missed) {
                 open = Some(facet.contact(i));
@@ -114,8 +112,7 @@ impl Verifier {
         Ok(false)
     }
 
-    /// Searches for a future event of a pair. An event that is found is an error. Returns true if no event is found but
-    /// an event cannot be excluded.
+    /// Searches for a future event of a pair; an event found is an error. Returns true if an event cannot be excluded.
     fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
         let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
         let state = self.pairs.get(i, j).unwrap_or(0);
@@ -143,8 +140,8 @@ impl Verifier {
         Fault::EndedEarly { contact, due: self.start_time + (self.before.elapsed.total() + after) }
     }
 
-    /// Searches for the next event of a pair in any of its images, at any future time. Coordinates have the magnitude
-    /// `size` `[length]`.
+    /// Searches for the next event of a pair in any of its images, at any time. Coordinates are as large as `size`
+    /// `[length]`.
     fn search_images(&self, nearest: &Approach, distance: f64, size: f64, left: &mut f64) -> Search {
         let (within, mut none) = self.long_enough(nearest, distance, *left);
         let reach = reach_along(&nearest.velocity, &nearest.acceleration, within).add_scalar(distance) * MARGIN;
@@ -161,8 +158,8 @@ impl Verifier {
         soonest.map_or(none, Search::Due)
     }
 
-    /// Returns the time that the search of a pair's images must cover, and the result of the search if it finds no
-    /// event: [`Search::Never`] or [`Search::Open`].
+    /// Returns the time that the search of a pair's images must cover, and the result if it finds no event:
+    /// [`Search::Never`] or [`Search::Open`].
     fn long_enough(&self, flight: &Approach, distance: f64, most_images: f64) -> (f64, Search) {
         let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
         let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();
@@ -188,8 +185,7 @@ impl Verifier {
     }
 }
 
-/// Returns the last time at which a flight along one axis is within `distance` of the origin, or 0 if it never is
-/// `[time]`.
+/// Last time at which a flight along one axis is within `distance` of the origin; 0 if it never is `[time]`.
 fn last_within(x: f64, v: f64, a: f64, distance: f64) -> f64 {
     let mut last = 0.0_f64;
     for edge in [x - distance, x + distance] {

@@ -1,4 +1,4 @@
-//! Checks of free flights: all particles follow their flights, and only the current event changes velocities.
+//! Checks that all particles follow their flights, and that only the current event changes velocities.
 
 use super::certificate::note;
 use super::verifier::Verifier;

@@ -1,12 +1,11 @@
-//! The foot of a particle is its projection onto a feature with ends: an edge, or a face between its three edges.
+//! The foot of a particle: its projection onto a feature with ends (an edge, or a face between its three edges).
 
 use crate::check::reference::{Extents, Polynomial};
 
 /// The foot of a particle during a flight, by its distances from the ends of the feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Foot {
-    /// Distances of the foot from the ends, as polynomials of the time since the start of the flight. A distance is
-    /// negative beyond the end.
+    /// Distances of the foot from the ends, negative beyond an end, as polynomials of the time in the flight.
     pub extents: Extents,
     /// Error of the feature's normal in units of round-off.
     pub slenderness: f64,
@@ -17,7 +16,7 @@ impl Foot {
         self.extents.map(|extent| Polynomial::new(&extent))
     }
 
-    /// Returns the distance of the foot from the nearest end, a time `dt` after the start of the flight. It is negative
+    /// Returns the distance of the foot from the nearest end, a time `dt` after the start of the flight; negative
     /// beyond the end `[length]`.
     pub fn within(&self, dt: f64) -> f64 {
         self.extents.iter().map(|[at, rate, bend]| (bend * dt + rate) * dt + at).fold(f64::INFINITY, f64::min)

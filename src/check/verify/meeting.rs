@@ -113,8 +113,8 @@ impl Verifier {
         Ok(())
     }
 
-    /// Returns the discontinuity at the distance of an event, with the side of the pair and the contact law. The side
-    /// that fits the outcome is tried first.
+    /// Returns the discontinuity at the distance of an event, with the side of the pair and the contact law. If both
+    /// sides fit, the outcome decides.
     fn seen(&self, event: &Event, outcome: Outcome, i: u32, j: u32, state: usize) -> Option<(Side, Step, ContactLaw)> {
         let interaction = self.world.interaction(i, j).filter(|_| i != j)?;
         let sides = match outcome {
@@ -136,7 +136,7 @@ impl Verifier {
         let approach = wall_approach(&self.world, &self.before, i, &wall, now);
         let flights = self.flights(&contact);
         let bounds = self.bounds(&contact, &approach, &flights);
-        // The gap is compared with the radius. A point particle has no radius, so its gap is compared with 1.
+        // A point particle has no radius, so its gap is compared with 1.
         self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
         self.encounter(event, after, bounds, flights).check_wall(&wall)?;
         self.note_contact(&[i], after);
@@ -170,8 +170,8 @@ impl Verifier {
     }
 
     /// Returns the features of a surface that a particle may touch, nearest first. Where several features meet,
-    /// rounding decides which one the engine uses. If no feature is near, returns all features on which the particle's
-    /// foot lies, because an error reports the distance from the nearest one.
+    /// rounding decides which feature the engine uses. If no feature is near, returns all features on which the
+    /// particle's foot lies, because an error reports the distance from the nearest feature.
     fn meetings(&self, contact: Contact, surface: u32) -> Vec<Meeting> {
         let Some(i) = contact.particles().next() else { return Vec::new() };
         let motion = self.world.motion(&self.before, i);
@@ -249,16 +249,16 @@ impl Verifier {
         if gap.is_nan() || gap > bound {
             return Err(Fault::Early { contact, gap, bound });
         }
-        // If the particles already separate, the gap has passed its minimum and has since grown by `missed`. Because of
-        // round-off, an event may be slightly later than the minimum.
+        // If the particles already separate, the gap has grown by `missed` since its minimum. Because of round-off, an
+        // event may be slightly later than the minimum.
         let missed = closing * closing / (2.0 * approach.curvature());
         if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });
         }
         self.proof.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
         self.proof.counts.in_invalid_state += u64::from(gap < -bound);
-        // An overlap larger than the bound already existed when the event was due. `settle` has checked that it did not
-        // grow since then.
+        // An overlap beyond the bound existed when the event was due, because `settle` has checked that it did not
+        // grow.
         if gap.abs() <= bound {
             if is_without_digits(gap, unit) {
                 return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });

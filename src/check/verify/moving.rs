@@ -12,23 +12,22 @@ use std::f64::consts::TAU;
 
 /// Rounding error of a simulated time, relative to its magnitude.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
-/// Longest window, in periods of an oscillation and in turns of a rotation. In longer windows, the bounds on the motion
-/// would not be useful.
+/// Longest window, in periods of an oscillation and in turns of a rotation. Bounds on the motion are useless in a
+/// longer window.
 const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
-/// Longest time interval of an oscillation or rotation in the proof that nothing will ever happen, in units of the
-/// longest window.
+/// Longest interval of an oscillation or rotation in the proof that nothing will ever happen, in units of the longest
+/// window.
 const MOST_SEARCHED: f64 = 1e3;
 /// The engine searches for a contact with an oscillating or rotating surface in time steps. The smallest step is the
-/// round-off of a sum of times. One term of the sum is this fraction of a period.
+/// round-off of a sum of times, one of which is this fraction of a period.
 const RESOLVED: f64 = 0.125;
 
 #[derive(Debug, Default)]
 pub(super) struct Motions {
     /// Simulated time at which the elapsed time is 0 `[time]`.
     start_time: f64,
-    /// Motions of each surface of the scene; `None` for a surface that never moves. The list is empty if no surface
-    /// moves.
+    /// Motions of each surface of the scene; `None` for a surface that never moves. Empty if no surface moves.
     timelines: Vec<Option<Timeline>>,
 }
 
@@ -39,7 +38,6 @@ pub(super) struct Beside<'a> {
     pub piece: Option<&'a Piece>,
     /// Motion of the particle in the frame of the box.
     pub motion: Motion,
-    /// Simulated time `[time]`.
     pub now: f64,
     pub sway: Sway,
 }
@@ -49,18 +47,16 @@ pub(super) struct Beside<'a> {
 pub(super) struct Carried {
     /// Velocity of the surface at the contact `[length / time]`.
     pub velocity: Vector,
-    /// Acceleration of the particle in the frame of the surface, but along the axes of the box `[length / time^2]`.
+    /// Acceleration of the particle in the frame of the surface, along the axes of the box `[length / time^2]`.
     pub acceleration: Vector,
-    /// Magnitude of the numbers that were added to compute `acceleration`, which determines its rounding error
-    /// `[length / time^2]`.
+    /// Magnitude of the terms of `acceleration`, which determines its rounding error `[length / time^2]`.
     pub rounded_with: f64,
 }
 
 /// Magnitudes that determine the rounding errors at a moving surface.
 ///
-/// Positions and velocities of the surface are functions of the simulated time, so the rounding error of this time
-/// affects them. At an oscillating or rotating surface, contact times have a further error: the round-off of a fraction
-/// of a period.
+/// Positions and velocities of the surface depend on the simulated time, and so on its rounding error. At an
+/// oscillating or rotating surface, contact times also have the round-off of a fraction of a period.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sway {
     /// Scale of coordinates `[length]`.
@@ -84,7 +80,6 @@ impl Motions {
         Self { start_time, timelines }
     }
 
-    /// Simulated time `[time]`.
     pub fn now(&self, elapsed: &Elapsed) -> f64 {
         self.start_time + elapsed.total()
     }
@@ -97,14 +92,13 @@ impl Motions {
         self.timelines.get(surface as usize)?.as_ref()
     }
 
-    /// Returns a bound on the rounding error of the simulated time `now` `[time]`. A motion that begins within this
-    /// time of `now` may or may not have begun.
+    /// Returns a bound on the rounding error of the simulated time `now` `[time]`. Within it, a motion may or may not
+    /// have begun.
     fn rounding(&self, now: f64) -> f64 {
         ROUNDINGS * (now.abs() + self.start_time.abs())
     }
 
-    /// Returns the piece of a surface's motions that begins or continues at the elapsed time; `None` if the surface
-    /// never moves.
+    /// Returns the piece of a surface's motions that begins or continues at a time; `None` if the surface never moves.
     pub fn piece(&self, surface: u32, elapsed: &Elapsed) -> Option<&Piece> {
         let now = self.now(elapsed);
         self.timeline(surface).map(|timeline| timeline.piece_at(now + self.rounding(now)))
@@ -118,8 +112,8 @@ impl Motions {
         std::iter::successors(self.piece(surface, elapsed), next)
     }
 
-    /// Returns a particle beside a surface, for the present piece of the surface's motions. If rounding decides whether
-    /// the piece is over, returns a second entry for the next piece.
+    /// Returns a particle beside a surface, for the present piece of the surface's motions and, if the piece may be
+    /// over because of rounding, also for the next piece.
     pub fn beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Vec<Beside<'_>> {
         let now = self.now(elapsed);
         let Some(timeline) = self.timeline(surface) else {
@@ -136,8 +130,7 @@ impl Motions {
         self.beside(surface, motion, elapsed).iter().fold(Sway::default(), |sway, beside| sway.max(&beside.sway))
     }
 
-    /// Returns the time from now until a surface begins the next piece of its motions, or the longest window if that is
-    /// shorter.
+    /// Returns the time from now until a surface begins the next piece of its motions, at most the longest window.
     pub fn steady_for(&self, elapsed: &Elapsed) -> f64 {
         let now = self.now(elapsed);
         let pieces = self.timelines.iter().flatten().map(|timeline| timeline.piece_at(now + self.rounding(now)));
@@ -145,8 +138,8 @@ impl Motions {
         pieces.map(steady).fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns, for each moving surface, the box that a particle may sweep within `time`, in the frame of the surface.
-    /// The list is empty if no surface moves.
+    /// For each moving surface, the box that a particle may sweep within `time`, in the frame of the surface. Empty if
+    /// no surface moves.
     pub fn swept(&self, motion: &Motion, elapsed: &Elapsed, time: f64) -> Vec<Option<[Vector; 2]>> {
         let now = self.now(elapsed);
         let of = |surface: u32| {
@@ -169,7 +162,7 @@ impl Motions {
             length += position.amax();
         }
         // Bounds on the motion of the surface: speed, acceleration, relative rate of change of the acceleration, and
-        // angular velocity. The round-off of the last number, a time, adds to the error of contact times.
+        // angular velocity. `resolved` is a time whose round-off adds to the error of contact times.
         let (speed, push, rate, turning, resolved) = match piece.kind {
             None => (0.0, 0.0, 0.0, 0.0, 0.0),
             Some(MotionKind::Translation { velocity, acceleration }) => {
@@ -213,8 +206,8 @@ pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
     time <= MOST_SEARCHED * longest(piece)
 }
 
-/// Returns an upper bound on the displacement of a particle along each axis within `time`, in the frame of a surface
-/// `[length]`. `seen` is its motion in that frame.
+/// Returns an upper bound on the displacement along each axis within `time` of a particle whose motion in the frame of
+/// a surface is `seen` `[length]`.
 fn path(piece: &Piece, motion: &Motion, seen: &Motion, time: f64) -> Vector {
     let Motion { position, velocity, acceleration, .. } = motion;
     let flown = reach(velocity, acceleration, time);
@@ -243,12 +236,11 @@ impl Sway {
 }
 
 impl Beside<'_> {
-    /// Returns the motion of the particle in the frame of the surface.
     pub fn seen(&self) -> Motion {
         self.piece.map_or(self.motion, |piece| self.motion.seen(piece, self.now))
     }
 
-    /// Directions are along the axes of the box.
+    /// Touches a facet. Directions are along the axes of the box.
     pub fn contact(&self, facet: &Facet) -> Touch {
         let touch = facet.feature.contact(&self.seen().position);
         let Some(piece) = self.piece else { return touch };

@@ -1,4 +1,4 @@
-//! Checks the outcome of an event against the collision rule, from the states before and after the event.
+//! Checks the outcome of an event against the collision rule, from the states before and after.
 
 use super::barrier::{Arrival, ContactMemory, Leaving};
 use super::bounds::{Bounds, Flight, rounded};
@@ -18,7 +18,7 @@ use crate::model::ContactLaw;
 pub(super) struct Encounter<'a> {
     pub world: &'a World,
     pub event: &'a Event,
-    /// All states at the time of the event: `before` the event, from free flights, and `after` it.
+    /// States at the time of the event: `before` it, from free flights, and `after` it.
     pub before: &'a States,
     pub after: &'a States,
     pub bounds: Bounds,
@@ -29,13 +29,11 @@ pub(super) struct Encounter<'a> {
 
 /// Curvature and acceleration that may bring a particle back to a barrier.
 struct Bend {
-    /// Radius of curvature of the barrier: infinite for a plane, negative for a barrier that curves around the particle
-    /// `[length]`.
+    /// Radius of curvature of the barrier: infinite for a plane, negative for a barrier around the particle `[length]`.
     radius: f64,
-    /// Direction of the barrier if it is a line. A line is not curved in this direction.
+    /// Direction of a barrier that is a line, along which it is not curved.
     along: Option<Vector>,
-    /// Acceleration of the particle relative to its partner or the surface, and the magnitude of the numbers that were
-    /// added to compute it `[length / time^2]`.
+    /// Acceleration relative to the partner or the surface, and the magnitude of its terms `[length / time^2]`.
     acceleration: Vector,
     rounded_with: f64,
 }
@@ -58,7 +56,7 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// Returns the speed towards the discontinuity, or 0 if the particles recede from it.
+    /// Returns the speed towards the discontinuity, or 0 if the particles recede.
     fn approach(&self) -> f64 {
         (-self.outwards * self.radial).max(0.0)
     }
@@ -69,7 +67,7 @@ impl Motion<'_> {
 }
 
 impl Encounter<'_> {
-    /// The energy step and the radial kinetic energy decide which outcome is right.
+    /// Checks the outcome of a pair event, which follows from the energy step and the radial kinetic energy.
     pub fn check_pair(
         &mut self,
         j: u32,
@@ -132,7 +130,7 @@ impl Encounter<'_> {
         self.check_reflection(&normal, law, &bend, &velocity)
     }
 
-    /// The normal points to the particle.
+    /// Checks a reflection. The normal points to the particle.
     fn check_reflection(
         &mut self,
         normal: &Vector,
@@ -162,9 +160,9 @@ impl Encounter<'_> {
     /// Adjusts the round-off bounds to the velocities after the event.
     ///
     /// With the reduced mass `mu`, the normal velocities `vn` and `vn'` before and after the event, and the energy step
-    /// `dU`, the impulse is `mu |vn' - vn|`, and `vn'^2` is at most `vn^2 + 2 |dU| / mu`. A capture by a deep well
-    /// makes both particles much faster than before, and a heavy particle that hits a light one makes the light one
-    /// faster. In the TC model, the impulse may depend on the whole relative velocity instead of `vn`.
+    /// `dU`, the impulse is `mu |vn' - vn|`, and `vn'^2` is at most `vn^2 + 2 |dU| / mu`. A deep well makes both
+    /// particles much faster, and a heavy particle makes a light partner much faster. In the TC model, the impulse may
+    /// depend on the whole relative velocity instead of `vn`.
     fn expect_gain(&mut self, motion: &Motion, seen: &Step) {
         let step = if seen.is_barrier() { 0.0 } else { 2.0 * seen.energy.abs() / motion.reduced_mass };
         let turns = seen.is_barrier() && self.contacts.is_some();
@@ -178,7 +176,7 @@ impl Encounter<'_> {
     }
 
     /// Returns the outcome that the energies require, and whether the pair crosses the discontinuity. If the energies
-    /// are equal within round-off, both are valid, and the pair crosses if it does so in `found`.
+    /// are equal within round-off, the pair crosses if it does so in `found`.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),
@@ -194,7 +192,7 @@ impl Encounter<'_> {
         (if crosses { crossing } else { Outcome::Bounce }, crosses)
     }
 
-    /// `arriving` are the round-off bounds before the contact.
+    /// Checks a contact with a barrier. `arriving` are the round-off bounds before the contact.
     fn check_barrier(
         &mut self,
         motion: &Motion,
@@ -236,7 +234,7 @@ impl Encounter<'_> {
         }))
     }
 
-    /// Checks whether the velocities after a contact agree with one of the possible motions, `leaving`.
+    /// Checks whether the velocities after a contact agree with `leaving`, one of the possible motions.
     fn check_leaving(&mut self, motion: &Motion, leaving: &Leaving) -> Result<(), Fault> {
         let (along, mu, approach) = (motion.tangential(), motion.reduced_mass, motion.approach());
         let (speed, speed_bound) = leaving.speed;
@@ -247,7 +245,7 @@ impl Encounter<'_> {
         self.check_velocities(motion, &turned, turned_bound)?;
         let lost = if slides { 0.0 } else { 0.5 * mu * (approach * approach - speed * speed) };
         self.check_energy(motion, lost, speed_bound)?;
-        // If the particles already recede, the normal velocity does not change, unless they slide.
+        // If the particles already recede and do not slide, the normal velocity does not change.
         let after = if approach > 0.0 || slides { motion.outwards * speed } else { motion.radial };
         let by = (self.event.normal_impulse() / mu - (after - motion.radial)).abs();
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
@@ -281,8 +279,8 @@ impl Encounter<'_> {
     }
 
     /// Checks that the kinetic energy, in the frame of the barrier, changes only by the energy step and the dissipated
-    /// energy. At a moving surface, the energy step of the event is the work of the surface, which is zero in that
-    /// frame. `speed_bound` is the uncertainty of the speed after the contact.
+    /// energy. A moving surface does no work in its own frame. `speed_bound` is the uncertainty of the speed after the
+    /// contact.
     fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64) -> Result<(), Fault> {
         let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
         let mut work = 0.0;

@@ -6,8 +6,7 @@ use crate::engine::States;
 
 /// In the first window, a particle at the mean speed travels this fraction of the longest range.
 const FIRST: f64 = 0.1;
-/// Smallest number of events for which a window is planned. With fewer events, small systems would spend most of the
-/// time opening windows.
+/// Smallest number of events for which a window is planned, because opening windows also takes time.
 const FEWEST: u64 = 64;
 
 /// Chooses the length of windows so that a window has about as many events as there are particles. The search of all
@@ -31,19 +30,16 @@ impl Pace {
         self.target = window.length * (wanted / window.events.max(1) as f64).clamp(0.25, 4.0);
     }
 
-    /// Returns the length of a window that begins now. `next` is the time until the next event, which should be in the
-    /// window `[time]`.
-    ///
-    /// Within the window, the fastest particle does not travel around a periodic box, so that few images must be
-    /// searched.
+    /// Returns the length of a window that begins now and should contain the next event, a time `next` later `[time]`.
+    /// Few images must be searched, so the fastest particle must not travel around a periodic box within the window.
     pub fn length(&self, world: &World, states: &States, next: f64) -> f64 {
         let wanted = if self.target.is_finite() { self.target.max(1.01 * next) } else { 1.01 * next };
         round_the_box(world, states, &world.moving, wanted).min(wanted)
     }
 }
 
-/// Returns the time in which the fastest of the given particles may travel around a periodic box, or infinity if none
-/// can do so within the time `within`.
+/// Returns the time in which the fastest of the given particles may travel around a periodic box; infinity if this
+/// takes longer than `within`.
 pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], within: f64) -> f64 {
     let shortest = world.shortest_period;
     let time = |&i: &u32| {

@@ -1,4 +1,4 @@
-//! Pair states of the verifier. At the start they follow from the distances, later only from the outcomes of events.
+//! Pair states of the verifier. They follow from the distances at the start, and from the outcomes of events later.
 
 use super::bounds::rounded;
 use super::contact::Contact;
@@ -28,9 +28,9 @@ impl Start {
         Self { distance: apart.norm(), parting, rounding: rounded(largest) }
     }
 
-    /// Returns the state of the pair: the number of potential radii that are larger than its distance. If the distance
-    /// equals a radius within round-off, the pair is inside the radius if the particles approach, and outside if they
-    /// move apart.
+    /// Returns the state of the pair: the number of potential radii larger than its distance. If the distance equals a
+    /// radius within round-off, the pair is inside the radius if the particles approach, and outside if they move
+    /// apart.
     fn state(&self, potential: &Potential) -> usize {
         let captured = |radius: f64| match (self.distance - radius).abs() <= self.rounding {
             true if self.parting < 0.0 => true,
@@ -45,8 +45,7 @@ impl Start {
 
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
-    /// Pair states of each particle, by partner. Each pair is stored for both particles. State 0 is stored only for
-    /// bonded pairs.
+    /// Pair states of each particle, by partner. Each pair is stored for both particles; state 0 only for bonds.
     states: Vec<BTreeMap<u32, usize>>,
 }
 
@@ -88,7 +87,6 @@ impl Pairs {
         Ok(pairs)
     }
 
-    /// Returns the states of bonded pairs only.
     fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
         let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
         for &(a, b) in world.bonds.keys() {
@@ -99,7 +97,7 @@ impl Pairs {
         pairs
     }
 
-    /// Returns the state of a captured or bonded pair, or `None` for other pairs.
+    /// Returns the state of a captured or bonded pair; `None` for other pairs.
     pub fn get(&self, i: u32, j: u32) -> Option<usize> {
         self.states[i as usize].get(&j).copied()
     }
@@ -114,12 +112,11 @@ impl Pairs {
         self.states[j as usize].remove(&i);
     }
 
-    /// Returns the partners of a particle in captured and bonded pairs, with the pair states.
     pub fn of(&self, i: u32) -> impl Iterator<Item = (u32, usize)> {
         self.states[i as usize].iter().map(|(&j, &state)| (j, state))
     }
 
-    /// Returns all pairs that are not in state 0 in ascending order. The lower id of a pair comes first.
+    /// Returns all pairs that are not in state 0, ascending, each with the lower id first.
     pub fn captured(&self) -> Vec<([ParticleId; 2], usize)> {
         let mut captured = Vec::new();
         for (i, partners) in (0..).zip(&self.states) {

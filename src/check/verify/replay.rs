@@ -13,8 +13,7 @@ use std::ops::ControlFlow;
 const CHUNK: u64 = 100_000;
 /// Number of events between two calls of `watch` within the range.
 const FEW: u64 = 64;
-/// Number of engine steps after which `watch` is called, even if few events have happened. They take a few tens of
-/// milliseconds.
+/// Number of engine steps, a few tens of milliseconds, after which `watch` is called even if few events have happened.
 const STEPS: u64 = 20_000;
 
 /// The range of events to prove.
@@ -59,8 +58,7 @@ pub struct VerifyProgress {
 }
 
 impl VerifyProgress {
-    /// Returns the completed fraction, from 0 to 1. Before the range it refers to the events to skip, and within the
-    /// range to the events to prove.
+    /// Returns the completed fraction, from 0 to 1: of the events to skip, and later of the events to prove.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         let EventRange { from, events } = self.range;
@@ -73,8 +71,8 @@ impl VerifyProgress {
 /// Replays a scene and proves a range of its events.
 ///
 /// The replay ends at the planned end of the run. `watch` is called repeatedly, and a break ends the replay at once. If
-/// the range does not begin at the start, the initial pair states come from the engine. All later pair states follow
-/// from the events alone.
+/// the range begins later, the initial pair states come from the engine. All later pair states follow from the events
+/// alone.
 #[must_use]
 pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, None, watch)
@@ -82,9 +80,9 @@ pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate 
 
 /// Replays a finished run and proves a range of its events.
 ///
-/// The function works like [`verify`], but the replay ends at the recorded end of the run. The run may therefore
-/// contain an equilibration that ended as soon as no observable drifted. At the end, the number of events and the time
-/// are compared with the recorded values. If they differ, the certificate has the end [`End::Departed`].
+/// Unlike with [`verify`], the replay ends at the recorded end of the run, so the run may contain an equilibration that
+/// ended as soon as no observable drifted. If the number of events or the time at the end differs from the record, the
+/// certificate has the end [`End::Departed`].
 #[must_use]
 pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, Some(ended), watch)
@@ -130,17 +128,17 @@ fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Wat
 
 struct Replay<'w> {
     simulation: Simulation,
-    /// States after the last event. They are not updated while events before the range are skipped.
+    /// States after the last event, not updated while events before the range are skipped.
     states: States,
     range: EventRange,
     watch: Watch<'w>,
     /// Remaining intervals of the run in reverse order.
     stretches: Vec<Stretch>,
-    /// An interval that the replay has begun but has not yet passed to the verifier.
+    /// An interval that has begun, and must still be passed to the verifier.
     begun: Option<Stretch>,
     /// Simulated time and number of events at which the current interval ends; `None` between intervals.
     ends: Option<Until>,
-    /// Recorded end of the run. If it is `None`, the replay ends at the planned end.
+    /// Recorded end of the run; `None` for the planned end.
     recorded: Option<RunEnd>,
     /// Whether the replay has reached the recorded time of the run.
     has_run_out: bool,
@@ -151,8 +149,7 @@ impl Replay<'_> {
         self.simulation.event_counts().physical()
     }
 
-    /// Returns the end of the current interval. Begins the next interval if the current one has ended. Returns `None`
-    /// at the end of the run.
+    /// Returns the end of the current interval, and begins an interval if necessary. `None` at the end of the run.
     fn stretch(&mut self) -> Option<Until> {
         let recorded = match self.recorded {
             Some(recorded) => Some(self.left_of(&recorded)?),
@@ -178,8 +175,8 @@ impl Replay<'_> {
     }
 
     /// Returns how far the replay may advance in its next step, or `None` at the recorded end of the run. The replay
-    /// first executes the recorded number of events, and then advances to the recorded time. An event before that time
-    /// shows that the replay departs from the run.
+    /// executes the recorded number of events, and then advances to the recorded time. An event before this time shows
+    /// that the replay departs from the run.
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
@@ -200,8 +197,8 @@ impl Replay<'_> {
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
                 return End::Departed { recorded, events, time };
             }
-            // The recorded run ended before its planned number of events: no further event could happen, or the run was
-            // stopped.
+            // The recorded run ended before its planned number of events, because it was stopped or nothing could
+            // happen.
             let limit = &self.simulation.scene().run.limit;
             let is_early = limit.time.is_none() && limit.events.is_some_and(|planned| events < planned);
             if is_early && self.simulation.is_over() {
@@ -211,8 +208,7 @@ impl Replay<'_> {
         End::RunEnded
     }
 
-    /// Called if the replay reaches `time` without an event. At this time, either the current interval or the recorded
-    /// run ends.
+    /// Called if the replay reaches `time` without an event, at the end of the current interval or of the recorded run.
     fn end_at(&mut self, time: f64) {
         if self.ends.is_some_and(|ends| ends.time <= time) {
             self.ends = None;
@@ -259,8 +255,7 @@ impl Replay<'_> {
         if self.range.from == 0 && scene.predecessor().is_none() {
             return Verifier::new(scene, states);
         }
-        // A run may continue another run, which may itself continue a run. Elapsed times count from the start of the
-        // first run.
+        // A run may continue a chain of earlier runs. Elapsed times count from the start of the first run.
         let start_time = match scene.predecessor() {
             Some(_) => self.simulation.time() - states.elapsed.total(),
             None => scene.start_time,
@@ -327,7 +322,6 @@ impl Replay<'_> {
         if reason == Reason::Idle { Err(self.idle(verifier)) } else { Ok(()) }
     }
 
-    /// Verifies the engine's report that nothing will happen any more.
     fn idle(&self, verifier: &mut Verifier) -> End {
         verifier.witness_end().map_or_else(|fault| self.violated(fault), |()| End::Idle)
     }

@@ -1,5 +1,4 @@
-//! The discontinuities of potentials, read directly from the scene. The verifier uses no tables that an engine has
-//! prepared.
+//! The discontinuities of potentials, read directly from the scene without any tables of an engine.
 
 use crate::Vector;
 use crate::model::potential::Potential;
@@ -25,15 +24,13 @@ impl Side {
 /// A discontinuity of a potential, for a pair in a certain state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
-    /// Distance `s` of the discontinuity `[length]`.
     pub distance: f64,
     /// `dU`, the potential energy of the pair beyond the discontinuity minus its present potential energy `[energy]`.
     pub energy: f64,
 }
 
 impl Step {
-    /// Returns the next discontinuity of a pair in a state: the inner one for [`Side::Positive`], the outer one for
-    /// [`Side::Negative`].
+    /// Discontinuity of a pair in a state: the inner one for [`Side::Positive`], the outer one for [`Side::Negative`].
     pub fn seen(potential: &Potential, state: usize, side: Side) -> Option<Self> {
         let (radii, energies) = (potential.radii(), potential.energies());
         let (radius, beyond) = match side {

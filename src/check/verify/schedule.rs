@@ -30,16 +30,15 @@ pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<
     }
     let planned = all.iter().take(first_open.unwrap_or(all.len())).map(|(stretch, _)| stretch);
     let mut ends: Vec<Stretch> = planned.filter(|stretch| stretch.limit != Limit::default()).cloned().collect();
-    // The last interval has no limit in two cases: it is an equilibration that ends as soon as no observable drifts, or
-    // no interval of the run has a limit.
+    // The last interval has no limit if it ends when no observable drifts, or if no interval has a limit.
     let open = first_open.and_then(|at| all.get(at)).or(if ends.is_empty() { all.last() } else { None });
     ends.extend(open.map(|(stretch, _)| Stretch { limit: Limit::default(), ..stretch.clone() }));
     ends.reverse();
     Some(ends)
 }
 
-/// Returns the equilibration and the measurement of each stage in order, including those without a limit. The flag is
-/// set for an equilibration that ends as soon as no observable drifts.
+/// Returns the equilibration and the measurement of each stage in order, with or without a limit. The flag is set for
+/// an equilibration that ends as soon as no observable drifts.
 fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
     let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Limit| {
         let stretch = |limit| Stretch { stage: name.to_owned(), gravity, limit };

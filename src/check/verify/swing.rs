@@ -1,8 +1,6 @@
-//! The motion of a particle beside a surface that oscillates or turns. Distances are then not polynomials of the time.
-//!
-//! All results are computed from positions at given times. Contacts and the smallest gap are found by bisection. Time
-//! intervals are skipped if bounds on speed and acceleration show that they contain neither a contact nor the smallest
-//! gap.
+//! The motion of a particle beside a surface that oscillates or turns. Distances are not polynomials of the time, so
+//! contacts and the smallest gap are found by bisection, from positions at given times. Time intervals are skipped if
+//! bounds on speed and acceleration exclude a contact and the smallest gap.
 
 use super::approach::Approach;
 use super::facet::approach_of;
@@ -12,8 +10,8 @@ use std::sync::Arc;
 /// Tolerance of the smallest gap, relative to the magnitude of coordinates.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
 /// Largest number of intervals in one search for the next event. A search that reaches this limit returns the time that
-/// it has reached, as if an event were due, and later continues from there. The limit is reached if a particle stays
-/// on a surface: rounding alone then decides whether the particle comes closer.
+/// it has reached, as if an event were due, and later continues from there. This happens if a particle stays on a
+/// surface, because rounding alone decides whether the particle comes closer.
 const MOST_LOOKS: u64 = 1 << 17;
 
 /// A particle beside a feature of a surface that oscillates or turns.
@@ -37,7 +35,6 @@ impl Swing {
         Self { passage, slenderness, since }
     }
 
-    /// Returns the approach in the frame of the surface, at a time in the window.
     pub fn at(self: &Arc<Self>, time: f64) -> Approach {
         Approach { swing: Some(Arc::clone(self)), ..self.snapshot(time) }
     }

@@ -1,5 +1,3 @@
-//! The verifier, which proves each event from the events and states alone.
-
 use super::approach::Boundary;
 use super::barrier::ContactMemory;
 use super::bounds::is_without_digits;
@@ -18,10 +16,9 @@ use crate::model::{ParticleId, Scene};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-/// Verifier of a sequence of events.
-///
-/// It receives each event with the states after it, in [`Verifier::witness`]. It uses no predictions, cells or stored
-/// data of an engine. Only [`Verifier::resume`] receives initial pair states.
+/// Proves each event of a sequence from the events and states alone. [`Verifier::witness`] receives each event with the
+/// states after it. No predictions, cells or stored data of an engine are used; only [`Verifier::resume`] receives
+/// initial pair states.
 #[derive(Debug)]
 pub struct Verifier {
     pub(super) world: World,
@@ -34,7 +31,7 @@ pub struct Verifier {
     pub(super) before: States,
     pub(super) last_event: Vec<Elapsed>,
     pub(super) window: Window,
-    /// Predicted events that are due but not yet executed. Their overlaps are within round-off.
+    /// Predicted events that are due but not yet executed, with overlaps within round-off.
     overdue: Vec<Due>,
     pub(super) pace: Pace,
     pub(super) start_time: f64,
@@ -42,7 +39,7 @@ pub struct Verifier {
 }
 
 impl Verifier {
-    /// Starts from the initial states of a scene. Only here, distances decide the pair states.
+    /// Starts from the initial states of a scene, where distances decide the pair states.
     ///
     /// # Errors
     /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::TooFast`] if speeds
@@ -51,8 +48,7 @@ impl Verifier {
         Self::begin(scene, states, (scene.start_time, None), |world| Ok(Pairs::from_distances(world, states)))
     }
 
-    /// Starts a proof in the middle of a run, from the states at that time. `captured` lists the pairs that are not in
-    /// state 0.
+    /// Starts a proof in the middle of a run, from the states at that time and the pairs that are not in state 0.
     ///
     /// # Errors
     /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::Unknown`] if a pair
@@ -61,7 +57,7 @@ impl Verifier {
         Self::resume_from(scene, states, captured, scene.start_time)
     }
 
-    /// Works like [`Self::resume`], but takes the simulated time `start_time` at which the elapsed time is 0.
+    /// Works like [`Self::resume`], for a run whose elapsed time is 0 at the simulated time `start_time`.
     pub(super) fn resume_from(
         scene: &Scene,
         states: &States,
@@ -91,7 +87,7 @@ impl Verifier {
             contacts: scene.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
             states: states.clone(),
             before: states.clone(),
-            // The times of the last events are unknown. The earliest possible time gives the largest round-off bounds.
+            // The times of the last events are unknown. The earliest possible time gives the largest bounds.
             last_event: vec![Elapsed::default(); states.positions.len()],
             overdue: Vec::new(),
             start_time,
@@ -100,8 +96,7 @@ impl Verifier {
         })
     }
 
-    /// Proves that an event is the next event of the run and has the right outcome. `after` are the states directly
-    /// after the event.
+    /// Proves that an event is the next event of the run and has the right outcome. `after` are the states after it.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -109,8 +104,7 @@ impl Verifier {
         self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
     }
 
-    /// Works like [`Self::witness`], but calls `watch` repeatedly, and ends with [`Fault::Interrupted`] if it returns a
-    /// break.
+    /// Works like [`Self::witness`], but calls `watch` repeatedly, and ends with [`Fault::Interrupted`] on a break.
     pub(super) fn witness_watched(
         &mut self,
         event: &Event,
@@ -143,7 +137,7 @@ impl Verifier {
         }
         self.window.events += 1;
         self.window.forget(changed.iter().copied());
-        // An event may make its particles much faster. The window then ends before they can travel around the box.
+        // An event may make its particles much faster. The window must end before they can travel around the box.
         let now = self.window.time(&self.states.elapsed);
         let left = self.window.length - now;
         self.window.end_by(now + round_the_box(&self.world, &self.states, &changed, left));
@@ -151,7 +145,7 @@ impl Verifier {
     }
 
     /// Proves that no event was due up to the time of the states `now`, and that free flights lead to these states.
-    /// Calls `watch` repeatedly, and ends with [`Fault::Interrupted`] if it returns a break.
+    /// Calls `watch` repeatedly, and ends with [`Fault::Interrupted`] on a break.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -161,7 +155,7 @@ impl Verifier {
         self.check_flights(now, |_| false)
     }
 
-    /// Adds and removes surfaces at the start of a stage. `now` are the states at this time.
+    /// Adds and removes surfaces at the start of a stage, in the states `now`.
     ///
     /// # Errors
     /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
@@ -174,14 +168,14 @@ impl Verifier {
         self.look_anew()
     }
 
-    /// Gives all moving particles another acceleration. `now` are the states at this time.
+    /// Gives all moving particles another acceleration, in the states `now`.
     ///
     /// # Errors
     /// [`Fault::Jumped`] or [`Fault::Disturbed`] if free flights do not lead to these states, [`Fault::TooFast`] if a
     /// particle is so fast that too many images of a pair would have to be searched.
     pub fn turn_gravity(&mut self, gravity: &Vector, now: &States) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
-        // The flights up to the time of `now` have the previous acceleration.
+        // Flights up to `now` have the previous acceleration.
         self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
         self.check_flights(now, |_| false)?;
         if !self.world.turn_gravity(gravity) {
@@ -226,8 +220,8 @@ impl Verifier {
     }
 
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
-        // `end` is computed from the epoch of the latest states. The window may have started in an earlier epoch, from
-        // which `end` would be less accurate.
+        // `end` is computed from the epoch of the latest states. An earlier epoch, in which the window may have
+        // started, would make it less accurate.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
@@ -247,7 +241,6 @@ impl Verifier {
         Ok(())
     }
 
-    /// Moves all particles along their flights since the last event.
     fn stream(&mut self, dt: f64, elapsed: Elapsed) {
         self.before.elapsed = elapsed;
         for i in 0..self.states.positions.len() {
@@ -257,8 +250,7 @@ impl Verifier {
         }
     }
 
-    /// Checks all contacts that were due before a time in the window. Their overlaps must not have grown since the
-    /// contacts were due.
+    /// Checks that no contact that was due before a time in the window has a larger overlap than when it was due.
     fn settle(&mut self, time: f64, executed: Option<Contact>) -> Result<(), Fault> {
         let overdue = std::mem::take(&mut self.overdue);
         let known = overdue.len();
@@ -291,13 +283,12 @@ impl Verifier {
         Ok(())
     }
 
-    /// Keeps a contact that is overdue by round-off. If the particles no longer approach, searches for the next event
-    /// of the contact instead.
+    /// Keeps a contact that is overdue by round-off. If the particles separate, searches for their next event.
     fn wait(&mut self, due: Due, time: f64) {
         if due.approach.closing(time) > 0.0 && due.approach.is_on(time) {
             self.overdue.push(due);
         } else {
-            // The search starts at `time`, so that it does not find the same event again.
+            // A search from `time` on does not find the same event again.
             self.window.ask(due.claim, due.approach.streamed(time));
         }
     }

@@ -22,8 +22,7 @@ pub enum Quantity {
     Dissipation,
     /// Energy step of the event, compared with the energy step of the discontinuity `[energy]`.
     EnergyStep,
-    /// Impulse divided by the reduced mass, compared with the change of velocity that the rule demands
-    /// `[length / time]`.
+    /// Impulse divided by the reduced mass, compared with the demanded change of velocity `[length / time]`.
     Impulse,
     /// Relative normal velocity after the event, if its direction does not fit the outcome `[length / time]`.
     Direction,
@@ -107,7 +106,7 @@ pub enum Fault {
         /// State of the pair.
         state: usize,
     },
-    /// The outcome differs from the one that the energies require.
+    /// The outcome differs from the outcome that the energies require.
     #[error("{contact} had a {found:?} where the physics demands a {expected:?}")]
     WrongOutcome {
         /// The contact.
@@ -158,8 +157,8 @@ pub enum Fault {
         /// Its speed.
         speed: f64,
     },
-    /// A gap or overlap is far too large, although it is within its round-off bound. The numbers have too few digits
-    /// for a proof.
+    /// A gap or overlap is far too large, although it is within its round-off bound, because the numbers have too few
+    /// digits.
     #[error(
         "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
         and so nothing can be proven"

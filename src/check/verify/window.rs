@@ -1,8 +1,8 @@
 //! A window of simulated time, with all events that Algorithm 1 predicts in it.
 //!
 //! All pairs are searched at the start of the window. Pairs that are too far apart to meet within the window are
-//! skipped, and for all others the next event is computed. An event changes the flights of two particles. Their
-//! predicted events then become void, and their pairs with all other particles are searched again.
+//! skipped, and for all other pairs the next event is computed. An event changes the flights of two particles. Their
+//! predicted events become void, and their pairs with all other particles are searched again.
 
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
@@ -16,8 +16,7 @@ use crate::model::ParticleId;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Safety factor in the test that skips distant pairs. It increases the lengths by much more than their rounding
-/// errors.
+/// Safety factor for lengths in the test that skips distant pairs. It exceeds their rounding errors by far.
 pub(super) const MARGIN: f64 = 1.0 + 1e-12;
 /// Largest number of images of one pair that are searched. There are usually at most six along each axis, because no
 /// particle travels around the box within a window, and interactions reach at most half a period.
@@ -30,8 +29,7 @@ pub(super) struct Due {
     pub time: f64,
     pub claim: Claim,
     pub approach: Approach,
-    /// Versions of the flights of both particles from which the event was computed. A flight gets a new version when it
-    /// changes.
+    /// Versions of both flights from which the event was computed. A flight that changes gets a new version.
     versions: [u32; 2],
 }
 
@@ -59,7 +57,6 @@ impl Ord for Due {
 #[derive(Debug)]
 pub(super) struct Window {
     pub origin: Elapsed,
-    /// Length of the window `[time]`.
     pub length: f64,
     /// Number of executed events in the window.
     pub events: u64,
@@ -118,8 +115,7 @@ impl Window {
         }
     }
 
-    /// Recomputes the next events of particles whose flights have changed, with all other particles, walls and
-    /// surfaces.
+    /// Recomputes the next events of particles whose flights have changed.
     ///
     /// # Errors
     /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
@@ -137,8 +133,7 @@ impl Window {
         elapsed.after(&self.origin)
     }
 
-    /// Removes the predicted events before a time in the window, and returns them, earliest first. Leaves out void
-    /// events.
+    /// Removes the predicted events before a time in the window, and returns the valid ones, earliest first.
     pub fn due_before(&mut self, time: f64) -> Vec<Due> {
         let mut due = Vec::new();
         while self.due.peek().is_some_and(|first| first.time < time) {
@@ -230,7 +225,7 @@ impl Window {
     }
 }
 
-/// The first coordinate is the gap between the particle and the wall.
+/// Flight towards a wall. The first coordinate is the gap.
 pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall, since: f64) -> Approach {
     let (k, inwards) = (usize::from(wall.axis), wall.inwards());
     let along = |x: f64| Vector::new(inwards * x, 0.0, 0.0);
@@ -251,8 +246,7 @@ pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 
     (velocity.norm() + 0.5 * acceleration.norm() * time) * time
 }
 
-/// Returns the largest possible displacement along each axis within `time`, or 0 along an axis without motion
-/// `[length]`.
+/// Returns the largest possible displacement along each axis within `time`; 0 along an axis without motion `[length]`.
 pub(super) fn reach_along(velocity: &Vector, acceleration: &Vector, time: f64) -> Vector {
     Vector::from_fn(|k, _| {
         let (v, a) = (velocity[k].abs(), acceleration[k].abs());

@@ -1,5 +1,3 @@
-//! The world: data of the scene that the verifier needs.
-
 use super::contact::Contact;
 use super::facet::{Facet, facets};
 use super::moving::Motions;
@@ -26,14 +24,14 @@ impl Wall {
     }
 }
 
-/// `inverse_masses` and `accelerations` have an entry for each particle.
+/// Data of the scene. `inverse_masses` and `accelerations` have an entry for each particle.
 #[derive(Debug)]
 pub(super) struct World {
     scene: Scene,
     pub inverse_masses: Vec<f64>,
     pub accelerations: Vec<Vector>,
     pub moving: Vec<u32>,
-    /// Interactions of bonded pairs. The lower id of a pair comes first.
+    /// Interactions of bonded pairs, with the lower id first.
     pub bonds: BTreeMap<(u32, u32), InteractionId>,
     pub walls: Vec<Wall>,
     /// Features of all surfaces of the scene, with their periodic images.
@@ -45,12 +43,12 @@ pub(super) struct World {
     pub periods: Vector,
     /// The shortest period; infinite if no axis is periodic `[length]`.
     pub shortest_period: f64,
-    /// Upper bound on the distance between particles: the diagonal of a box that is periodic along all axes, infinite
-    /// for other boxes `[length]`.
+    /// Upper bound on the distance between particles: the diagonal of a fully periodic box, otherwise infinite
+    /// `[length]`.
     pub diagonal: f64,
     /// Largest distance at which an uncaptured pair interacts `[length]`.
     pub longest_range: f64,
-    /// Largest range of the interactions, or diameter of a moving particle if that is larger `[length]`.
+    /// Largest range of the interactions, or the largest diameter of a moving particle if longer `[length]`.
     pub longest_length: f64,
     /// Largest coordinate of any wall `[length]`.
     pub farthest_wall: f64,
@@ -58,7 +56,7 @@ pub(super) struct World {
     pub farthest_facet: f64,
     /// Whether any pair can be in a state other than 0.
     pub has_states: bool,
-    /// Whether two species have a bond as their interaction. All of their pairs have a nonzero state at any distance.
+    /// Whether two species interact by a bond, so that all of their pairs have a nonzero state at any distance.
     pub holds_all_pairs: bool,
 }
 
@@ -98,7 +96,7 @@ impl World {
         world
     }
 
-    /// Selects the surfaces of a stage. Returns whether they differ from the surfaces of the stage before.
+    /// Selects the surfaces of a stage. Returns whether they differ from the surfaces of the previous stage.
     pub fn enter_stage(&mut self, stage: &str) -> bool {
         let species = (0..).map(SpeciesId).zip(&self.scene.species);
         let surfaces = &self.scene.surfaces;
@@ -114,13 +112,11 @@ impl World {
         is_other
     }
 
-    /// Returns, for each surface, whether a particle interacts with it in the present stage.
     pub fn meets(&self, i: u32) -> &[bool] {
         &self.meetings[self.scene.particles[i as usize].species.0 as usize]
     }
 
-    /// Returns the contact law between a particle and a surface. Returns `None` if they do not interact, or if the
-    /// surface has a temperature.
+    /// Contact law of a particle and a surface; `None` without interaction, or if the surface has a temperature.
     pub fn law_of_surface(&self, i: u32, surface: u32) -> Option<ContactLaw> {
         let surface = surface as usize;
         let is_met = self.meets(i).get(surface).copied().unwrap_or(false) && !self.is_static(i);
@@ -134,8 +130,7 @@ impl World {
         self.inverse_masses[i as usize] == 0.0
     }
 
-    /// Whether a search of all pairs visits the moving particle `i` and the particle `j` in this order. It visits each
-    /// pair once.
+    /// Whether a search that visits each pair once visits the moving particle `i` and the particle `j` in this order.
     pub fn is_first(&self, i: u32, j: u32) -> bool {
         i < j || (i > j && self.is_static(j))
     }
@@ -169,7 +164,6 @@ impl World {
                 .is_some_and(|interaction| interaction.potential.accessible_states().contains(&state))
     }
 
-    /// Returns `r_i - r_j` for the nearest images of two particles.
     pub fn nearest(&self, states: &States, i: u32, j: u32) -> Vector {
         self.shortest(states.positions[i as usize] - states.positions[j as usize])
     }
@@ -179,7 +173,7 @@ impl World {
         for k in 0..3 {
             let period = self.periods[k];
             if apart[k].abs() > 0.5 * period && period > 0.0 {
-                // Subtracting one period is nearly always enough. Only particles far outside the box need a division.
+                // Only particles far outside the box need a division.
                 let is_next = apart[k].abs() <= 1.5 * period;
                 apart[k] -= if is_next { period.copysign(apart[k]) } else { period * (apart[k] / period).round() };
             }
@@ -187,11 +181,8 @@ impl World {
         apart
     }
 
-    /// Returns the images of a separation vector that are within `reach` along each axis, or `None` if there are more
-    /// than `most`.
-    ///
-    /// The images are counted before memory is allocated, because a very long flight passes more images than fit into
-    /// memory.
+    /// Returns the images of a separation vector that are within `reach` along each axis; `None` if there are more than
+    /// `most`. Images are counted before memory is allocated, because a very long flight passes too many images.
     pub fn images(&self, nearest: &Vector, reach: &Vector, most: f64) -> Option<Vec<Vector>> {
         let periodic = || (0..3).filter(|&k| self.periods[k] > 0.0);
         let ends = |k: usize| {
@@ -230,8 +221,7 @@ impl World {
         position
     }
 
-    /// Whether a position is in the range in which the engine keeps particles. Along periodic axes, this is at most
-    /// half a period outside the box.
+    /// Whether a position is in the range in which the engine keeps particles, at most half a period outside the box.
     pub fn is_in_box(&self, position: &Vector) -> bool {
         (0..3).filter(|&k| self.periods[k] > 0.0).all(|k| {
             let fraction = (position[k] - self.scene.space.lower[k]) / self.periods[k];

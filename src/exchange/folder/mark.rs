@@ -14,7 +14,6 @@ pub(super) fn is_there(folder: &Path) -> bool {
     plain::read(&folder.join(MARK), HEADER.len() as u64 + 1).is_ok_and(|bytes| bytes == HEADER.as_bytes())
 }
 
-/// Creates the folder of an exchange or opens an existing one, and locks it for this process.
 pub(super) fn locked(path: &Path) -> Result<File, ExchangeFolderError> {
     plain::make_folder(path)?;
     let no_folder = |source| OutputError::Folder { path: path.to_owned(), source };

@@ -1,5 +1,4 @@
-//! Results of the instruments of an exchange, in the format of the results of a run. Each temperature corresponds to
-//! a stage of a run.
+//! Results of the instruments of an exchange, in the format of a run with a stage for each temperature.
 
 use crate::analysis::instruments::Measured;
 use crate::exchange::TemperatureResult;
@@ -7,13 +6,12 @@ use crate::exchange::results::ExchangeResults;
 use crate::io::measurements::TABLES;
 use crate::io::{Measurements, StageMeasured};
 
-/// Name under which the results of a temperature are listed; temperatures are counted from 1.
+/// Name of the results at a temperature, counted from 1.
 fn name_of(number: usize) -> String {
     format!("temperature-{number}")
 }
 
-/// Names of the folders that may hold tables of instruments: one for each temperature, and the folder that contains
-/// them. The names end with `/`.
+/// Names of the folders for tables of instruments, ending with `/`: the parent, and one for each temperature.
 pub(super) fn folders(temperatures: usize) -> impl Iterator<Item = String> {
     let each = (1..=temperatures).map(|number| format!("{TABLES}/{}/", name_of(number)));
     std::iter::once(format!("{TABLES}/")).chain(each)

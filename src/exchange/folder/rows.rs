@@ -25,8 +25,7 @@ fn damaged(path: &Path, number: usize) -> ExchangeFolderError {
     read(path, io::Error::new(io::ErrorKind::InvalidData, why))
 }
 
-/// Reads every N-th of the first `rows` rows, where N is `every`. Returns the time and the replica at each
-/// temperature.
+/// Reads every N-th (`every`) of the first `rows` rows. Returns the time and the replica at each temperature.
 pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
     let (heads, lines) = lines(path)?;
     let temperatures = tables::temperatures(&heads);
@@ -37,7 +36,7 @@ pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64,
     lines.take(rows).step_by(every.max(1)).map(place).collect()
 }
 
-/// The rows are read twice, so that they need not be kept in memory.
+/// Computes the curves. The rows are read twice, so that they need not be kept in memory.
 pub(super) fn curves(path: &Path, exchange: &Exchange) -> Result<ThermalCurves, ExchangeFolderError> {
     ThermalCurves::of(exchange, |see| visit(path, exchange, |energies, measured| see(energies, measured)))
 }
@@ -48,7 +47,7 @@ pub(super) fn mean_force(path: &Path, exchange: &Exchange) -> Result<MeanForce, 
     MeanForce::of(exchange, |see| {
         visit(path, exchange, |_, measured| {
             distances.clear();
-            // For windows, the distance is the first of the quantities of each replica.
+            // For windows, the distance is the first quantity of each replica.
             distances.extend(measured.iter().step_by(each));
             see(&distances);
         })

@@ -30,8 +30,7 @@ impl ExchangeFolder {
         each as f64 * plan.replicas() as f64
     }
 
-    /// Returns the reason why the exchange of a scene writes fewer frames than intended; `None` if it writes as many
-    /// as intended.
+    /// Reason why the exchange of a scene writes fewer frames than intended; `None` if it writes as many as intended.
     #[must_use]
     pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
         let temperatures = scene.exchange()?.replicas();

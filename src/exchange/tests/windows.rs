@@ -63,7 +63,7 @@ fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// The initial distance is larger than half a period. Windows have no effect at such distances.
+/// The initial distance is larger than half a period, where windows have no effect.
 #[test]
 fn replicas_come_into_their_windows_and_stay() {
     let windows = [[1.0, 1.2], [1.1, 1.5], [1.4, 2.2], [2.0, 2.9]];
@@ -83,8 +83,7 @@ fn replicas_come_into_their_windows_and_stay() {
             let beyond = (distance - upper).max(lower - distance).max(0.0);
             assert_eq!(exchange.is_outside[place], beyond > 0.0);
             assert!(was_outside[place] || beyond == 0.0, "window {place}: {distance}");
-            // Below 3 (half a period), the distance is restrained. It can then retreat from the window by at most a
-            // tenth of the window's width.
+            // Below 3 (half a period), the distance may retreat from the window by at most a tenth of its width.
             if distance < 3.0 {
                 let most = farthest[place] + 0.1 * (upper - lower);
                 assert!(beyond <= most + 1e-12, "window {place}: {beyond} after {}", farthest[place]);
@@ -97,8 +96,7 @@ fn replicas_come_into_their_windows_and_stay() {
 
 #[test]
 fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
-    // A scene with a window inside a hard core is rejected. Here, the core is replaced by a step so high that no
-    // replica can cross it.
+    // Scenes with a window inside a hard core are rejected, so a step that no replica can cross replaces the core.
     let mut parts = pair(&[[1.0, 1.9], [1.8, 2.2]], 10).into_parts();
     let cores = parts.interactions.iter_mut().filter(|it| it.potential.core().is_some());
     cores.for_each(|it| it.potential = Potential::penetrable(1.0, 500.0).unwrap());
@@ -143,7 +141,7 @@ fn windows_with_and_without_swaps_have_the_same_potential_of_mean_force() {
     };
     let without = MeanForce::of(&alone, visit).unwrap();
     assert!(with_swaps.points.len() >= 10 && with_swaps.points.len() == without.points.len());
-    // Compares differences between neighbouring bins, because these do not depend on the reference of the potential.
+    // Differences between neighbouring bins do not depend on the reference of the potential.
     for (a, b) in with_swaps.points.windows(2).zip(without.points.windows(2)) {
         let step = |pair: &[crate::exchange::MeanForcePoint]| {
             let of = |it: &crate::exchange::MeanForcePoint| it.potential_of_mean_force;

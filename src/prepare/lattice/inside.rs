@@ -10,17 +10,17 @@ use crate::prepare::region::FillRegion;
 /// Factor by which the number of sites in the bounding box grows with each attempt.
 const STEP: f64 = 1.02;
 
-/// Largest number of lattice sites to try, relative to the number expected from the volume of the region. With this
-/// many sites, some lie in any region that has room for a particle.
+/// Largest number of lattice sites to try, relative to the number expected from the volume of the region. It gives some
+/// sites in any region with room for a particle.
 const MOST_SITES: f64 = 20.0;
 
-/// Number of lattice sites in the bounding box of a region, such that about `count` of them lie inside the region.
+/// Number of lattice sites in the bounding box of a region, of which about `count` lie inside the region.
 pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }
 
-/// Returns the sites of a lattice over the bounding box that lie inside a region, one site for each particle. The
-/// lattice is the widest one with enough sites inside the region.
+/// Returns lattice sites inside a region, one for each particle. The lattice covers the bounding box, and is the widest
+/// one with enough sites inside the region.
 ///
 /// # Errors
 /// [`NoPlace::TooTight`] if sites would have to be closer together than the contact distance.

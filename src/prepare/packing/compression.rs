@@ -1,5 +1,4 @@
-//! Lubachevsky-Stillinger compression: dense random packings from small moving spheres that grow to full
-//! size.
+//! Lubachevsky-Stillinger compression: dense random packings from small moving spheres that grow to full size.
 //!
 //! B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990), [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
 
@@ -21,38 +20,36 @@ use crate::prepare::packing::occupancy::{Contacts, Occupancy};
 use crate::prepare::region::FillRegion;
 use crate::prepare::velocity::maxwell;
 
-/// Packing fractions in one, two and three dimensions at which the spheres start to grow: half of the jamming
-/// fraction of random insertion.
+/// Packing fractions in one, two and three dimensions at which the spheres start to grow: half of the jamming fraction
+/// of random insertion.
 const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
 
 /// Above these packing fractions in one, two and three dimensions, random insertion is not tried. They are well above
-/// the jamming fractions in a large box (0.75, 0.55 and 0.38), because insertion can reach higher fractions in a small
-/// box.
+/// the jamming fractions in a large box (0.75, 0.55 and 0.38), because a small box can be filled more densely.
 const HOPELESS: [f64; 3] = [0.9, 0.65, 0.46];
 
-/// Above random close packing, equal spheres are at least partly crystalline. The limit is 0.64 for large
-/// systems, and about 0.01 more for some small systems.
+/// Above random close packing, equal spheres are at least partly crystalline. The limit is 0.64 for large systems, and
+/// about 0.01 higher for some small systems.
 const RANDOM_CLOSE: f64 = 0.66;
 
 /// Growth speeds of the mean diameter, in thermal speeds, in the order in which they are tried. Slower growth reaches a
-/// higher packing fraction, with diminishing returns. At still lower speeds, equal spheres would crystallize.
+/// higher packing fraction, with diminishing returns. Still slower growth would crystallize equal spheres.
 const SPEEDS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
-/// Fraction of the target packing fraction up to which spheres grow faster. Below it the fluid relaxes quickly.
+/// Fraction of the target packing fraction up to which spheres grow faster, because the fluid relaxes quickly.
 const FLUID: f64 = 0.8;
 
 /// Growth speed up to the fraction [`FLUID`] of the target, in thermal speeds.
 const FAST: f64 = 0.1;
 
-/// The compressibility factor at which a packing counts as jammed. By `Z = D / (1 - phi / phi_J)`, the
-/// packing fraction is then within 0.3 % of its limit.
+/// The compressibility factor at which a packing counts as jammed. By `Z = D / (1 - phi / phi_J)`, its packing fraction
+/// is within 0.3 % of the limit `phi_J`.
 const JAMMED: f64 = 1000.0;
 
 /// Above this compressibility factor, the limit `phi_J` can be estimated within [`TOLERANCE`].
 const CLOSE: f64 = 60.0;
 
-/// Factor by which an estimate of the limit `phi_J` may be wrong. The estimate comes from the compressibility factor
-/// over a short time of growth.
+/// Factor by which an estimate of the limit `phi_J`, from the compressibility factor in a short time, may be wrong.
 const TOLERANCE: f64 = 1.01;
 
 /// Slower growth raises the jamming fraction by less than this relative amount.
@@ -61,15 +58,15 @@ const GAIN: f64 = 0.06;
 /// Number of events per particle between two measurements of temperature and pressure.
 const STRETCH: u64 = 5;
 
-/// Maximum number of measurements during one growth. The slowest growth needs far fewer to reach [`JAMMED`].
+/// Largest number of measurements during one growth. The slowest growth needs far fewer to reach [`JAMMED`].
 const MOST_STRETCHES: u64 = 20_000;
 
-/// Spheres grow beyond their target by this factor, so that rounding leaves no overlap. The factor covers the rounding
-/// of a coordinate in a box of 10^5 diameters.
+/// Factor by which spheres grow beyond their target, so that rounding leaves no overlap. It covers the rounding of a
+/// coordinate in a box of 10^5 diameters.
 const BEYOND: f64 = 1.0 + 1e-10;
 
-/// Number of attempts to insert small spheres at random. Each further attempt halves their diameters. Several attempts
-/// may be needed if unlike spheres keep a larger distance than like spheres.
+/// Number of attempts to insert small spheres at random, with half the diameters of the previous attempt. Several are
+/// needed if unlike spheres keep a larger distance than like spheres.
 const LOOSER: i32 = 6;
 
 /// Compression of particles that are alone in a periodic box.
@@ -135,7 +132,7 @@ impl Compression<'_> {
     }
 
     /// Creates a scene of hard spheres at a temperature of 1, small enough for random insertion. Also returns the
-    /// factor by which their diameters were scaled.
+    /// factor of their diameters.
     fn loose(&self) -> Result<(Scene, f64), NoPlace> {
         let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
         let region = FillRegion::Box(Region { lower: self.fill.space.lower, upper: self.fill.space.upper() });
@@ -146,7 +143,7 @@ impl Compression<'_> {
             let factor = largest * libm::scalbn(1.0, -halvings);
             let contacts = self.fill.contacts.scaled(factor);
             let mut occupancy = Occupancy::new(self.fill.space, &contacts, self.fill.kinds.len());
-            // The radius is irrelevant, because a periodic box has no sides to keep away from.
+            // A periodic box has no sides to keep away from, so the radius is irrelevant.
             let sizes = self.fill.kinds.iter().map(|kind| (0.0, kind.0));
             let positions = insert(sizes, &region, &mut occupancy, &mut random);
             if positions.len() == self.fill.kinds.len() {
@@ -157,8 +154,8 @@ impl Compression<'_> {
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }
 
-    /// Creates a scene of hard spheres at these positions, with velocities at a temperature of 1. The scene needs no
-    /// validation: insertion leaves no overlaps, and [`Self::check_room`] has checked the size of the box.
+    /// Creates a scene of hard spheres with velocities at a temperature of 1. It needs no validation: insertion leaves
+    /// no overlaps, and [`Self::check_room`] has checked the size of the box.
     fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, NoPlace> {
         let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();
@@ -173,8 +170,7 @@ impl Compression<'_> {
         Ok(Scene::of_parts(SceneParts { name, seed, space, particles, ..spheres }))
     }
 
-    /// Grows the spheres of a scene to full size. On failure, returns the fraction of the target at which
-    /// they jam.
+    /// Grows the spheres of a scene to full size. On failure, returns the fraction of the target at which they jam.
     fn grown(&self, start: &Scene, factor: f64, speed: f64) -> Result<Vec<Vector>, f64> {
         let mut simulation = Simulation::without_plan(start.clone());
         let half_way = libm::pow(FLUID, 1.0 / self.fill.space.dimensions() as f64);
@@ -222,8 +218,8 @@ impl Compression<'_> {
     }
 }
 
-/// Creates the species in `used`, with mass 1 and new ids in the order of `used`, and their hard-sphere interactions.
-/// Species without a contact pass through each other.
+/// Creates the species in `used`, with mass 1 and new ids in this order, and their hard-sphere interactions. Species
+/// without a contact pass through each other.
 fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, NoPlace> {
     let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
     let mut spheres = SceneParts { table: SpeciesPairs::new(used.len()), ..SceneParts::default() };

@@ -11,7 +11,7 @@ use crate::prepare::region::FillRegion;
 /// At 90 % of the jamming density of random insertion in three dimensions, one in about 10^4 attempts succeeds.
 const ATTEMPTS: usize = 200_000;
 
-/// Draws a uniformly distributed position in a box such that the whole particle is inside.
+/// Draws a uniformly distributed position such that the whole particle is inside a box.
 pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Random) -> Vector {
     Vector::from_fn(|k, _| {
         if space.boundary[k] == Boundary::Flat {
@@ -26,8 +26,8 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
     })
 }
 
-/// Places particles one by one without overlaps, and stops at the first particle that cannot be placed. Particles are
-/// given by radius and species.
+/// Places particles, given by radius and species, one by one without overlaps. Stops at the first particle without
+/// room.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,

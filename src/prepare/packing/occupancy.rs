@@ -1,5 +1,4 @@
-//! Search for overlaps, during insertion of particles or in a complete initial state. Placed particles are stored in
-//! hashed grids of cells.
+//! Search for overlaps, during insertion of particles or in a complete initial state, with hashed grids of cells.
 
 mod contacts;
 mod grid;
@@ -22,17 +21,15 @@ pub(crate) struct Overlapping {
 }
 
 /// Particles are in the same grid only if their shortest contact distances differ by less than this factor. In a
-/// coarser grid, small particles would have too many candidates. In a finer grid, large particles would have to search
-/// too many cells.
+/// coarser grid, small particles would have too many candidates. In a finer grid, large particles would search too many
+/// cells.
 const COARSER: f64 = 8.0;
 
 /// Initial capacity of each grid if there are several grids.
 const FIRST: usize = 64;
 
-/// The particles placed so far, in hashed grids of cells: a coarse grid for large particles and finer ones
-/// for smaller particles.
-///
-/// Cells are linked lists in a hash table. The memory grows with the number of particles, and does not
+/// The particles placed so far, in hashed grids of cells: a coarse grid for large particles and finer grids for smaller
+/// particles. Cells are linked lists in a hash table, so the memory grows with the number of particles and does not
 /// depend on their distances.
 pub(crate) struct Occupancy<'a> {
     pub space: &'a Space,
@@ -43,14 +40,13 @@ pub(crate) struct Occupancy<'a> {
     taken: Vec<Taken>,
     /// Largest magnitude of a coordinate on a periodic side of the box `[length]`.
     side: f64,
-    /// Surfaces that particles must not overlap, and the radius of each species; `None` if particles need
-    /// to avoid only other particles.
+    /// Surfaces that particles must not overlap, and the radius of each species; `None` to check particles only.
     surfaces: Option<(&'a Surfaces, Vec<f64>)>,
 }
 
-/// Relative tolerance of overlaps. Due to the rounding of coordinates, particles in contact may be closer than the
-/// contact distance by a few units in the last place. The coordinate of the farthest periodic side is included: of two
-/// particles near coordinate 0, one may have been wrapped from this side since their contact.
+/// Relative tolerance of overlaps. Because coordinates are rounded, particles in contact may be closer than the contact
+/// distance by a few units in the last place. The coordinate of the farthest periodic side is included, because a
+/// particle near coordinate 0 may have been wrapped from this side since the contact.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Rounding error of the distance between two positions `[length]`.
@@ -61,8 +57,7 @@ fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
 impl<'a> Occupancy<'a> {
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
-        // The shortest contact distance of a species measures its size. The longest one does not, because it may be the
-        // distance to a large particle.
+        // The shortest contact distance of a species measures its size. The longest may belong to a large partner.
         let mut shortest = vec![f64::INFINITY; species];
         for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
             shortest[a] = shortest[a].min(contact);
@@ -179,15 +174,14 @@ pub(crate) fn first_overlap(
             && distance < contact - rounding([&first.position, &second.position], side, contact)
             && !is_bonded(a.min(b), a.max(b))
     };
-    // The cell list quickly shows whether there is an overlap. If there is, the search below finds the first overlap in
-    // the order of ids.
+    // The cell list quickly shows whether there is an overlap. The search below finds the first by id.
     if let Some(cells) = cell_list(particles, contacts, space, displacement)
         && !cells.has_pair(|a, b, _, squared| is_overlap(a, b, squared.sqrt()))
     {
         return None;
     }
-    // In a sheared box, the images above and below are displaced along x. They are searched separately, and y is
-    // treated as an open axis.
+    // In a sheared box, the images above and below are displaced along x. They are searched separately, with y as an
+    // open axis.
     let mut unstacked = space.clone();
     if displacement != 0.0 {
         unstacked.boundary[1] = Boundary::OPEN;
@@ -205,12 +199,12 @@ pub(crate) fn first_overlap(
     None
 }
 
-/// If contact distances differ by more than this factor, cells as large as the longest contact distance hold too
-/// many small particles.
+/// If contact distances differ by more than this factor, cells as large as the longest one hold too many small
+/// particles.
 const ALIKE: f64 = 2.0;
 
-/// Creates a cell list of all particles with contacts, with cells as large as the longest contact distance. `None`
-/// if sizes differ too much, or if a pair could meet through several images in a small box.
+/// Creates a cell list of all particles with contacts, with cells as large as the longest contact distance. `None` if
+/// sizes differ too much, or if a pair could meet through several images in a small box.
 fn cell_list(particles: &[Particle], contacts: &Contacts, space: &Space, displacement: f64) -> Option<CellList> {
     let largest = contacts.largest();
     let mut touches = vec![false; contacts.iter().map(|([a, b], _)| a.max(b) + 1).max()?];

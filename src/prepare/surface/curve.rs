@@ -1,7 +1,6 @@
 //! Curves of static disks: the walls of two-dimensional scenes.
 //!
-//! The contact distance of a moving disk with the static disks is `s`. The disk passes between two
-//! neighbours at a distance `d` only if `d / 2`, the distance from the middle of the gap to both, exceeds
+//! A moving disk with the contact distance `s` passes between static disks at a distance `d` only if `d / 2` exceeds
 //! `s`.
 
 use std::f64::consts::PI;
@@ -40,7 +39,7 @@ pub(super) fn ring(centre: &Vector, radius: f64, [u, v]: [usize; 2], spacing: f6
     Layout { points: (0..count).map(point).collect(), hole, rims: Vec::new() }
 }
 
-/// Adjacent sides share a corner.
+/// Sides of a rectangle. Adjacent sides share a corner.
 pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: [usize; 2], spacing: f64) -> Layout {
     let size = axes.map(|axis| upper[axis] - lower[axis]);
     let steps = size.map(|edge| intervals(edge, spacing));
@@ -93,8 +92,8 @@ mod tests {
         let widest = (0..=10_000).map(|k| nearest(along(f64::from(k) / 10_000.0))).fold(0.0, f64::max);
         let hole = layout.hole.unwrap();
         assert!(hole <= 0.5 * spacing * (1.0 + 1e-9), "{shape:?}: {hole}");
-        // The checked points lie on the arcs of a ring, not on its chords. Their distances from the disks may therefore
-        // slightly exceed the claimed hole.
+        // The checked points lie on the arcs of a ring, not on its chords, so the widest hole may slightly exceed the
+        // claim.
         assert!(
             widest >= 0.99 * hole && widest <= 1.05 * hole,
             "{shape:?}: the widest hole is {widest}, but {hole} was claimed"

@@ -50,18 +50,15 @@ pub struct Gap {
     pub surface: String,
     /// Name of the surface along which the end runs.
     pub other: String,
-    /// Median distance from the spheres along the open end to the nearest spheres of the other surface
-    /// `[length]`.
+    /// Median distance from the spheres along the open end to the nearest spheres of the other surface `[length]`.
     pub width: f64,
     /// Name of the species that can pass.
     pub species: String,
 }
 
 impl Scene {
-    /// Leaks of the static surfaces, for the species that collide with them.
-    ///
-    /// A species can pass a hole of circumradius `R` if its contact distance `s` with the static spheres is
-    /// less than `R`.
+    /// Leaks of the static surfaces. A species that collides with a surface can pass a hole of circumradius `R` if its
+    /// contact distance with the static spheres is less than `R`.
     #[must_use]
     pub fn leaks(&self) -> Vec<Leak> {
         let contacts = self.contacts();
@@ -82,10 +79,10 @@ impl Scene {
     /// Returns the joints of static surfaces that leak.
     ///
     /// An open end is treated as joined to the nearest other surface if more than three quarters of its spheres are
-    /// less than three contact distances away from that surface, at similar distances (quartiles within a factor
-    /// 1.5). The joint leaks if the holes along it are larger than the contact distance. With the spacing `d` along
-    /// the end and the median gap `g`, the holes have the circumradius `R = sqrt(d^2 + g^2) / 2`. Wider openings are
-    /// assumed to be intended.
+    /// less than three contact distances away from that surface, at similar distances (quartiles within a factor 1.5).
+    /// The joint leaks if the holes along it are larger than the contact distance. With the spacing `d` along the end
+    /// and the median gap `g`, the holes have the circumradius `R = sqrt(d^2 + g^2) / 2`. Wider openings are assumed to
+    /// be intended.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         let contacts = self.contacts();

@@ -10,19 +10,19 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{Particle, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Draws new velocities for all moving particles, as at the start of a scene. They follow Maxwell's
-    /// distribution exactly at the temperature `[energy]`, without net momentum along axes where it is
-    /// conserved. In a sheared box they are relative to the streaming velocity.
+    /// Draws new velocities for all moving particles, as at the start of a scene. They follow Maxwell's distribution
+    /// exactly at the temperature `[energy]`, without net momentum along axes where it is conserved. In a sheared box
+    /// they are relative to the streaming velocity.
     ///
-    /// The random numbers follow from `seed`. They differ from the random numbers at the start of a scene
-    /// with the same seed. The supplied energy is counted, as by [`Self::set_velocities`].
+    /// The random numbers follow from `seed`, but differ from the random numbers at the start of a scene with the same
+    /// seed. The supplied energy is counted, as by [`Self::set_velocities`].
     ///
     /// # Errors
-    /// [`ThermostatError::Number`] for a temperature that is not positive, and
-    /// [`ThermostatError::NothingMoves`]. The simulation is unchanged then.
+    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NothingMoves`]. An
+    /// error leaves the simulation unchanged.
     #[doc(alias = "velocity create")]
     pub fn thermalize(&mut self, temperature: f64, seed: u64) -> Result<(), ThermostatError> {
-        // This heat bath is created only to check that the temperature is valid and that a particle can move.
+        // This heat bath only serves to check that the temperature is valid and that a particle can move.
         let bath = Thermostat::Andersen { temperature, rate: 1.0, axes: [true; 3] };
         bath.settled(self.scene().space(), self.moving(), false)?;
         let mut particles = Vec::new();
@@ -42,20 +42,18 @@ impl Simulation {
             false => Vector::zeros(),
         };
         let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
-        // This cannot fail: `velocities` has one entry for each particle, and static particles and flat axes have
-        // zeros.
+        // This cannot fail: `velocities` has an entry for each particle, and zeros for static particles and flat axes.
         let set = self.set_velocities(&velocities);
         debug_assert_eq!(set, Ok(()));
         Ok(())
     }
 
-    /// Scales all velocities to a temperature once. The thermostat of a run scales them repeatedly:
-    /// [`Thermostat::Rescaling`].
+    /// Scales all velocities to a temperature once. [`Thermostat::Rescaling`] scales them repeatedly during a run.
     ///
     /// # Errors
     /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NoTemperature`] if
-    /// fewer than two particles can move, if particles are accelerated, or if all are at rest. The simulation is then
-    /// unchanged.
+    /// fewer than two particles can move, if particles are accelerated, or if all are at rest. An error leaves the
+    /// simulation unchanged.
     pub fn rescale(&mut self, temperature: f64) -> Result<(), ThermostatError> {
         let applicable = ApplicableObservables::of_simulation(self);
         let is_accelerated = !applicable.has_temperature;

@@ -15,7 +15,7 @@ pub(super) struct Columns {
     pub total: usize,
     pub position: usize,
     pub species: Option<usize>,
-    /// All columns that may contain the species. Other programs insert their own column before the original column.
+    /// All columns that may contain the species. Other programs insert an additional column before the original column.
     pub may_be_species: Vec<usize>,
     pub velocity: Option<usize>,
     pub radius: Option<usize>,
@@ -41,8 +41,7 @@ const IMAGE: &[&str] = &["map_shift", "images", "image"];
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
-/// Off-diagonal entries of `Lattice` count as zero up to this fraction of a box edge. Rotating a box leaves such
-/// round-off.
+/// Off-diagonal entries of `Lattice` up to this fraction of a box edge count as round-off of a rotated box.
 const ALIGNED: f64 = 1e-14;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +62,7 @@ pub(super) struct Comment {
 }
 
 impl Comment {
-    /// Unknown keys are ignored.
+    /// Parses a comment line. Unknown keys are ignored.
     pub fn parse(text: &str, line: usize) -> Result<Self, ReadError> {
         let value_of = |key: &'static str| {
             let found = pairs(text).find(|(k, _)| k.eq_ignore_ascii_case(key));
@@ -165,7 +164,7 @@ impl<'a> Value<'a> {
         ReadError::unexpected(self.line, self.key, self.value, expected)
     }
 
-    /// ASE writes `_JSON` before some lists.
+    /// Words of a list. ASE writes `_JSON` before some lists.
     fn words(&self) -> impl Iterator<Item = &'a str> {
         let list = self.value.trim_start();
         list.strip_prefix("_JSON")
@@ -194,8 +193,7 @@ impl<'a> Value<'a> {
         let mut vectors = self.numbers::<9>("nine finite numbers")?;
         let longest = [0, 4, 8].map(|entry| vectors[entry].abs()).into_iter().fold(0.0, f64::max);
         for entry in (0..9).filter(|entry| entry % 4 != 0) {
-            // Entry 3 is the displacement along x of the next image along y. Its tolerance follows from its period, the
-            // edge along x.
+            // Entry 3 is the displacement along x of the next image along y, with the edge along x as its period.
             let edge = if entry == 3 { vectors[0] } else { longest };
             if vectors[entry].abs() <= ALIGNED * edge {
                 vectors[entry] = 0.0;

@@ -1,5 +1,3 @@
-//! Errors of trajectory files.
-
 use std::io;
 use std::path::PathBuf;
 
@@ -57,13 +55,12 @@ pub enum ReadError {
         /// Number of particles of the frame that are complete.
         found: usize,
     },
-    /// A line does not contain the expected text: a number of particles, a value of a key, all columns, or a
-    /// valid number in a column.
+    /// A line lacks the expected text: a number of particles, a value of a key, all columns, or a valid number.
     #[error("line {line}: {problem}")]
     Malformed {
         /// The line.
         line: usize,
-        /// Description of the expected text and of the text that was found, shortened.
+        /// Description of the expected text and of the text found, shortened.
         problem: String,
     },
 }
@@ -111,7 +108,7 @@ pub enum WriteError {
         "scalar `{0}` cannot be written: expected a name of one word that no other column has, and a finite number for each particle"
     )]
     Scalar(String),
-    /// Only some bonds have a known interaction, or the name of an interaction is not one word.
+    /// Some bonds have a known interaction and some have none, or the name of an interaction is not one word.
     #[error(
         "the bonds cannot be written: expected an interaction for all bonds or for none, and names of one word without quotes or backslashes"
     )]
@@ -134,7 +131,7 @@ pub enum WriteError {
     Frame,
 }
 
-/// Shortens a value for an error message, because malformed values may be long.
+/// Shortens a malformed value for an error message.
 pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 60;
     let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };

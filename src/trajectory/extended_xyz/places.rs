@@ -1,4 +1,4 @@
-//! Positions of frames in a trajectory file, so that each frame can be read without the earlier ones.
+//! Positions of frames in a trajectory file, so that a frame can be read without all earlier frames.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -8,7 +8,6 @@ use super::{FrameReader, ReadError};
 use crate::trajectory::Frame;
 use crate::trajectory::compressed::is_compressed;
 
-/// Size of the read buffer `[bytes]`.
 const BUFFER: usize = 1 << 18;
 
 /// Position at which a frame begins in a trajectory file.
@@ -19,8 +18,8 @@ pub struct FramePlace {
     lines: usize,
 }
 
-/// Positions of the frames of a trajectory file, in order. The file is scanned once without parsing its
-/// numbers. An incomplete frame at the end of the file, as after a killed run, is left out.
+/// Positions of the frames of a trajectory file, in order. The file is scanned once without parsing its numbers. An
+/// incomplete frame at the end, as after a killed run, is left out.
 ///
 /// ```
 /// # use carom::trajectory::extended_xyz::{frame_at, frame_places};
@@ -34,7 +33,8 @@ pub struct FramePlace {
 /// ```
 ///
 /// # Errors
-/// [`ReadError::Open`] if the file cannot be opened or read; any other [`ReadError`] if a frame does not begin with the number of its particles.
+/// [`ReadError::Open`] if the file cannot be opened or read; any other [`ReadError`] if a frame does not begin with the
+/// number of its particles.
 pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
     let unreadable = |source| ReadError::Open { path: path.to_owned(), source };
     let mut input = opened(path)?;
@@ -54,7 +54,7 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
             continue;
         }
         let Ok(count) = text.trim().parse::<u32>() else {
-            // The line does not contain a number of particles. `frame_at` returns the appropriate error.
+            // The line does not contain a number of particles, so `frame_at` returns an error.
             return frame_at(path, at).map(|_| places);
         };
         // Skips the comment and the lines of the particles.
@@ -77,8 +77,7 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
 /// Reads the frame at a position in a trajectory file.
 ///
 /// # Errors
-/// [`ReadError::Open`] if the file cannot be opened; any other [`ReadError`] if the frame is malformed, or the file has
-/// changed.
+/// [`ReadError::Open`] if the file cannot be opened; any other [`ReadError`] if the frame is malformed or has changed.
 pub fn frame_at(path: &Path, place: FramePlace) -> Result<Frame, ReadError> {
     let mut input = opened(path)?;
     input.seek(SeekFrom::Start(place.byte)).map_err(|source| ReadError::Open { path: path.to_owned(), source })?;

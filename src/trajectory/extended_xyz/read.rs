@@ -15,7 +15,7 @@ use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
-/// Maximum number of particles for which memory is reserved before they have been read.
+/// Largest number of particles for which memory is reserved before they have been read.
 const TRUSTED_COUNT: usize = 1 << 16;
 
 /// The part of a frame before its particles.
@@ -30,9 +30,9 @@ pub(crate) struct Preamble {
 
 /// Reader of extended XYZ: an iterator over the frames of a trajectory. Ends after the first error.
 ///
-/// Missing data get default values. Velocities are zero, radii are 1/2, ids count from 0 in the order of the lines, and
-/// the time is 0. [`Frame::images`] is empty. The box is the smallest box that contains the spheres, and is not
-/// periodic. Unknown columns of one real number are kept as scalars if all their numbers are finite.
+/// Missing data get default values: velocities and the time are zero, radii are 1/2, ids count from 0 in the order of
+/// the lines, [`Frame::images`] is empty, and the box is not periodic and just contains the spheres. Unknown columns of
+/// one real number are kept as scalars if all their numbers are finite.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,
@@ -51,8 +51,7 @@ impl<R: BufRead> FrameReader<R> {
         Self::behind(input, 0)
     }
 
-    /// Creates a reader of the rest of a file: the input starts at the beginning of a frame, after the first `lines`
-    /// lines.
+    /// Creates a reader for an input that starts at the beginning of a frame, after the first `lines` lines of a file.
     pub(crate) fn behind(input: R, lines: usize) -> Self {
         Self {
             input,
@@ -90,7 +89,7 @@ impl<R: BufRead> FrameReader<R> {
         self.has_box
     }
 
-    /// Takes the momenta, masses and other data that have no field in [`Frame`]. They belong to the last frame.
+    /// Takes the momenta, masses and other data of the last frame that have no field in [`Frame`].
     pub(crate) fn beside(&mut self) -> Beside {
         std::mem::take(&mut self.beside)
     }

@@ -3,18 +3,16 @@
 use crate::base::shortest::Shortest;
 use crate::model::Scene;
 
-/// Approximate size of a full-precision number, with the space before it and possibly a sign `[bytes]`.
+/// Approximate size of a number with all digits, with a space and possibly a sign `[bytes]`.
 const DIGITS: usize = 20;
 
 /// Approximate size of the first two lines of a frame without its bonds `[bytes]`.
 const HEADING: usize = 300;
-/// Approximate size of a bond `[bytes]`.
 const BOND: usize = 16;
 /// Approximate size of the columns for the periods that a particle has travelled `[bytes]`.
 const PERIODS: usize = 7;
 
-/// Estimated size of the text of a frame of a scene `[bytes]`. It is too large if particles are at rest, because
-/// velocities are assumed to have all their digits.
+/// Estimated size of the text of a frame, with all digits for velocities; too large for particles at rest `[bytes]`.
 pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
     let length = |number: f64| {
         let mut text = Vec::new();

@@ -348,7 +348,7 @@ fn skipping_frames_counts_as_many_as_reading_them() {
         let fault = fault.map(|error| matches!(error, ReadError::Truncated { .. }));
         assert_eq!(ended, fault, "{cut}");
     }
-    // A reader that starts after the first frame finds the same later frames.
+    // A reader that starts after the first frame must find the same later frames.
     let at: usize = text.split_inclusive('\n').take(4).map(str::len).sum();
     let rest = FrameReader::behind(&text.as_bytes()[at..], 4).collect::<Result<Vec<_>, _>>().unwrap();
     assert_eq!(rest, read(text.as_bytes()).into_iter().skip(1).map(Result::unwrap).collect::<Vec<_>>());

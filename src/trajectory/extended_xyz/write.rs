@@ -40,7 +40,7 @@ pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError>
     writer.end()
 }
 
-/// Heading of a frame: common properties of all its particles.
+/// Properties of a frame that all its particles share.
 pub(crate) struct Heading {
     pub count: usize,
     pub has_images: bool,
@@ -50,8 +50,8 @@ pub(crate) struct Heading {
     pub thickness: f64,
 }
 
-/// Writes a single frame, particle by particle. The text is the same as from [`write_frame`], but the particles need
-/// not all be in memory at the same time.
+/// Writes a single frame, particle by particle. The text is the same as from [`write_frame`], but not all particles
+/// need be in memory.
 pub(crate) struct FrameWriter<'a, W> {
     output: W,
     /// Frame from which the table, box, bonds and scalars are written.
@@ -123,8 +123,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
     }
 }
 
-/// Mass of the particles of a species, or `None` if it is unknown. It is 0 for static species, so that sums stay
-/// finite.
+/// Mass of the particles of a species; `None` if unknown, 0 for static species, so that sums stay finite.
 fn mass(frame: &Frame, species: SpeciesId) -> Option<f64> {
     let mass = frame.species.get(species.0 as usize)?.mass?;
     Some(if mass.is_finite() { mass } else { 0.0 })
@@ -172,7 +171,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     if !frame.bond_kinds.is_empty() {
         write_list(text, " bond_table", &frame.bond_names)?;
     }
-    // If there is only one name, it applies to all bonds, so the indices are not written.
+    // A single name applies to all bonds, so the indices are not written.
     if !frame.bond_kinds.is_empty() && frame.bond_names.len() > 1 {
         write_list(text, " bond_kind", &frame.bond_kinds)?;
     }

@@ -1,4 +1,4 @@
-//! Tests that frames read from a file give the same unwrapped positions as following the particles.
+//! Compares the unwrapped positions of frames with positions found by following the particles.
 
 use super::*;
 use crate::engine::{Simulation, Until};
@@ -9,9 +9,8 @@ use crate::model::space::Space;
 use crate::scene::{Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::{FrameReader, write_frame};
 
-/// Simulates a dilute gas whose particles cross the periodic box. Returns its frames, and unwrapped positions for
-/// comparison. These positions are sums of displacements between frames. Particles move much less than the box size
-/// from frame to frame, so the nearest image gives each displacement.
+/// Simulates a dilute gas whose particles cross the periodic box. Returns its frames, and unwrapped positions as sums
+/// of displacements between frames. The displacements are so small that the nearest image gives them.
 fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     let space = Space { size: Vector::new(5.0, 4.5, 4.0), ..Space::periodic_cube(1.0) };
     let gas = SceneBuilder::new("gas")
@@ -41,7 +40,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
             Some(last) => (0..27)
                 .map(|k| {
                     let (from, to) = (before.particles[k].position, frame.particles[k].position);
-                    // Distance by which box images `boxes_up` rows higher have slid along x since the previous frame.
+                    // Distance by which images `boxes_up` boxes higher have slid along x since the previous frame.
                     let boxes_up = ((last[k].y - from.y) / frame.size.y).round();
                     let slid = boxes_up * shear_rate.unwrap_or(0.0) * frame.size.y * (frame.time - before.time);
                     last[k] + frame.nearest_image(to - from) + Vector::new(slid, 0.0, 0.0)

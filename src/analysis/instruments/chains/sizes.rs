@@ -8,16 +8,13 @@ use crate::engine::{Simulation, Snapshot};
 use crate::model::Scene;
 use crate::model::components::{Component, components};
 
-/// Names of the mean square radius of gyration, `<sum_i |r_i - mean r|^2 / n>`, and of the mean square
-/// end-to-end distance of linear chains, `<|r_n - r_1|^2>`.
 const NAMES: [&str; 2] = ["mean_square_radius_of_gyration", "mean_square_end_to_end_distance"];
 
-/// Quantities for the size of bonded molecules, with their units: the mean square radius of gyration and, for
-/// linear chains, the mean square end-to-end distance.
+/// Sizes of bonded molecules, with their units: the mean square radius of gyration `<sum_i |r_i - mean r|^2 / n>` and,
+/// for linear chains, the mean square end-to-end distance `<|r_n - r_1|^2>`.
 pub const CHAIN_SIZES: [(&str, &str); 2] = [(NAMES[0], "length^2"), (NAMES[1], "length^2")];
 
-/// Size of the bonded molecules of a scene, measured at intervals: the mean over all components, unwrapped
-/// along their bonds.
+/// Measures the mean sizes of a scene's bonded molecules at intervals. Molecules are unwrapped along their bonds.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainSizes {
     system: SystemDescription,

@@ -28,8 +28,7 @@ const MOST_OF_INTERVAL: f64 = 500.0;
 /// Shortest tick, in units of the spacing of floating-point numbers at the end of the run.
 const SPACINGS_PER_TICK: f64 = 8.0;
 
-/// New time origins per span. There are fewer in a run that would otherwise have more than [`ORIGINS`] of
-/// them.
+/// New time origins per span, or fewer if a run would otherwise have more than [`ORIGINS`] of them.
 const OVERLAPPING: u64 = 4;
 
 /// Largest expected number of origins in a run.
@@ -124,7 +123,7 @@ impl Lags {
     }
 }
 
-/// Number of logarithmic lags. No run is longer than the last one, about 2^63 ticks.
+/// Number of logarithmic lags. The longest lag, about 2^63 ticks, exceeds any run.
 pub(super) const LOGARITHMIC: usize = 126;
 
 /// A logarithmic lag in ticks: 1, 2, 3, 4, 6, 8, 12, ...
@@ -142,7 +141,6 @@ fn logarithmic_up_to(ticks: u64) -> Option<usize> {
     Some(if power >= 1 && logarithmic_ticks(number + 1) <= ticks { number + 1 } else { number })
 }
 
-/// Index of the logarithmic lag with exactly this number of ticks, if any.
 pub(super) fn logarithmic(ticks: u64) -> Option<usize> {
     logarithmic_up_to(ticks).filter(|&number| logarithmic_ticks(number) == ticks)
 }

@@ -59,8 +59,8 @@ fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
     (group * CURVES + kind) * (diffusion.lags.steps + 1)
 }
 
-/// `D = 1 / (2 d) d<r^2>/dt` over the straight part, where `d` is the number of axes. `None` if that part is
-/// not straight or the particles are localised.
+/// `D = 1 / (2 d) d<r^2>/dt` over the straight part of the curve, where `d` is the number of axes. `None` if the curve
+/// bends there or the particles are localised.
 fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> Option<Estimate> {
     if followed(system).is_enclosed {
         return None;
@@ -78,10 +78,9 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     (is_diffusive && is_small(&bend, &whole)).then(|| whole.times(scale))
 }
 
-/// Estimates a linear combination of mean squared displacements. Its error is the largest of three errors.
-/// The first comes from blocks of origins and includes slow changes. The second comes from the scatter of
-/// origins along each axis. The third comes from the scatter of particles, summed over spatial cells, and
-/// needs no independent origins.
+/// Estimates a linear combination of mean squared displacements, with the largest of three errors. Blocks of origins
+/// include slow changes. The scatter of origins along each axis uses the theory of Brownian motion. The scatter of
+/// particles, summed over spatial cells, needs no independent origins.
 fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind: usize) -> Option<Estimate> {
     let of_blocks = diffusion.linear.combination(terms)?;
     let origins = diffusion.linear.count(terms.first()?.0);
@@ -90,11 +89,11 @@ fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind
     Some(Estimate { standard_error: errors.into_iter().flatten().reduce(f64::max), ..of_blocks })
 }
 
-/// Integrates over all lags. `None` if the autocorrelation falls too steeply between two lags for an
-/// integration. Also `None` if it has not decayed, so that the integral still grows over the second half.
+/// Integrates over all lags. `None` if the autocorrelation falls too steeply between two lags, or if its integral still
+/// grows over the second half.
 ///
-/// The upper limit must not depend on the noise. A limit at the first zero of the autocorrelation, for
-/// example, would cut off the tail, and the error would not include the tail.
+/// The upper limit must not depend on the noise. A limit at the first zero of the autocorrelation, for example, would
+/// cut off the tail and omit it from the error.
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     let first = offset(diffusion, group, VACF);
     let at = |step: usize| diffusion.linear.mean(first + step);

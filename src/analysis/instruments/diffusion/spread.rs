@@ -11,8 +11,8 @@ use crate::analysis::statistics::student;
 /// Smallest number of degrees of freedom at which a variance gives an error estimate.
 const FEWEST: f64 = 4.0;
 
-/// Slope (0) of the squared displacement over the straight part, and the difference (1) between the slopes of
-/// its two halves, for each tracer and along each axis.
+/// Slope (0) of the squared displacement over the straight part of its curve, and bend (1), the difference between the
+/// slopes of the two halves of this part, for each tracer and along each axis.
 ///
 /// A run has few spans, and overlapping origins are not independent. By itself, the scatter of the means of
 /// the origins says little about the error of a short run. Two more sources help:
@@ -24,8 +24,7 @@ const FEWEST: f64 = 4.0;
 ///   is the overlap of `[a, b]` and `[c, d]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Spread {
-    /// Least-squares coefficients of each linear lag, for the slope (0) and for the bend (1). The bend is the
-    /// difference between the slopes of the two halves of the straight part.
+    /// Least-squares coefficients of each linear lag, for the slope (0) and for the bend (1).
     coefficients: Vec<[f64; 2]>,
     stride: usize,
     /// Slope and bend of each tracer, summed over all origins that have reached the span.
@@ -96,8 +95,8 @@ impl Spread {
         self.sums[tracer][kind]
     }
 
-    /// Standard error of the slope (0) or bend (1) of a group. The slope or bend is the mean over all origins, and its
-    /// error follows from the scatter of origins along each axis. `None` if there are too few independent origins.
+    /// Standard error of the slope (0) or bend (1) of a group, averaged over all origins, from the scatter of origins
+    /// along each axis. `None` if there are too few independent origins.
     pub fn error_by_axes(&self, group: usize, kind: usize) -> Option<f64> {
         let origins = self.origins as f64;
         let together = self.variance_of_mean_of_origins(kind);
@@ -117,9 +116,8 @@ impl Spread {
         for k in (0..=span).rev() {
             from[k] = from[k + 1] + self.coefficients[k][kind];
         }
-        // The intervals `[0, k]` and `[shift, shift + l]` overlap by `l` if the second interval ends first, and
-        // by `k - shift` otherwise. `of_other` is for the pairs in which the second interval ends first,
-        // `of_own` for all other pairs.
+        // The intervals `[0, k]` and `[shift, shift + l]` overlap by `l` if the second interval ends first
+        // (`of_other`), and by `k - shift` otherwise (`of_own`).
         let covariance = |shift: usize| -> f64 {
             let square = |k: usize| (k * k) as f64 * self.coefficients[k][kind];
             let of_other = |l: usize| square(l) * from[(shift + l + 1).min(span + 1)];
@@ -146,9 +144,8 @@ mod tests {
         let (stride, origins) = (4, 6);
         let spread = Spread { coefficients, stride, sums: Vec::new(), origins, axes: Vec::new() };
         for kind in 0..2 {
-            // The covariance of the squares of two Gaussian displacements is twice the square of the
-            // covariance of the displacements. The latter is proportional to the overlap of the two time
-            // intervals.
+            // The squares of two Gaussian displacements have twice the square of the covariance of the displacements.
+            // This covariance is proportional to the overlap of the two time intervals.
             let covariance = |shift: usize| -> f64 {
                 let of = |k: usize, l: usize| {
                     let overlap = (k.min(shift + l) as f64 - shift as f64).max(0.0);

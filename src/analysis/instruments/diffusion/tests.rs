@@ -22,8 +22,8 @@ fn a_hard_sphere_fluid_diffuses_as_published() {
     let measured = report(&instrument, &system);
     let (einstein, error) = estimate(&measured, "diffusion_coefficient");
     let published = HardSphereFluid::reduced(0.3).simulated_diffusion_coefficient();
-    // A periodic box of finite size slows particles down, here by a few per cent (Yeh and Hummer). Published
-    // values differ by as much.
+    // A periodic box of finite size slows particles down, here by a few per cent (Yeh and Hummer). Published values
+    // differ by a similar amount.
     assert!((einstein - published).abs() < 4.0 * error + 0.05 * published, "{einstein} {error} {published}");
     assert!(error < 0.05 * published);
     let (integral, other) = estimate(&measured, "diffusion_coefficient_green_kubo");

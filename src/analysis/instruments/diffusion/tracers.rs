@@ -98,10 +98,9 @@ impl Tracers {
         self.ids.len()
     }
 
-    /// Estimates the variance of the mean of `value(k)` over a group. `value(k)` is a squared quantity of tracer `k`.
-    /// Its deviations from the mean of its species are summed over the particles of each cell. Neighbours move
-    /// together, and so do the beads of a chain. So the sums of different cells, not the single values, count as
-    /// independent. `None` for fewer than [`FEWEST`] cells.
+    /// Estimates the variance of the mean of `value(k)`, a squared quantity of tracer `k`, over a group. Neighbours
+    /// move together, and so do the beads of a chain. Deviations from the mean of a species are therefore summed over
+    /// each cell, and these sums count as independent. `None` for fewer than [`FEWEST`] cells.
     pub fn variance_of_mean(&self, group: usize, value: impl Fn(usize) -> f64) -> Option<f64> {
         let chosen = || {
             let kinds = self.kinds.iter().map(|&kind| kind as usize).enumerate();

@@ -11,9 +11,8 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// Makes the two curves that the corrections of a diffusion coefficient need. The corrections use the times of the mean
-/// squared displacement, and the first value of the velocity autocorrelation. This value is the mean square velocity,
-/// here at a temperature of 1.5.
+/// Makes the two curves that corrections of a diffusion coefficient use: the mean squared displacement for its times,
+/// and the velocity autocorrelation for the mean square velocity, its first value. The temperature is 1.5.
 fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
     let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];
@@ -81,8 +80,7 @@ fn cubic_box_has_the_yeh_hummer_correction_with_both_errors() {
     let error = (0.875 * 0.003_f64 * (0.875 * 0.003) + 0.04 * term * term).sqrt();
     assert!((infinite.standard_error.unwrap() - error).abs() < 3e-6, "{infinite:?}");
     assert_eq!((infinite.unit.as_str(), infinite.title.as_str()), ("1", "Title, infinite system"));
-    // The correction of species A uses the coefficient of A, which has no known error, so the result has none
-    // either.
+    // The error of the coefficient of A is unknown, so the corrected coefficient has no error either.
     let of_species = measured.number("diffusion_coefficient_infinite_A").unwrap();
     assert!(
         (of_species.mean.unwrap() - (0.5 * 0.2 + whole * 0.998_601_96)).abs() < 1e-9

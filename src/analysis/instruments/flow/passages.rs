@@ -118,14 +118,14 @@ impl Passages {
         rows
     }
 
-    /// Returns the rate of passages, by number or by mass. In a window, it is the count divided by the elapsed
-    /// part of the window. Without a window, it is the count after the first passage, divided by the time from
-    /// the first to the last passage. `None` if this time is zero or the window has not begun.
+    /// Returns the rate of passages, by number or by mass. In a window, the rate is the count divided by the elapsed
+    /// part of the window. Without a window, it is the count after the first passage, divided by the time from the
+    /// first to the last passage. `None` if this time is zero or the window has not begun.
     ///
-    /// In a closed system, the net passages through a whole plane are the net displacement, `sum dx / L`, minus
-    /// the increase in the number of particles beyond the plane. The increase depends only on the two ends of
-    /// the run, so the error comes from the net displacement. The exception is an increase that continues in
-    /// one direction, as when all grains fall through a hole.
+    /// In a closed system, the net passages through a whole plane equal the net displacement, `sum dx / L`, minus the
+    /// increase in the number of particles beyond the plane. If this number only fluctuates, the error comes from the
+    /// net displacement and from the two ends of the run. If it keeps growing, as when all grains fall through a hole,
+    /// the error comes from the passages.
     pub fn rate(&self, of: usize) -> Option<Estimate> {
         let (passed, [from, to]) = match self.window {
             Some([from, to]) => (self.in_window[of], [from, to.min(self.now.time)]),
@@ -144,8 +144,6 @@ impl Passages {
         let ends = || error_of_ends(&rates(&|row| passed_at(row) - gone_at(row)));
         let standard_error = match self.is_closed.then(ends).flatten() {
             Some(ends) => standard_error(&rates(&gone_at)).map(|gone| libm::hypot(ends, gone)),
-            // The system is open, or the number of particles beyond the plane keeps growing. Then the error
-            // comes from the scatter of the passages themselves.
             None => standard_error(&rates(&passed_at)),
         };
         Some(Estimate { mean: passed / (to - from), standard_error })

@@ -35,10 +35,10 @@ impl Shell {
     }
 }
 
-/// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that best fits the bins from element
-/// `first` on, each weighted by its number of pairs. Near the density of a crystal `g` falls within a small
-/// fraction of a diameter, so the fit ends where `g` has fallen to half. Where that happens within the first
-/// bin, as near jamming, the bins say nothing about the contact.
+/// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that best fits the bins from element `first` on,
+/// each weighted by its number of pairs. Near the density of a crystal `g` falls within a small fraction of a diameter,
+/// so the fit ends where `g` has fallen to half. Near jamming, `g` falls that far within the first bin, and the bins do
+/// not determine the contact value.
 ///
 /// The error follows from the errors of the bins and their correlations, by `d ln g = dg / g`.
 pub(super) fn extrapolate(curve: &CurveAverage, ideal: &[f64], first: usize) -> Option<Estimate> {

@@ -57,9 +57,8 @@ impl Rooms {
         half * GAUSS.into_iter().map(shell).sum::<f64>()
     }
 
-    /// Averages the density of separations of length `r` over their directions. Gauss's rule integrates between
-    /// the kinks of the densities along the axes, so the result is as accurate for a slit far narrower than `r`
-    /// as for a wide one.
+    /// Averages the density of separations of length `r` over their directions. Gauss's rule integrates between the
+    /// kinks of the densities along the axes, so a slit far narrower than `r` is as accurate as a wide one.
     fn mean_density(&self, r: f64) -> f64 {
         match self.axes.as_slice() {
             [x, y, z] => {

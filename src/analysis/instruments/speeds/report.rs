@@ -60,9 +60,8 @@ impl Speeds {
         curve.series(&name, "time / length", &densities).normalised(normalisation)
     }
 
-    /// For each species of a class, its share of the particles and the variance of a velocity component in
-    /// equilibrium: `T / m` at the temperature of the last window, reduced if the momentum is conserved. Empty
-    /// if nothing moves.
+    /// For each species of a class, its share of the particles and the variance of a velocity component in equilibrium:
+    /// `T / m` at the temperature of the last window, reduced if the momentum is conserved.
     fn parts(&self, class: &Class, system: &SystemDescription) -> Vec<(f64, f64)> {
         let temperature = self.windows.last().and_then(|window| window.temperature.mean()).unwrap_or(0.0);
         if !(temperature > 0.0 && temperature.is_finite()) {

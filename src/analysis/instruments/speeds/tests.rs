@@ -125,8 +125,8 @@ fn thermal_speeds_match_maxwell_for_few_unequal_particles() {
         for (curve, count) in measured.curves.iter().zip([5.0, 4.0]) {
             let (chi, bins) = chi_squared(curve, 0, count * f64::from(frames));
             let first = curve.series[0].values[0].unwrap();
-            // The first bin also holds the particles at rest, one in 6001. In the other bins, the expected
-            // numbers are therefore too large by this fraction.
+            // The first bin also holds the particles at rest, one in 6001. The expected numbers in the other bins are
+            // too large by this fraction.
             assert!(first > 0.0 && bins > 25.0);
             let deviation = (2.0 / bins).sqrt();
             assert!((chi - 1.0).abs() < 5.0 * deviation, "{dimensions} {}: {chi} of {bins}", curve.name);

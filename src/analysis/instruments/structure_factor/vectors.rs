@@ -54,8 +54,8 @@ impl Reciprocal {
     }
 }
 
-/// Shells of at most `most` wave vectors each. Their wave numbers reach up to `largest`, but not beyond 4096
-/// times the smallest wave number. Empty shells are left out.
+/// Shells of at most `most` wave vectors each, with wave numbers up to `largest`, but at most 4096 times the smallest
+/// wave number. Empty shells are left out.
 pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
     let mut shells = all_shells(space, 0.0, largest, most);
     shells.retain(|shell| !shell.vectors.is_empty());

@@ -120,9 +120,9 @@ fn the_pressure_in_a_sphere_is_that_of_the_virial() {
 
 #[test]
 fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
-    // Particles that do not interact start at uniformly distributed positions. Each meets the wall at the rate
-    // `v S / 4 V`, for any shape of the cavity (Cauchy). `v` is its speed, `S` the surface and `V` the volume
-    // that centres can reach. By the virial theorem, the normal force is `m v^2 S / 3 V` per particle.
+    // Without interactions, particles that start at uniformly distributed positions meet the wall at the rate `v S / 4
+    // V` each, for any shape of the cavity (Cauchy). Here `v` is the speed, `S` the surface and `V` the volume that
+    // centres can reach. By the virial theorem, the normal force is `m v^2 S / 3 V` per particle.
 
     /// Largest initial distance of a particle from the centre line of the cavity. The cavity has a radius of 2, and a
     /// particle has a radius of 0.15. The triangles of the ring reach up to 0.0024 into the cavity.

@@ -21,8 +21,7 @@ fn a_periodic_fluid_has_everything_but_a_height() {
     assert!(!applicable.has_wells && !applicable.has_height());
     assert_eq!(applicable.degrees_of_freedom, 3.0);
     assert_eq!(applicable.number_density, 0.002);
-    // Both particles move at a speed of 1 relative to their common velocity of 2. Their kinetic energy is then
-    // 2, and `T = 2 * 2 / 3`.
+    // Both particles move at a speed of 1 relative to their common velocity of 2, so `K = 2` and `T = 2 * 2 / 3`.
     assert_eq!(applicable.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(4.0 / 3.0));
 }
 
@@ -34,8 +33,7 @@ fn walls_gravity_and_static_particles_disable_observables() {
     assert!(walled.has_pressure && walled.pressed_walls == [[true; 2]; 3]);
     assert_eq!(walled.degrees_of_freedom, 6.0);
     assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
-    // There are walls along x only. The common motion along y, with a kinetic energy of 2, is conserved, as is
-    // the motion along z.
+    // Walls limit only x. The common motion along y, with a kinetic energy of 2, and the motion along z are conserved.
     let slit = Space {
         boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
         ..Space::periodic_cube(10.0)
@@ -95,8 +93,8 @@ fn fluid_virial_is_positive_and_rates_match_the_counts() {
     let row = observer.row(&simulation);
     assert_eq!(row.collision_rate, Some(2.0 * 20_000.0 / (256.0 * (row.time - first.time))));
     let (_, z) = observer.estimates()[2];
-    // Carnahan and Starling give `Z = 2.4063`. From 20,000 contacts, `Z - 1` is known to 1 / sqrt(20,000) = 0.7
-    // % without correlation. The tolerance of 3 % allows for correlation.
+    // Carnahan and Starling give `Z = 2.4063`. The relative error of `Z - 1` from 20,000 uncorrelated contacts is 0.7
+    // %. The tolerance of 3 % allows for correlation.
     assert!((z.mean / 2.4063 - 1.0).abs() < 0.03, "{}", z.mean);
     let temperature = row.temperature.unwrap();
     assert!((temperature - 1.5).abs() < 1e-12);
@@ -130,8 +128,8 @@ fn only_motion_normal_to_the_walls_gives_pressure() {
 
 #[test]
 fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
-    // The walls along x are cold, a heat bath acts along y only, and contacts dissipate. So each species has
-    // its own temperature along each axis.
+    // The walls along x are cold, a heat bath acts along y only, and contacts dissipate energy. So each species has a
+    // different temperature along each axis.
     let mut scene = SceneBuilder::new("driven")
         .space(slit())
         .wall_temperature(0, 0.2)
@@ -149,8 +147,7 @@ fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
     let mut simulation = Simulation::without_plan(scene);
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, true, false] };
     simulation.set_thermostat(Some(&bath), 0).unwrap();
-    // The moment `sum x m v / V`. Over a finite time, the virial pressure and the pressure on the walls differ
-    // only by the change of this moment.
+    // The virial pressure and the pressure on the walls differ only by the change of the moment `sum x m v / V`.
     let moment = |simulation: &Simulation| {
         let (scene, snapshot) = (simulation.scene(), simulation.snapshot());
         let of = |(k, particle): (usize, &crate::model::Particle)| {

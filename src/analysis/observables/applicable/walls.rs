@@ -1,5 +1,3 @@
-//! Which walls exchange momentum and energy with the particles.
-
 use crate::model::space::Space;
 use crate::model::{Scene, Thermostat};
 

@@ -1,5 +1,5 @@
-//! Compares the outcomes with a table made by hand, and both `respond` and [`TcModel::contact`] with the corresponding
-//! functions of the engine. The two implementations share no code.
+//! Compares outcomes with a table made by hand, and `respond` and [`TcModel::contact`] with the corresponding functions
+//! of the engine. The two implementations share no code.
 
 use super::*;
 use crate::engine::pairs::contacts::ContactTimes;
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 const EPS: f64 = f64::EPSILON;
 
 const CASES: u32 = 4000;
-/// Minimum number of random cases of each outcome. More than a hundred of each are expected.
+/// Minimum number of random cases of each outcome. More than a hundred are expected.
 const FEWEST: u32 = 50;
 
 fn at(energy_step: f64) -> Discontinuity {
@@ -70,7 +70,7 @@ fn tc_model_is_elastic_for_frequent_contacts_and_keeps_a_least_speed() {
     assert_eq!(model.contact(&[0, 1], 1.0, &arrival), (0.5, 1.0), "the first");
     assert_eq!(model.contact(&[1, 2], 1.25, &arrival), (2.0, 1.0), "the second of one of them");
     assert_eq!(model.contact(&[2], 1.75, &arrival), (0.5, 1.0), "the contact time is not less than itself");
-    // The particle leaves at a speed of 0.25 against an acceleration of 1. It returns after the contact time, 0.5.
+    // The particle leaves at a speed of 0.25 against an acceleration of 1, so it returns after the contact time, 0.5.
     let dead = Arrival { restitution: 0.0, closing: 1.0, ..arrival };
     assert_eq!(model.contact(&[0], 3.0, &dead), (0.25, 1.0));
     assert_eq!(model.contact(&[0], 4.0, &Arrival { approach: 0.125, ..dead }), (0.125, 1.0), "never more than it had");
@@ -81,8 +81,7 @@ fn tc_model_is_elastic_for_frequent_contacts_and_keeps_a_least_speed() {
     assert_eq!(model.contact(&[0], 6.0, &Arrival { tangential: 0.0, ..slides }), (0.0, 1.0));
 }
 
-/// Returns an upper bound for the difference between two roots whose squares differ by `square`. One of the roots is
-/// `root`.
+/// Upper bound for the difference between `root` and another root, from the difference `square` of their squares.
 fn of_root(square: f64, root: f64) -> f64 {
     if root * root > square { square / root.abs() } else { square.sqrt() }
 }
@@ -106,8 +105,7 @@ fn step() -> impl Strategy<Value = f64> {
 
 /// The two masses (`None` for a static partner), the restitution, and whether the discontinuity is the outer one.
 type Pair = (f64, Option<f64>, f64, bool);
-/// Speed, whether the pair recedes, the energy step in units of the radial kinetic energy, and the length of the
-/// separation, which the engine does not normalize.
+/// Speed, whether the pair recedes, the energy step in units of the radial kinetic energy, and the separation.
 type Motion = (f64, bool, f64, f64);
 
 #[test]
@@ -154,8 +152,8 @@ fn reference_outcomes_match_the_engine() {
     assert!(counts.values().sum::<u32>() > CASES * 9 / 10, "{counts:?}");
 }
 
-/// Index of the first particle, offset to the second, and the time since the previous contact in units of the contact
-/// time. `None` stands for exactly one contact time.
+/// Index of the first particle, offset to the second particle, and the time since the previous contact in contact
+/// times. `None` stands for exactly one contact time.
 type Contact = (u32, u32, Option<f64>);
 /// Restitution, speed towards the barrier, speed along the barrier, and scaled acceleration towards the barrier.
 type Arriving = (f64, f64, f64, f64);

@@ -1,5 +1,3 @@
-//! Contact distances of all pairs of species.
-
 use crate::model::species_pairs::SpeciesPairs;
 
 /// Minimum distances of the cores of each pair of species `[length]`; 0 for pairs without cores.

@@ -4,8 +4,8 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::space::{Boundary, Space};
 
-/// Offsets to the adjacent cells, nearest first. Overlaps are most likely in the nearest cells. Most random attempts
-/// overlap another particle, and the search ends at the first overlap.
+/// Offsets to the adjacent cells, nearest first, where overlaps are most likely. Most random attempts overlap another
+/// particle, and the search ends at the first overlap.
 const NEIGHBOURS: [[i64; 3]; 27] = neighbours();
 
 const fn neighbours() -> [[i64; 3]; 27] {
@@ -106,8 +106,8 @@ impl<'a> Grid<'a> {
         self.heads[bucket] = number;
     }
 
-    /// Calls `found` for the particles within `range` of a position until it returns a result, and returns this result.
-    /// `found` may also be called for particles farther away.
+    /// Calls `found` for the particles within `range` of a position, and perhaps for farther ones, until it returns a
+    /// result. Returns this result.
     pub(super) fn find<T>(
         &self,
         taken: &[Taken],
@@ -137,7 +137,6 @@ impl<'a> Grid<'a> {
                 squared += away * away;
                 is_reached &= offset[k].abs() <= self.reach[k];
             }
-            // Cells farther away than `range` need no search.
             if !is_reached || squared > longest_squared {
                 continue;
             }
@@ -148,8 +147,7 @@ impl<'a> Grid<'a> {
         lists[..count].iter().find_map(|&first| find_in(taken, first, &found))
     }
 
-    /// Searches beyond the adjacent cells. Visits all cells within range, or all particles if there are fewer particles
-    /// than such cells.
+    /// Searches beyond the adjacent cells: all cells within range, or all particles if they are fewer.
     fn find_far<T>(
         &self,
         taken: &[Taken],

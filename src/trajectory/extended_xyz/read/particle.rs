@@ -10,16 +10,16 @@ use crate::trajectory::extended_xyz::ReadError;
 use crate::trajectory::extended_xyz::comment::{Columns, finite};
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// Radius of particles in files without radii `[length]`: a diameter of 1 in reduced units.
+/// Radius of particles in files without radii: a diameter of 1 in reduced units `[length]`.
 const DEFAULT_RADIUS: f64 = 0.5;
 
-/// Columns of a trajectory file that [`Frame`](crate::trajectory::Frame) does not contain.
+/// Data of a trajectory file that have no field in [`Frame`](crate::trajectory::Frame).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Beside {
     /// Momenta of the particles of a frame without velocities, otherwise empty `[mass length / time]`.
     pub momenta: Vec<Vector>,
-    /// Mass of each particle `[mass]`, 0 for static particles. Empty without a column of masses, or if the species
-    /// table contains the masses.
+    /// Mass of each particle, 0 if static; empty without a column of masses, or if the species table has masses
+    /// `[mass]`.
     pub masses: Vec<f64>,
     pub unused: Vec<String>,
 }
@@ -36,7 +36,7 @@ impl Beside {
     }
 }
 
-/// Species by name: first the species in the table of the file, then others in the order of their appearance.
+/// Species by name: first the table of the file, then other species in the order of their appearance.
 pub(super) struct SpeciesTable {
     pub species: Vec<FrameSpecies>,
     index: HashMap<String, u32>,
@@ -63,11 +63,9 @@ impl SpeciesTable {
     }
 }
 
-/// Number of words of a line that are stored. Later words are found by scanning the line again. Files rarely have so
-/// many columns.
+/// Number of words of a line that are stored, enough for most files. Further words are found by scanning again.
 const KEPT: usize = 64;
 
-/// Words in the line of a particle, as many as `Properties` requires.
 pub(super) struct Words<'a> {
     line: usize,
     text: &'a str,
@@ -112,7 +110,7 @@ impl<'a> Words<'a> {
         Ok(Vector::new(component(0)?, component(1)?, component(2)?))
     }
 
-    /// If the file has no ids, `id` is used.
+    /// Reads a particle. Its id is `id` if the file has no ids.
     pub fn particle(&self, id: u32, columns: &Columns, table: &mut SpeciesTable) -> Result<FrameParticle, ReadError> {
         let length = |at| self.read(at, "radius", "a finite length, not negative", not_negative);
         let whole = |at| self.read(at, "id", "a whole number, 0 to 4294967295", |word| word.parse().ok());
