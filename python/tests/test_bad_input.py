@@ -7,6 +7,7 @@ import pickle
 import signal
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -236,7 +237,7 @@ def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
     done = threading.Event()
 
     def work() -> None:
-        simulation.advance(events=3_000_000)
+        simulation.advance(events=1_000_000)
         done.set()
 
     thread = threading.Thread(target=work)
@@ -252,21 +253,23 @@ def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
     thread.join()
     # Python code ran during the simulation, so the simulation did not hold Python's lock.
     assert errors > 10
-    assert simulation.event_counts["core"] == 3_000_000
+    assert simulation.event_counts["core"] == 1_000_000
 
 
 class Late(Exception):
     pass
 
 
-def interrupted_after(seconds: float, call: Any) -> None:
-    """Calls the function and sends it a signal."""
+def interrupted_after(seconds: float, call: Any, ready: Callable[[], bool] = lambda: True) -> None:
+    """Calls the function and sends it a signal, as soon as all is ready for it."""
 
     def ring(*_: object) -> None:
-        raise Late
+        if ready():
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            raise Late
 
     before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 0.02)
     try:
         with pytest.raises(Late):
             call()
@@ -306,8 +309,9 @@ def test_a_signal_ends_a_run_that_can_go_on(fluid: dict, tmp_path: Path) -> None
 
 
 def test_a_signal_ends_a_sweep_that_can_go_on(fluid: dict, tmp_path: Path) -> None:
-    long = changed(fluid, "run.until_events", 4_000_000)
-    interrupted_after(0.5, lambda: carom.sweep(long, seeds=2, out=tmp_path / "sweep", jobs=2))
+    long = changed(fluid, "run.until_events", 1_000_000)
+    begun = lambda: len(list((tmp_path / "sweep").glob("*/thermo.csv.partial"))) == 2  # noqa: E731
+    interrupted_after(0.02, lambda: carom.sweep(long, seeds=2, out=tmp_path / "sweep", jobs=2), begun)
     assert set(carom.open(tmp_path / "sweep").table["state"]) == {"begun"}
     finished = carom.sweep(long, seeds=2, out=tmp_path / "sweep")
     alone = carom.run(long, tmp_path / "alone", seed=2)

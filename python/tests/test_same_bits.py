@@ -17,8 +17,15 @@ from conftest import ROOT
 #: growth, thermostats and two dimensions.
 SCENES = sorted(path.stem for path in (ROOT / "configs").glob("*.toml") if "\n[exchange]" not in path.read_text())
 SHORT = {"run.until_events": 2000, "run.equilibration_events": 500}
-#: Scenes with earlier stages get fewer grains, so that the test stays short.
-FEWER = {"outlet": {"fill.0.count": 150}, "silo": {"fill.0.count": 150}}
+#: Scenes with earlier stages get fewer particles or events, so that the test stays short.
+FEWER = {
+    "anneal": {f"stage.{stage}.{key.removeprefix('run.')}": value for stage in range(4) for key, value in SHORT.items()},
+    "outlet": {"fill.0.count": 150},
+    "random_packing": {"fill.0.count": 250},
+    "rotating_drum": {"fill.0.count": 150},
+    "silo": {"fill.0.count": 150},
+    "tilting_box": {"fill.0.count": 150},
+}
 
 
 def files(folder: Path) -> list[str]:
