@@ -5,7 +5,7 @@ use std::error::Error;
 use carom::analysis::instruments::Number;
 use carom::analysis::published::carnahan_starling;
 use carom::model::measurement_plan::{MeasurementPlan, PressureTensor};
-use carom::model::{Limit, RunPlan};
+use carom::model::{RunPlan, Until};
 use carom::scene::{Amount, Lattice};
 use carom::{Potential, Run, SceneBuilder};
 
@@ -18,7 +18,7 @@ pub fn compressibility_factor() -> Result<Number, Box<dyn Error>> {
         .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "sphere", 500, Amount::PackingFraction(PACKING_FRACTION))
         .temperature(1.0)
-        .run(RunPlan { equilibration: Limit::time(5.0), limit: Limit::time(50.0), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::time(5.0), limit: Until::time(50.0), ..RunPlan::default() })
         .measure(MeasurementPlan { pressure_tensor: Some(PressureTensor::default()), ..MeasurementPlan::default() })
         .build()?;
     let finished = Run::new(scene).finish()?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use carom::analysis::instruments::{Curve, Instrument, Measured, Sample, SystemDescription};
 use carom::analysis::{SamplingTimes, statistics::BlockAverage};
 use carom::io::{Existing, Folder};
-use carom::model::{Limit, Potential, RunPlan};
+use carom::model::{Potential, RunPlan, Until};
 use carom::run::{Finished, Run};
 use carom::scene::{Amount, Lattice, SceneBuilder};
 use serde::{Deserialize, Serialize};
@@ -50,7 +50,7 @@ pub fn measured_in(folder: &Path) -> Result<Finished, Box<dyn Error>> {
         .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.3))
         .temperature(1.0)
-        .run(RunPlan { equilibration: Limit::time(2.0), limit: Limit::time(20.0), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::time(2.0), limit: Until::time(20.0), ..RunPlan::default() })
         .build()?;
     let mut files = Folder::create(folder, &scene, Existing::Keep)?;
     let run = Run::new(scene).instrument("speeds", |setup| Speeds {

@@ -12,7 +12,7 @@
 //! ```
 //! use carom::Vector;
 //! use carom::exchange::Exchange;
-//! use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, Potential, RunPlan, Space};
+//! use carom::model::{ExchangeEnsemble, ExchangePlan, Until, Potential, RunPlan, Space};
 //! use carom::scene::SceneBuilder;
 //!
 //! let scene = SceneBuilder::new("pair")
@@ -22,7 +22,7 @@
 //!     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
 //!     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
 //!     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical, umbrella: None })
-//!     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
+//!     .run(RunPlan { equilibration: Until::time(20.0), limit: Until::time(4000.0), ..RunPlan::default() })
 //!     .build()?;
 //! let results = Exchange::new(scene)?.finish()?.results();
 //! // The lowest energy level is the bound pair. Its exact population at T = 0.4 is 0.709.

@@ -56,7 +56,7 @@
 //! ```
 //! use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
 //! use carom::analysis::{SamplingTimes, statistics::BlockAverage};
-//! use carom::model::{Limit, Potential, RunPlan};
+//! use carom::model::{Potential, RunPlan, Until};
 //! use carom::run::Run;
 //! use carom::scene::{Amount, Lattice, SceneBuilder};
 //! use serde::{Deserialize, Serialize};
@@ -92,7 +92,7 @@
 //!     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
 //!     .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.3))
 //!     .temperature(1.0)
-//!     .run(RunPlan { equilibration: Limit::time(2.0), limit: Limit::time(20.0), ..RunPlan::default() })
+//!     .run(RunPlan { equilibration: Until::time(2.0), limit: Until::time(20.0), ..RunPlan::default() })
 //!     .build()?;
 //! let finished = Run::new(scene)
 //!     .instrument("kurtosis", |setup| Kurtosis {
@@ -183,9 +183,9 @@ pub mod trajectory;
 #[cfg(feature = "view")]
 pub mod view;
 
+pub use engine::Simulation;
 pub use engine::event::Event;
-pub use engine::{Simulation, Until};
-pub use model::{Potential, Scene};
+pub use model::{Potential, Scene, Until};
 pub use run::Run;
 pub use scene::SceneBuilder;
 

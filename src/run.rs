@@ -331,7 +331,7 @@ impl Finished {
     /// ```
     /// # use carom::analysis::instruments::{Instrument, Measured, Sample, SystemDescription};
     /// # use carom::engine::event::Event;
-    /// # use carom::model::{Limit, Potential, RunPlan};
+    /// # use carom::model::{Potential, RunPlan, Until};
     /// # use carom::run::Run;
     /// # use carom::scene::{Amount, Lattice, SceneBuilder};
     /// # use serde::{Deserialize, Serialize};
@@ -358,7 +358,7 @@ impl Finished {
     /// #     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
     /// #     .fill(Lattice::FaceCentredCubic, "sphere", 108, Amount::PackingFraction(0.3))
     /// #     .temperature(1.0)
-    /// #     .run(RunPlan { limit: Limit::events(2_000), ..RunPlan::default() })
+    /// #     .run(RunPlan { limit: Until::events(2_000), ..RunPlan::default() })
     /// #     .build()?;
     /// let run = Run::new(scene).instrument("longest", |setup| Longest { from: setup.sample.time, quiet: 0.0 });
     /// let finished = run.finish()?;

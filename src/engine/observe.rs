@@ -5,8 +5,7 @@ use super::{EngineError, Reason, Simulation, Until};
 use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
-/// An optional observer, which the event loop calls at each event. If the observer breaks, the loop ends after
-/// the event.
+/// An optional observer, as the event loop takes it. If the observer breaks, the loop ends after the event.
 pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
 /// Without an observer, the event is not even constructed.
@@ -49,7 +48,7 @@ impl Simulation {
     /// without a pause. For very many events, [`Self::advance_with`] is faster because it does not return for
     /// each event.
     ///
-    /// With an infinite time, the iteration continues forever, as [`Self::advance`] does, if nothing happens
+    /// Without a limit, the iteration continues forever, as [`Self::advance`] does, if nothing happens
     /// and the engine cannot prove that nothing will.
     ///
     /// ```

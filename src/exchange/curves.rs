@@ -78,7 +78,7 @@ pub struct ThermalCurves {
 ///
 /// ```
 /// # use carom::Vector;
-/// # use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, Potential, RunPlan, Space};
+/// # use carom::model::{ExchangeEnsemble, ExchangePlan, Until, Potential, RunPlan, Space};
 /// # use carom::scene::SceneBuilder;
 /// use carom::exchange::{Exchange, PotentialEnergies};
 /// use std::ops::ControlFlow;
@@ -90,7 +90,7 @@ pub struct ThermalCurves {
 /// #     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
 /// #     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
 /// #     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical, umbrella: None })
-/// #     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
+/// #     .run(RunPlan { equilibration: Until::time(20.0), limit: Until::time(4000.0), ..RunPlan::default() })
 /// #     .build()?;
 /// let mut energies = PotentialEnergies::default();
 /// let exchange = Exchange::new(scene)?.execute(2, &mut energies, &mut |_| ControlFlow::Continue(()))?;

@@ -171,7 +171,7 @@ mod tests {
             .species("A", 1.0, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
             .fill(Lattice::FaceCentredCubic, "A", 32, Amount::PackingFraction(0.3))
-            .run(crate::model::RunPlan { limit: crate::model::Limit::events(1), ..Default::default() })
+            .run(crate::model::RunPlan { limit: crate::model::Until::events(1), ..Default::default() })
             .build()
             .unwrap();
         simulation_to_bytes(&Simulation::without_plan(scene), &7_u8).unwrap()

@@ -13,8 +13,8 @@ use super::progress::Progress;
 use super::state::{Beginning, RunState};
 use super::{Ending, Finished, Recorder, Stage};
 use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup};
-use crate::engine::{Simulation, Until};
-use crate::model::{Limit, Scene, Species, Threads};
+use crate::engine::Simulation;
+use crate::model::{Scene, Species, Threads, Until};
 
 /// Why a run failed. `E` is the error of its [`Recorder`].
 #[derive(Debug, Error)]
@@ -55,7 +55,7 @@ pub(super) enum Origin {
 /// start or from a checkpoint.
 ///
 /// ```
-/// use carom::model::{Limit, Potential, RunPlan};
+/// use carom::model::{Potential, RunPlan, Until};
 /// use carom::run::Run;
 /// use carom::scene::{Amount, Lattice, SceneBuilder};
 ///
@@ -64,7 +64,7 @@ pub(super) enum Origin {
 ///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
 ///     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
 ///     .temperature(1.0)
-///     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000), ..RunPlan::default() })
+///     .run(RunPlan { equilibration: Until::events(2_000), limit: Until::events(5_000), ..RunPlan::default() })
 ///     .build()?;
 /// let finished = Run::new(scene).finish()?;
 /// let (name, temperature) = finished.observables[0];
@@ -117,7 +117,7 @@ impl Run {
 
     /// Plans rows, frames and instruments for the limit `end` instead of the limit in the scene. This is needed to
     /// repeat a run whose limit was changed after its start.
-    pub(crate) fn planned_for(mut self, end: Option<Limit>) -> Self {
+    pub(crate) fn planned_for(mut self, end: Option<Until>) -> Self {
         self.state.planned = end;
         self
     }
@@ -192,7 +192,7 @@ impl Run {
     /// reason for its end; [`Run::execute`] and [`Run::finish`] add the last row and frame.
     ///
     /// ```
-    /// # use carom::model::{Limit, Potential, RunPlan};
+    /// # use carom::model::{Potential, RunPlan};
     /// # use carom::scene::{Amount, Lattice, SceneBuilder};
     /// use carom::engine::Until;
     /// use carom::run::Run;
@@ -202,7 +202,7 @@ impl Run {
     /// #     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
     /// #     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
     /// #     .temperature(1.0)
-    /// #     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000), ..RunPlan::default() })
+    /// #     .run(RunPlan { equilibration: Until::events(2_000), limit: Until::events(5_000), ..RunPlan::default() })
     /// #     .build()?;
     /// let (run, ending) = Run::new(scene).advance(Until::events(1_000), &mut ())?;
     /// assert!(ending.is_none() && run.simulation().event_counts().physical() == 1_000);
@@ -286,8 +286,8 @@ mod tests {
         let grow = StagePlan { name: "grow".into(), growth, ..StagePlan::default() };
         let plan = RunPlan {
             stages: vec![grow],
-            equilibration: Limit::events(300),
-            limit: Limit::events(500),
+            equilibration: Until::events(300),
+            limit: Until::events(500),
             thermostat: bath,
             ..RunPlan::default()
         };

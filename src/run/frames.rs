@@ -95,7 +95,7 @@ mod tests {
     use super::*;
     use crate::model::RunPlan;
     use crate::scene::SceneBuilder;
-    use crate::{Vector, model::Limit};
+    use crate::{Vector, model::Until};
 
     fn scene(count: usize) -> Scene {
         let scene = SceneBuilder::new("many")
@@ -103,7 +103,7 @@ mod tests {
             .interaction("A", "A", crate::model::potential::Potential::hard_sphere(1.0).unwrap(), 1.0)
             .space(crate::model::space::Space::periodic_cube(9.0))
             .particle("A", Vector::zeros(), Vector::zeros())
-            .run(RunPlan { limit: Limit::time(1.0), ..RunPlan::default() });
+            .run(RunPlan { limit: Until::time(1.0), ..RunPlan::default() });
         let mut scene = scene.build().unwrap();
         scene.particles = vec![scene.particles[0]; count];
         scene

@@ -56,14 +56,14 @@ impl Try {
     /// Returns an error if the simulation cannot continue, or if there were too many search steps.
     pub fn advance(&mut self, mut steps: u64, until: Until) -> Result<Option<Reason>, ()> {
         let Some(most) = self.most else {
-            return self.simulation.advance_for(steps, until, None).map_err(drop);
+            return self.simulation.advance_for(steps, until).map_err(drop);
         };
         while steps > 0 {
             if search_steps() >= most {
                 return Err(());
             }
             let some = steps.min(BETWEEN);
-            if let Some(reason) = self.simulation.advance_for(some, until, None).map_err(drop)? {
+            if let Some(reason) = self.simulation.advance_for(some, until).map_err(drop)? {
                 return Ok(Some(reason));
             }
             steps -= some;

@@ -22,8 +22,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    Equilibration, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan,
-    Thermostat,
+    Equilibration, GrowthTarget, Influence, Interaction, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
+    Until,
 };
 
 /// Returns the number of particles of each species.
@@ -201,7 +201,7 @@ fn vector(v: &Vector) -> String {
 
 /// Describes a duration.
 #[must_use]
-pub fn limit(limit: &Limit) -> String {
+pub fn limit(limit: &Until) -> String {
     match (limit.time, limit.events) {
         (Some(time), Some(events)) => format!("for a time of {time} or {events} events, whichever comes first"),
         (Some(time), None) => format!("for a time of {time}"),
@@ -217,7 +217,7 @@ pub fn equilibration(run: &RunPlan) -> String {
 }
 
 fn equilibrates(equilibration: &Equilibration) -> String {
-    match (equilibration.until_stationary, equilibration.limit == Limit::default()) {
+    match (equilibration.until_stationary, equilibration.limit == Until::default()) {
         (true, true) => {
             let most = crate::run::MOST_EVENTS_PER_PARTICLE;
             format!("until nothing drifts; gives up after {most} events per particle")
@@ -248,7 +248,7 @@ pub fn stage(stage: &StagePlan) -> String {
     if let Some(before) = stage.measured.filter(|before| !before.is_empty()) {
         parts.push(format!("equilibrates {}", equilibrates(&before)));
     }
-    if stage.limit != Limit::default() {
+    if stage.limit != Until::default() {
         let measured = if stage.measured.is_some() { "measured " } else { "" };
         parts.push(format!("{measured}{}", limit(&stage.limit)));
     }
@@ -363,7 +363,7 @@ mod tests {
         let bath = Thermostat::Andersen { temperature: 1.5, rate: 0.25, axes: [true, false, true] };
         let mut plan = StagePlan {
             name: "dense".to_owned(),
-            limit: Limit::time(20.0),
+            limit: Until::time(20.0),
             thermostat: Some(bath),
             barostat: None,
             gravity: None,
@@ -381,7 +381,7 @@ mod tests {
         }
         plan.growth = Some(Growth { until: GrowthTarget::PackingFraction(0.6), ..growth });
         plan.thermostat = Some(Thermostat::Rescaling { temperature: 2.0, interval: 0.1 });
-        plan.limit = Limit::default();
+        plan.limit = Until::default();
         let text = stage(&plan);
         assert!(
             text.ends_with("up to a packing fraction of 0.6; velocities are scaled to temperature 2 every 0.1"),

@@ -210,7 +210,7 @@ fn kind(event: &Event) -> Option<reference::EventKind> {
 fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     let mut events = Vec::new();
     let mut simulation = Simulation::without_plan(scene.clone());
-    let until = Until { time: LONGEST, events: count as u64 };
+    let until = Until::time(LONGEST).or_events(count as u64);
     let _ = simulation.advance_with(until, |event| events.push(*event));
     events
 }

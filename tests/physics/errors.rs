@@ -5,7 +5,7 @@ use carom::analysis::statistics::Estimate;
 use carom::model::measurement_plan::{Diffusion, FreePaths, MeasurementPlan, PressureTensor};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Scene, Thermostat};
+use carom::model::{RunPlan, Scene, Thermostat, Until};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
@@ -50,8 +50,8 @@ fn spheres(seed: u64, potential: Potential, restitution: f64, count: u64, amount
 fn lasting(equilibration: f64, time: f64, bath: Option<(f64, f64)>) -> RunPlan {
     let andersen = |(temperature, rate)| Thermostat::Andersen { temperature, rate, axes: [true; 3] };
     RunPlan {
-        equilibration: Limit::time(equilibration),
-        limit: Limit::time(time),
+        equilibration: Until::time(equilibration),
+        limit: Until::time(time),
         thermostat: bath.map(andersen),
         ..RunPlan::default()
     }

@@ -8,7 +8,7 @@ use carom::Vector;
 use carom::analysis::statistics::Estimate;
 use carom::exchange::{Exchange, ExchangeResults, PotentialEnergies, ThermalCurves};
 use carom::model::exchange_plan::{ExchangeEnsemble, ExchangePlan};
-use carom::model::{Limit, Potential, RunPlan, Scene, Space};
+use carom::model::{Potential, RunPlan, Scene, Space, Until};
 use carom::scene::SceneBuilder;
 
 pub const TEMPERATURES: [f64; 4] = [0.3, 0.42, 0.63, 1.1];
@@ -30,7 +30,7 @@ pub fn in_ensemble(
     attempts: [u32; 2],
 ) -> Scene {
     let plan = ExchangePlan { temperatures: temperatures.to_vec(), interval, rate: 0.7, ensemble, umbrella: None };
-    let [equilibration, limit] = attempts.map(|count| Limit::time(f64::from(count) * interval));
+    let [equilibration, limit] = attempts.map(|count| Until::time(f64::from(count) * interval));
     builder.exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
 }
 

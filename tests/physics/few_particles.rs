@@ -9,7 +9,7 @@ use carom::analysis::statistics::Estimate;
 use carom::engine::Simulation;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Scene, Thermostat};
+use carom::model::{RunPlan, Scene, Thermostat, Until};
 use carom::run;
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 
@@ -24,7 +24,7 @@ fn spheres(count: u64, edge: f64, events: u64) -> Scene {
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
         .add_fill(Fill::new(Arrangement::Random, "A").count(count))
         .temperature(1.0)
-        .run(RunPlan { equilibration: Limit::events(1000 * count), limit: Limit::events(events), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::events(1000 * count), limit: Until::events(events), ..RunPlan::default() })
         .build()
         .unwrap()
 }
@@ -181,7 +181,7 @@ fn disks(boundary: [Boundary; 2], thermostat: Option<Thermostat>) -> Scene {
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
         .add_fill(Fill::new(Arrangement::Random, "A").count(40))
         .temperature(1.0)
-        .run(RunPlan { limit: Limit::events(2_000), thermostat, ..RunPlan::default() })
+        .run(RunPlan { limit: Until::events(2_000), thermostat, ..RunPlan::default() })
         .build()
         .unwrap()
 }

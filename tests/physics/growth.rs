@@ -1,7 +1,7 @@
 //! Growing diameters reach requested packing fractions and pressures without an overlap on the way.
 
 use carom::model::potential::Potential;
-use carom::model::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+use carom::model::{Growth, GrowthTarget, RunPlan, StagePlan, Thermostat, Until};
 use carom::scene::{Amount, Arrangement, Fill, SceneBuilder};
 
 use super::driven::{assert_no_overlap, finish, hard};
@@ -14,7 +14,7 @@ fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
         gravity: None,
         barostat: None,
         name: "compress".into(),
-        limit: Limit::default(),
+        limit: Until::default(),
         thermostat: Some(scaling),
         growth: Some(growth),
         measured: None,
@@ -32,7 +32,7 @@ fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
         .interaction("A", "B", between(1.0, 1.4), 1.0)
         .interaction("B", "B", between(1.4, 1.4), 1.0)
         .add_fill(mixture)
-        .run(RunPlan { stages: vec![stage], limit: Limit::events(20_000), ..RunPlan::default() })
+        .run(RunPlan { stages: vec![stage], limit: Until::events(20_000), ..RunPlan::default() })
         .build()
         .unwrap();
     let finished = finish(scene);
@@ -55,7 +55,7 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
         gravity: None,
         barostat: None,
         name: "jam".into(),
-        limit: Limit::default(),
+        limit: Until::default(),
         thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
         growth: Some(growth),
         measured: None,
@@ -66,7 +66,7 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
         .interaction("A", "A", hard(), 1.0)
         .add_fill(fill)
         .temperature(1.0)
-        .run(RunPlan { stages: vec![stage], limit: Limit::events(50_000), ..RunPlan::default() })
+        .run(RunPlan { stages: vec![stage], limit: Until::events(50_000), ..RunPlan::default() })
         .build()
         .unwrap();
     let finished = finish(scene);
@@ -90,7 +90,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
             gravity: None,
             barostat: None,
             name: "compress".into(),
-            limit: Limit::default(),
+            limit: Until::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
             growth: Some(Growth { rate, until: GrowthTarget::CompressibilityFactor(target) }),
             measured: None,
@@ -102,7 +102,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
             .interaction("A", "A", hard(), 1.0)
             .add_fill(fill)
             .temperature(1.0)
-            .run(RunPlan { stages: vec![stage], limit: Limit::events(contacts), ..RunPlan::default() })
+            .run(RunPlan { stages: vec![stage], limit: Until::events(contacts), ..RunPlan::default() })
             .build()
             .unwrap();
         let measured = finish(scene).measurement;

@@ -5,10 +5,10 @@ use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::analysis::statistics::Estimate;
-use carom::engine::{Simulation, Until};
+use carom::engine::Simulation;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Limit, RunPlan};
+use carom::model::{ContactLaw, RunPlan, Until};
 use carom::run::{self, Finished};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 
@@ -59,7 +59,7 @@ fn collisionless_gas_carries_the_exact_heat_flux() {
         for (name, _, _, count) in species {
             scene = scene.add_fill(Fill::new(Arrangement::Random, name).count(u64::from(count)));
         }
-        let run = RunPlan { equilibration: Limit::events(20_000), limit: Limit::events(200_000), ..RunPlan::default() };
+        let run = RunPlan { equilibration: Until::events(20_000), limit: Until::events(200_000), ..RunPlan::default() };
         let finished = finish(&scene.temperature(1.0).run(run));
         for (wall, expected) in [("lower_x", expected), ("upper_x", -expected)] {
             let flux = flux(&finished, wall).unwrap();
@@ -79,7 +79,7 @@ fn gas(temperatures: [Option<f64>; 2]) -> SceneBuilder {
         .interaction("A", "A", hard(1.0), 1.0)
         .add_fill(Fill::new(Arrangement::Random, "A").count(120))
         .temperature(1.3)
-        .run(RunPlan { equilibration: Limit::events(10_000), limit: Limit::events(150_000), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::events(10_000), limit: Until::events(150_000), ..RunPlan::default() })
 }
 
 #[test]
@@ -164,7 +164,7 @@ fn each_wall_of_a_line_dissipates_by_its_own_restitution() {
         .species("A", 0.7, 1.0)
         .no_interaction("A", "A")
         .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0))
-        .run(RunPlan { limit: Limit::time(20.0), ..RunPlan::default() });
+        .run(RunPlan { limit: Until::time(20.0), ..RunPlan::default() });
     let finished = finish(&scene);
     // The particle travels 7.5 to the upper wall at speed 2, 10 to the lower wall at speed 1, and then continues at
     // 0.9. A third contact would come at 3.75 + 10 + 11.1, after the end of the run.

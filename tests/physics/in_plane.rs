@@ -4,10 +4,10 @@
 use std::ops::ControlFlow;
 
 use carom::Vector;
-use carom::engine::{Simulation, Until};
+use carom::engine::Simulation;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, MeasurementPlan, RunPlan, measurement_plan as plan};
+use carom::model::{MeasurementPlan, RunPlan, Until, measurement_plan as plan};
 use carom::run;
 use carom::scene::{Arrangement, BoxSide, Fill, SceneBuilder, Surface, SurfaceFill};
 
@@ -102,7 +102,7 @@ fn equal_speeds_relax_to_maxwells_distribution_at_constant_energy() {
         .add_fill(Fill::new(Arrangement::Random, "disk").count(151))
         .speed(1.3)
         .measure(MeasurementPlan { speeds: Some(measure), ..MeasurementPlan::default() })
-        .run(RunPlan { limit: Limit::time(300.0), ..RunPlan::default() })
+        .run(RunPlan { limit: Until::time(300.0), ..RunPlan::default() })
         .build()
         .unwrap();
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();

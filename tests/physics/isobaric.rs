@@ -9,7 +9,7 @@ use carom::Vector;
 use carom::analysis::statistics::Estimate;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Barostat, Limit, RunPlan, Scene, Thermostat};
+use carom::model::{Barostat, RunPlan, Scene, Thermostat, Until};
 use carom::run::Finished;
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
@@ -24,8 +24,8 @@ fn bath(rate: f64) -> Option<Thermostat> {
 fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
     let duration = interval * f64::from(moves);
     RunPlan {
-        equilibration: Limit::time(0.02 * duration),
-        limit: Limit::time(duration),
+        equilibration: Until::time(0.02 * duration),
+        limit: Until::time(duration),
         thermostat: bath(1.0),
         barostat: Some(Barostat { pressure, interval, amplitude: Some(amplitude) }),
         ..RunPlan::default()
@@ -252,7 +252,7 @@ fn virial_pressure_equals_the_barostat_pressure() {
     let pressure = 3.0;
     let mut run = plan(pressure, 0.05, 0.05, 12_000);
     run.barostat = Some(Barostat { amplitude: None, ..run.barostat.unwrap() });
-    run.equilibration = Limit::time(60.0);
+    run.equilibration = Until::time(60.0);
     let mixture = Fill {
         composition: vec![("A".to_owned(), 0.5), ("B".to_owned(), 0.5)],
         temperature: Some(TEMPERATURE),

@@ -1,11 +1,10 @@
 //! Moving surfaces, and gravity that changes from stage to stage.
 
 use carom::engine::Simulation;
-use carom::engine::Until;
 use carom::model::potential::Potential;
 use carom::model::run_plan::StagePlan;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Limit, MotionKind, RunPlan, SurfaceMotion, SurfaceShape};
+use carom::model::{ContactLaw, MotionKind, RunPlan, SurfaceMotion, SurfaceShape, Until};
 use carom::scene::{SceneBuilder, SurfaceDraft};
 use carom::{Run, Vector};
 
@@ -14,13 +13,13 @@ fn gravity_of_each_stage_acts_in_turn() {
     let (down, aside) = (Vector::new(0.0, 0.0, -1.5), Vector::new(0.7, 0.0, 0.2));
     let stage = |name: &str, time: f64, gravity: Option<Vector>| StagePlan {
         name: name.to_owned(),
-        limit: Limit::time(time),
+        limit: Until::time(time),
         gravity,
         ..StagePlan::default()
     };
     let plan = RunPlan {
         stages: vec![stage("first", 2.0, None), stage("aside", 3.0, Some(aside)), stage("again", 1.0, None)],
-        limit: Limit::time(0.5),
+        limit: Until::time(0.5),
         gravity: Some(Vector::zeros()),
         ..RunPlan::default()
     };

@@ -7,7 +7,7 @@ use carom::io::Summary;
 use carom::io::rates::Rate;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Scene, Thermostat};
+use carom::model::{RunPlan, Scene, Thermostat, Until};
 use carom::run::{self, Finished};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 
@@ -30,7 +30,7 @@ fn a_ball_among_fixed_spheres_counts_each_contact_once() {
         .interaction("ball", "ball", Potential::hard_sphere(1.0).unwrap(), 1.0)
         .interaction("ball", "fixed", Potential::hard_sphere(1.2).unwrap(), 1.0)
         .particle("ball", Vector::repeat(0.1), Vector::new(1.0, 0.3, 0.2))
-        .run(RunPlan { limit: Limit::events(5_000), ..RunPlan::default() });
+        .run(RunPlan { limit: Until::events(5_000), ..RunPlan::default() });
     for (x, y, z) in [(3.01, 3.02, 3.03), (3.01, 0.02, 1.03), (1.01, 3.02, 5.03), (5.0, 2.1, 0.4)] {
         builder = builder.particle("fixed", Vector::new(x, y, z), Vector::zeros());
     }
@@ -67,8 +67,8 @@ fn rates_by_kind_and_species_add_up_to_all_events() {
         .bond(40, 41, "link")
         .temperature(1.0)
         .run(RunPlan {
-            equilibration: Limit::events(1_000),
-            limit: Limit::events(20_000),
+            equilibration: Until::events(1_000),
+            limit: Until::events(20_000),
             thermostat: Some(bath),
             ..RunPlan::default()
         })

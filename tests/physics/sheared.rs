@@ -1,12 +1,12 @@
 //! Sheared boxes compared with searches over all images.
 
 use carom::Vector;
-use carom::engine::{Simulation, Snapshot, Until};
+use carom::engine::{Simulation, Snapshot};
 use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Thermostat};
+use carom::model::{RunPlan, Thermostat, Until};
 use carom::run::{self, Finished};
 use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, SceneBuilder};
 use std::collections::HashSet;
@@ -126,7 +126,7 @@ fn chains_hold_together_across_the_sides_that_slide() {
                 speed: None,
             })
             .shear(rate)
-            .run(RunPlan { limit: Limit::time(10.0), thermostat: Some(bath), ..RunPlan::default() });
+            .run(RunPlan { limit: Until::time(10.0), thermostat: Some(bath), ..RunPlan::default() });
         let plan = MeasurementPlan {
             chains: Some(plan::Chains { interval: Some(0.5), bins: None }),
             ..MeasurementPlan::default()
@@ -217,7 +217,7 @@ fn common_velocity_along_the_gradient_adds_no_pressure() {
     let fill = Fill::new(Lattice::FaceCentredCubic, "A").count(108).amount(Amount::PackingFraction(0.2));
     let still = base().add_fill(fill).temperature(1.0).build().unwrap();
     let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
-    let limit = Limit::time(40.0);
+    let limit = Until::time(40.0);
     let measured = |speed: f64| {
         let mut builder = base().space(still.space().clone()).shear(0.5);
         for particle in still.particles() {
@@ -225,7 +225,7 @@ fn common_velocity_along_the_gradient_adds_no_pressure() {
         }
         let plan =
             MeasurementPlan { pressure_tensor: Some(plan::PressureTensor::default()), ..MeasurementPlan::default() };
-        let run = RunPlan { equilibration: Limit::time(2.0), limit, thermostat: Some(bath), ..RunPlan::default() };
+        let run = RunPlan { equilibration: Until::time(2.0), limit, thermostat: Some(bath), ..RunPlan::default() };
         finish(builder.measure(plan).run(run)).measured
     };
     let (rest, moving) = (measured(0.0), measured(0.8));
@@ -242,9 +242,9 @@ fn common_velocity_along_the_gradient_adds_no_pressure() {
 #[test]
 fn a_slow_shear_changes_neither_diffusion_nor_structure() {
     let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
-    let limit = Limit::time(40.0);
+    let limit = Until::time(40.0);
     let measured = |rate: Option<f64>| {
-        let run = RunPlan { equilibration: Limit::time(5.0), limit, thermostat: Some(bath), ..RunPlan::default() };
+        let run = RunPlan { equilibration: Until::time(5.0), limit, thermostat: Some(bath), ..RunPlan::default() };
         let fluid = SceneBuilder::new("fluid")
             .species("A", 1.0, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)

@@ -65,7 +65,7 @@ fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulati
     let scene = Scene::from_file_with("configs/bouncing_ball.toml", &overrides).unwrap();
     let mut simulation = Simulation::without_plan(scene);
     let (mut times, mut peaks, mut speed) = (Vec::new(), Vec::new(), 0.0);
-    let _ = simulation.advance_with(Until { time: f64::INFINITY, events: 200 }, |event| {
+    let _ = simulation.advance_with(Until::events(200), |event| {
         // Gravity and the ball's mass are 1. The ball returns to the floor at the speed with which it left.
         let arrival = if times.is_empty() { 2.0_f64.sqrt() } else { speed };
         speed = event.normal_impulse() - arrival;

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use carom::Vector;
 use carom::exchange::{Distances, Exchange, ExchangeResults, MeanForce, MeanForcePoint};
 use carom::model::space::Boundary;
-use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, ParticleId, Potential, RunPlan, Scene, Space, UmbrellaPlan};
+use carom::model::{ExchangeEnsemble, ExchangePlan, ParticleId, Potential, RunPlan, Scene, Space, UmbrellaPlan, Until};
 use carom::scene::SceneBuilder;
 
 use super::exchange::{DEPTH, deviation, pair};
@@ -22,7 +22,7 @@ fn in_windows(builder: SceneBuilder, between: [&[u32]; 2], windows: &[[f64; 2]],
         ensemble: ExchangeEnsemble::Umbrella,
         umbrella: Some(umbrella),
     };
-    let [equilibration, limit] = attempts.map(|count| Limit::time(f64::from(count)));
+    let [equilibration, limit] = attempts.map(|count| Until::time(f64::from(count)));
     builder.exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
 }
 

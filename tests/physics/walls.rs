@@ -8,7 +8,7 @@ use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Thermostat};
+use carom::model::{RunPlan, Thermostat, Until};
 use carom::run::{self, Finished};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 use carom::{Simulation, Until};
@@ -33,7 +33,7 @@ fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished 
             pressure_tensor: Some(plan::PressureTensor::default()),
             ..MeasurementPlan::default()
         })
-        .run(RunPlan { equilibration: Limit::events(20_000), limit: Limit::events(150_000), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::events(20_000), limit: Until::events(150_000), ..RunPlan::default() })
         .build()
         .unwrap();
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
@@ -98,8 +98,8 @@ fn driven_granular_slit_has_equal_wall_and_virial_pressures() {
             ..MeasurementPlan::default()
         })
         .run(RunPlan {
-            equilibration: Limit::events(20_000),
-            limit: Limit::events(100_000),
+            equilibration: Until::events(20_000),
+            limit: Until::events(100_000),
             thermostat: Some(Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [false, true, false] }),
             ..RunPlan::default()
         })
@@ -131,7 +131,7 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
             .gravity(Vector::new(0.0, -0.3, 0.0))
             .add_fill(Fill::new(Arrangement::Random, "A").count(20))
             .temperature(1.0)
-            .run(RunPlan { equilibration: Limit::events(5_000), limit: Limit::events(100_000), ..RunPlan::default() })
+            .run(RunPlan { equilibration: Until::events(5_000), limit: Until::events(100_000), ..RunPlan::default() })
             .build()
             .unwrap()
     };

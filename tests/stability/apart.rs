@@ -70,7 +70,7 @@ fn well(range: f64) -> Potential {
 
 fn first_event(scene: Scene, until: f64) -> Option<f64> {
     let mut found = None;
-    let until = Until { time: until, events: 1 };
+    let until = Until::time(until).or_events(1);
     Simulation::without_plan(scene).advance_with(until, |event| found = found.or(Some(event.time))).unwrap();
     found
 }

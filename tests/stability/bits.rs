@@ -3,11 +3,11 @@
 use crate::fingerprints::fingerprint;
 use crate::listed::{fluid, hard_sphere, listed, particles, well};
 use carom::Vector;
+use carom::engine::Simulation;
 use carom::engine::event::{Event, EventKind};
-use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Limit, OutputPlan, RunPlan, Scene, Thermostat};
+use carom::model::{ContactLaw, OutputPlan, RunPlan, Scene, Thermostat, Until};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Chain, Fill, SceneBuilder, Surface, SurfaceFill};
 use std::ops::ControlFlow;
@@ -86,7 +86,7 @@ fn where_a_simulation_pauses_changes_nothing() {
             seen += 1;
             ControlFlow::Continue(())
         };
-        while paused.advance_for(7, until, Some(&mut count)).unwrap().is_none() {
+        while paused.advance_for_with(7, until, &mut count).unwrap().is_none() {
             assert!(paused.event_counts().physical() + paused.event_counts().transition <= 7 * (pauses + 1));
             let _ = (paused.snapshot(), paused.energy());
             pauses += 1;
@@ -116,7 +116,7 @@ fn observers_change_no_bit() {
         assert_eq!(fingerprint(&watched.snapshot()), fingerprint(&expected), "{name}");
 
         let mut parts = named(name).into_parts();
-        parts.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000), ..RunPlan::default() };
+        parts.run = RunPlan { equilibration: Until::events(1_000), limit: Until::events(9_000), ..RunPlan::default() };
         parts.output = OutputPlan {
             thermo_interval: Some(expected.time / 300.0),
             frame_interval: Some(expected.time / 70.0),

@@ -122,7 +122,7 @@ fn nothing_ever_leaves_a_closed_mesh() {
             let scene = scene(mesh.clone(), &mut random, restitution, gravity, &middle);
             let mut simulation = Simulation::new(scene).unwrap();
             // A ball at rest in a corner may arrest the simulation, which is not an escape.
-            let _ = simulation.advance(Until { time: 1e4, events: (events - here).min(events.div_ceil(10)) });
+            let _ = simulation.advance(Until::time(1e4).or_events((events - here).min(events.div_ceil(10))));
             thrown += 1;
             let snapshot = simulation.snapshot();
             for place in &snapshot.positions {

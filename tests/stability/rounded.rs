@@ -5,10 +5,10 @@
 //! coordinate 0, one of the particles may have come from the far side of the box, where the error is much larger.
 
 use carom::Vector;
-use carom::engine::{Simulation, Until};
+use carom::engine::Simulation;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{ContactLaw, Growth, GrowthTarget, Limit, RunPlan, Scene, StagePlan, Thermostat};
+use carom::model::{ContactLaw, Growth, GrowthTarget, RunPlan, Scene, StagePlan, Thermostat, Until};
 use carom::run::{Finished, run};
 use carom::scene::{Amount, Arrangement, Fill, SceneBuilder};
 use std::ops::ControlFlow;
@@ -51,7 +51,7 @@ fn chain(space: Space, beads: u32, events: u64) -> Scene {
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
         .bond_interaction("link", Potential::bond(0.9, 1.2).unwrap(), 1.0)
-        .run(RunPlan { limit: Limit::events(events), ..RunPlan::default() });
+        .run(RunPlan { limit: Until::events(events), ..RunPlan::default() });
     let places: Vec<Vector> =
         (0..beads).map(|k| Vector::new(1.05 * (f64::from(k) - 0.5 * f64::from(beads)) + 0.4, 0.0, 0.0)).collect();
     let builder = placed(builder, &space, &places);
@@ -85,7 +85,7 @@ fn rods_on_a_long_ring_pass_their_audit() {
             .space(space.clone())
             .species("A", 1.0, diameter)
             .interaction("A", "A", potential, 1.0)
-            .run(RunPlan { limit: Limit::events(100_000), ..RunPlan::default() });
+            .run(RunPlan { limit: Until::events(100_000), ..RunPlan::default() });
         let places: Vec<Vector> =
             (0..rods).map(|k| Vector::new((f64::from(k) + 0.5) * length / f64::from(rods), 0.0, 0.0)).collect();
         let finished = finished(placed(builder, &space, &places).build().unwrap());
@@ -110,7 +110,7 @@ fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
             .contact_time(1e-3)
             .particle("A", Vector::new(0.7, height, 0.0), Vector::new(0.0, 0.1, 0.0))
             .particle("A", Vector::new(0.8, height + 3.0, 0.0), Vector::new(0.0, -0.1, 0.0))
-            .run(RunPlan { limit: Limit::events(3_000), ..RunPlan::default() })
+            .run(RunPlan { limit: Until::events(3_000), ..RunPlan::default() })
             .build()
             .unwrap();
         assert_eq!(finished(scene).audit.faults(), [], "from {height}");
@@ -162,7 +162,7 @@ fn growth_much_faster_than_the_thermal_speed_passes_its_audit() {
         let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let name = "grow".to_owned();
         let stage = StagePlan { name, thermostat, growth: Some(growth), ..StagePlan::default() };
-        let plan = RunPlan { stages: vec![stage], limit: Limit::events(1_000), ..RunPlan::default() };
+        let plan = RunPlan { stages: vec![stage], limit: Until::events(1_000), ..RunPlan::default() };
         let scene = SceneBuilder::new("growth")
             .species("A", 1.0, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)

@@ -227,7 +227,7 @@ fn every_engine_event_matches_the_reference() {
         let mut simulation = Simulation::without_plan(scene);
         let mut verdict = Ok(());
         // The result is ignored, because a scene may collapse or run out of events.
-        let _ = simulation.advance_with(Until { time: 1e3, events: EVENTS }, |event| {
+        let _ = simulation.advance_with(Until::time(1e3).or_events(EVENTS), |event| {
             if verdict.is_ok() {
                 verdict = match (event.kind, event.partner()) {
                     (engine::EventKind::Pair(outcome), Some(partner)) => judge.pair(event, partner, outcome),

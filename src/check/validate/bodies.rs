@@ -46,7 +46,7 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
     let expected = SQRT_2 * (1.0 + restitution) / (1.0 - restitution);
     // `rest` is the time of the first contact after which the next flight would be shorter than the contact time.
     let (mut last, mut rest, mut bounces) = (f64::NEG_INFINITY, None, 0.0);
-    simulation.advance_with(Until { time: 2.0 * expected, events: MOST_BOUNCES }, |event| {
+    simulation.advance_with(Until::time(2.0 * expected).or_events(MOST_BOUNCES), |event| {
         if rest.is_none() {
             bounces += 1.0;
             rest = (restitution * (event.time - last) < CONTACT_TIME).then_some(event.time);

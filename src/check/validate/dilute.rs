@@ -5,7 +5,7 @@ use super::{Comparison, Effort, Source};
 use crate::analysis::published::{second_virial_of_square_well, third_virial_of_square_well};
 use crate::analysis::statistics::Estimate;
 use crate::model::potential::Potential;
-use crate::model::{Limit, RunPlan};
+use crate::model::{RunPlan, Until};
 use crate::scene::{Amount, Lattice};
 
 pub(super) const NUMBER_DENSITY: f64 = 0.01;
@@ -26,7 +26,7 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
     let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))
         .temperature(temperature)
-        .run(RunPlan { limit: Limit::events(events), ..plan(effort) });
+        .run(RunPlan { limit: Until::events(events), ..plan(effort) });
     let finished = finish(build(&scene)?, watch)?;
     let z = finished.observable("compressibility_factor");
     let warmed = finished.observable("temperature").map_or(f64::NAN, |estimate| estimate.mean);

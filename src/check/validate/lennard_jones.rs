@@ -8,7 +8,7 @@ use super::{Comparison, Effort, Source};
 use crate::analysis::statistics::Estimate;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
-use crate::model::{Limit, RunPlan, Thermostat};
+use crate::model::{RunPlan, Thermostat, Until};
 use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 256;
@@ -61,8 +61,8 @@ fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::NumberDensity(NUMBER_DENSITY))
         .temperature(TEMPERATURE)
         .run(RunPlan {
-            equilibration: Limit::time(TIMES[0]),
-            limit: Limit::time(TIMES[1]),
+            equilibration: Until::time(TIMES[0]),
+            limit: Until::time(TIMES[1]),
             thermostat: Some(bath),
             ..RunPlan::default()
         });

@@ -6,9 +6,9 @@ use thiserror::Error;
 
 use super::{Comparison, Effort};
 use crate::analysis::statistics::Estimate;
-use crate::engine::{EngineError, Simulation, Until};
+use crate::engine::{EngineError, Simulation};
 use crate::model::error::PotentialError;
-use crate::model::{Limit, Potential, RunPlan, Scene};
+use crate::model::{Potential, RunPlan, Scene, Until};
 use crate::run::audit;
 use crate::run::{self, Ending, Finished};
 use crate::scene::{SceneBuilder, SceneError};
@@ -43,8 +43,8 @@ pub(super) fn one_species(seed: u64, potential: Potential, restitution: f64) -> 
 }
 
 pub(super) fn plan(effort: Effort) -> RunPlan {
-    let equilibration = Limit::events(equilibration(effort));
-    RunPlan { equilibration, limit: Limit::events(effort.events()), ..RunPlan::default() }
+    let equilibration = Until::events(equilibration(effort));
+    RunPlan { equilibration, limit: Until::events(effort.events()), ..RunPlan::default() }
 }
 
 pub(super) fn build(builder: &SceneBuilder) -> Result<Scene, StatePointError> {

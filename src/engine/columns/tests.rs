@@ -37,7 +37,7 @@ fn run<const FALLING: bool, const TABLE: bool>(
     let mut done = 0;
     while done < EVENTS {
         done = (done + every).min(EVENTS);
-        let _ = engine.advance(Until { time: 200.0, events: done }, &mut Some(&mut see));
+        let _ = engine.advance(Until::time(200.0).or_events(done), &mut Some(&mut see));
         if every < EVENTS {
             shuffle(&mut engine, &mut random);
         }

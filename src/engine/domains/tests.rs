@@ -4,11 +4,11 @@ use super::*;
 use crate::Vector;
 use crate::engine::Snapshot;
 use crate::engine::columns::tests::{mixture, spheres};
+use crate::engine::communicator::tests::in_processes;
 use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{Prediction, id_of};
 use crate::engine::sources::andersen::Bath;
-use crate::engine::transport::tests::in_processes;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{RunPlan, Scene, Thermostat};
@@ -92,8 +92,8 @@ fn multiple_processes_match_one_engine_bitwise() {
     let dense = spheres(hard(), 0.45, 4_000).build().unwrap();
     let one = advance::<false, false>(&dense, Until::events(40_000), None);
     for (processes, each, halo) in [(2, 1, WIDE), (3, 2, WIDE), (2, 2, THIN), (5, 1, WIDE)] {
-        let work = in_processes(processes, |transport| {
-            let team = Team::new(each, 1, Some(transport));
+        let work = in_processes(processes, |communicator| {
+            let team = Team::new(each, 1, Some(communicator));
             compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(40_000), team, halo)
         });
         // All processes must roll back the same windows.
@@ -104,15 +104,15 @@ fn multiple_processes_match_one_engine_bitwise() {
     let small = spheres(hard(), 0.2, 1_000).build().unwrap();
     let one = advance::<false, false>(&small, Until::events(150_000), None);
     assert!(one.2.clock.epochs > 10, "{}", one.2.clock.epochs);
-    in_processes(2, |transport| {
-        let team = Team::new(1, 1, Some(transport));
+    in_processes(2, |communicator| {
+        let team = Team::new(1, 1, Some(communicator));
         compare_with(&one, &small, "small", Until::events(150_000), team, WIDE)
     });
     let mixture = bathed(mixture(), 0.2);
     let one = advance::<false, true>(&mixture, Until::time(3.0), None);
     for (processes, each) in [(2, 1), (4, 2)] {
-        in_processes(processes, |transport| {
-            let team = Team::new(each, 1, Some(transport));
+        in_processes(processes, |communicator| {
+            let team = Team::new(each, 1, Some(communicator));
             compare_with(&one, &mixture, &format!("{processes} x {each}"), Until::time(3.0), team, WIDE)
         });
     }
@@ -317,7 +317,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
         assert_eq!(domains.advance_for(&mut whole, 100, end, &mut None).unwrap(), None, "{name}");
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
-        one.advance(Until { time, ..end }, &mut None).unwrap();
+        one.advance(Until { time: Some(time), ..end }, &mut None).unwrap();
         // Because of rounding, the single engine may stop at a slightly different time. The two engines may also be in
         // different epochs. The states cannot be compared then.
         if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {

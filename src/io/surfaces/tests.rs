@@ -6,7 +6,7 @@ use crate::io::{Completed, Existing, Folder};
 use crate::mesh::read_mesh;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{Limit, MotionKind, RunPlan, SurfaceShape, TriangleMesh};
+use crate::model::{MotionKind, RunPlan, SurfaceShape, TriangleMesh, Until};
 use crate::run::Run;
 use crate::scene::{SceneBuilder, SurfaceDraft};
 
@@ -23,7 +23,7 @@ fn scene() -> Scene {
         .surface(SurfaceDraft::new("beyond", plane))
         .particle("A", Vector::new(5.0, 5.0, 5.0), Vector::new(1.0, 0.7, 0.3))
         .particle("A", Vector::new(3.0, 5.0, 5.0), Vector::new(-1.0, 0.2, 0.1))
-        .run(RunPlan { limit: Limit::time(50.0), ..RunPlan::default() })
+        .run(RunPlan { limit: Until::time(50.0), ..RunPlan::default() })
         .build()
         .unwrap()
 }
@@ -76,7 +76,7 @@ fn a_resumed_run_writes_only_the_files_that_are_missing() {
     fs::write(&first, "as it was").unwrap();
     let before = fs::read(&second).unwrap();
     fs::remove_file(&second).unwrap();
-    let (folder, _) = Folder::resume(&target, Some(Limit::time(60.0))).unwrap();
+    let (folder, _) = Folder::resume(&target, Some(Until::time(60.0))).unwrap();
     assert_eq!(fs::read(&first).unwrap(), b"as it was");
     assert!(fs::read(&second).unwrap() == before);
     drop(folder);

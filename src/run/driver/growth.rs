@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::Driver;
-use crate::model::{Growth, GrowthTarget, Limit};
+use crate::model::{Growth, GrowthTarget, Until};
 use crate::run::{Ending, Jam};
 
 /// Growth may exceed its target size by this factor, so that rounding cannot stop it below the target.
@@ -41,7 +41,7 @@ impl Driver<'_> {
         self.settings().growth
     }
 
-    pub(super) fn begin_growth(&mut self, growth: &Growth, limit: &mut Limit) {
+    pub(super) fn begin_growth(&mut self, growth: &Growth, limit: &mut Until) {
         let scene = self.simulation.scene();
         let dimensions = scene.space.dimensions();
         let (filled, target) = match growth.until {
@@ -176,7 +176,7 @@ mod tests {
     fn grown(step: u64) -> f64 {
         let stage = StagePlan {
             name: "compress".into(),
-            limit: Limit::default(),
+            limit: Until::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
             gravity: None,
             barostat: None,
@@ -188,7 +188,7 @@ mod tests {
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
             .fill(Arrangement::Random, "A", 32, Amount::PackingFraction(0.1))
             .temperature(1.0)
-            .run(RunPlan { stages: vec![stage], limit: Limit::events(1), ..RunPlan::default() })
+            .run(RunPlan { stages: vec![stage], limit: Until::events(1), ..RunPlan::default() })
             .build()
             .unwrap();
         let simulation = Simulation::without_plan(scene);
@@ -209,7 +209,7 @@ mod tests {
     fn disks(packing_fraction: f64, rate: f64, thermostat: Option<Thermostat>) -> Ending {
         let stage = StagePlan {
             name: "compress".into(),
-            limit: Limit::default(),
+            limit: Until::default(),
             thermostat,
             gravity: None,
             barostat: None,
@@ -228,7 +228,7 @@ mod tests {
             .add_fill(crate::scene::Fill::new(Arrangement::Random, "A").count(16))
             .add_fill(crate::scene::Fill::new(Arrangement::Random, "B").count(16))
             .temperature(1.0)
-            .run(RunPlan { stages: vec![stage], limit: Limit::events(1), ..RunPlan::default() })
+            .run(RunPlan { stages: vec![stage], limit: Until::events(1), ..RunPlan::default() })
             .build()
             .unwrap();
         crate::run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap().ending

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::mem::take;
 
 use crate::Vector;
-use crate::model::{Bond, Limit, Particle, ParticleId, Scene, SceneParts, Space, Species, StaticSurface};
+use crate::model::{Bond, Particle, ParticleId, Scene, SceneParts, Space, Species, StaticSurface, Until};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
@@ -69,7 +69,7 @@ impl Scene {
     /// # Errors
     /// [`SceneErrorKind::Value`] if the time is not positive or the number of events is 0. In a replica exchange, the
     /// time must also be a whole number of exchange intervals, and a number of events is not allowed.
-    pub fn with_limit(self, limit: Limit) -> Result<Self, SceneError> {
+    pub fn with_limit(self, limit: Until) -> Result<Self, SceneError> {
         let at = ConfigPath::root().key("run");
         plan::check_limit(limit, at.key("until_time"), at.key("until_events"))?;
         let mut parts = self.into_parts();

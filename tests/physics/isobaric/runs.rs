@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 
 use carom::Vector;
-use carom::engine::{Snapshot, Until};
+use carom::engine::Snapshot;
 use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
-use carom::model::{Barostat, Limit, OutputPlan, RunPlan, Scene, StagePlan};
+use carom::model::{Barostat, OutputPlan, RunPlan, Scene, StagePlan, Until};
 use carom::run::{Run, run};
 use carom::scene::{Amount, Chain, Lattice, SceneBuilder};
 
@@ -83,15 +83,15 @@ fn pauses_and_threads_do_not_change_an_isobaric_run() {
     let barostat = Barostat { pressure: 2.0, interval: 0.1, amplitude: None };
     let stage = StagePlan {
         name: "press".to_owned(),
-        limit: Limit::time(6.0),
+        limit: Until::time(6.0),
         thermostat: bath(2.0),
         barostat: Some(barostat),
         ..StagePlan::default()
     };
     let plan = RunPlan {
         stages: vec![stage],
-        equilibration: Limit::time(1.0),
-        limit: Limit::time(3.0),
+        equilibration: Until::time(1.0),
+        limit: Until::time(3.0),
         thermostat: bath(1.0),
         barostat: Some(Barostat { interval: 0.07, ..barostat }),
         ..RunPlan::default()
@@ -115,12 +115,12 @@ fn pauses_and_threads_do_not_change_an_isobaric_run() {
 fn run_starts_at_the_volume_left_by_the_stage_before() {
     let stage = StagePlan {
         name: "press".to_owned(),
-        limit: Limit::time(60.0),
+        limit: Until::time(60.0),
         thermostat: bath(2.0),
         barostat: Some(Barostat { pressure: 5.0, interval: 0.02, amplitude: Some(0.02) }),
         ..StagePlan::default()
     };
-    let plan = RunPlan { stages: vec![stage], limit: Limit::time(100.0), ..RunPlan::default() };
+    let plan = RunPlan { stages: vec![stage], limit: Until::time(100.0), ..RunPlan::default() };
     let scene = SceneBuilder::new("pressed")
         .species("A", 1.3, 1.0)
         .interaction("A", "A", hard(), 1.0)

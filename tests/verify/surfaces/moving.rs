@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use carom::Vector;
 use carom::check::verify::{Certificate, End, Verifier};
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Limit, MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh};
+use carom::model::{ContactLaw, MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh, Until};
 use carom::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
 
 use super::{KINDS, MIDDLE, around, cuboid, grains, turned};
@@ -187,8 +187,8 @@ fn gravity_that_turns_is_proven() {
     for name in ["rotating_drum", "tilting_box"] {
         let shorter = |time: f64| {
             let mut parts = config(name).into_parts();
-            parts.run.stages.iter_mut().for_each(|stage| stage.limit = Limit::time(time));
-            parts.run.limit = Limit::time(time);
+            parts.run.stages.iter_mut().for_each(|stage| stage.limit = Until::time(time));
+            parts.run.limit = Until::time(time);
             Scene::new(parts).unwrap()
         };
         let certificate = prove(shorter(1.0), 0, 2500);
@@ -198,7 +198,7 @@ fn gravity_that_turns_is_proven() {
         let certificate = prove(shorter(0.7), 2500, 1000);
         assert_proven(name, &certificate, 1000);
         let mut parts = shorter(1.0).into_parts();
-        parts.run.stages.iter_mut().for_each(|stage| stage.limit = Limit::events(400));
+        parts.run.stages.iter_mut().for_each(|stage| stage.limit = Until::events(400));
         assert_proven(name, &prove(Scene::new(parts).unwrap(), 0, 1500), 1500);
     }
 }
