@@ -144,13 +144,12 @@ enum Chosen {
 ///
 /// ```
 /// use carom::engine::{Simulation, Until};
-/// use carom::model::Potential;
-/// use carom::scene::{Amount, Lattice, SceneBuilder};
+/// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 ///
 /// let scene = SceneBuilder::new("replica")
-///     .species("sphere", 1.0, 1.0)
-///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-///     .fill(Lattice::FaceCentredCubic, "sphere", 108, Amount::PackingFraction(0.2))
+///     .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+///     .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+///     .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(108).packing_fraction(0.2))
 ///     .temperature(1.0);
 /// let simulations: Result<Vec<Simulation>, Box<dyn std::error::Error>> =
 ///     (1..=4).map(|seed| Ok(Simulation::new(scene.clone().seed(seed).build()?)?)).collect();

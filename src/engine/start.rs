@@ -136,15 +136,15 @@ fn diameters(scene: &Scene) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Barostat, Growth, GrowthTarget, Potential, RunPlan, StagePlan};
+    use crate::model::{Barostat, Growth, GrowthTarget, RunPlan, StagePlan};
     use crate::run::Run;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     fn planned(run: RunPlan) -> Scene {
         SceneBuilder::new("planned")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
             .temperature(1.0)
             .run(run)
             .build()

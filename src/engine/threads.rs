@@ -82,13 +82,13 @@ impl Simulation {
     /// 250,000 particles per thread, and need two and a half times the memory (`docs/speed.md`).
     ///
     /// ```
-    /// use carom::{Potential, SceneBuilder, Simulation, Until};
-    /// use carom::scene::{Amount, Lattice};
+    /// use carom::{SceneBuilder, Simulation, Until};
+    /// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SpeciesDraft};
     ///
     /// let scene = SceneBuilder::new("fluid")
-    ///     .species("sphere", 1.0, 1.0)
-    ///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-    ///     .fill(Lattice::FaceCentredCubic, "sphere", 4_000, Amount::PackingFraction(0.4))
+    ///     .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+    ///     .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+    ///     .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(4_000).packing_fraction(0.4))
     ///     .temperature(1.0)
     ///     .build()?;
     /// let (mut one, mut two) = (Simulation::new(scene.clone())?, Simulation::new(scene)?);

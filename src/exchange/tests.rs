@@ -14,14 +14,14 @@ use crate::model::measurement_plan::{BondOrder, RadialDistribution};
 use crate::model::{
     ExchangeEnsemble, ExchangePlan, MeasurementPlan, OutputPlan, Potential, RunPlan, Scene, Space, Until,
 };
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 fn fluid(interval: f64, attempts: u32) -> Scene {
     let limit = Until::time(f64::from(attempts) * interval);
     SceneBuilder::new("fluid")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
-        .fill(Lattice::SimpleCubic, "A", 27, Amount::NumberDensity(0.4))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0).unwrap()).between("A", "A"))
+        .fill(Fill::new(Lattice::SimpleCubic, "A").count(27).number_density(0.4))
         .exchange(ExchangePlan {
             temperatures: vec![2.0, 1.4, 1.0],
             interval,
@@ -89,9 +89,9 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
     let (edge, cutoff) = (4.2, 2.1);
     let scene = SceneBuilder::new("pair")
         .space(Space::periodic_cube(edge))
-        .species("A", 1.3, 1.0)
-        .species("B", 0.7, 1.0)
-        .interaction("A", "B", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0).unwrap()).between("A", "B"))
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .particle("B", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
         .exchange(ExchangePlan {
@@ -294,8 +294,8 @@ fn one_falling_particle_has_the_barometric_energy() {
     let scene = SceneBuilder::new("column")
         .space(Space { boundary: walls, ..Space::periodic_cube(5.0) })
         .gravity(Vector::new(0.0, -0.7, 0.0))
-        .species("A", 1.3, 1.0)
-        .no_interaction("A", "A")
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .exchange(plan)
         .run(RunPlan { limit: Until::time(9000.0), ..RunPlan::default() })

@@ -2,14 +2,13 @@
 //!
 //! ```
 //! use carom::io::estimate::SizeEstimate;
-//! use carom::model::potential::Potential;
-//! use carom::scene::{Amount, Lattice, SceneBuilder};
 //! use carom::model::{RunPlan, Until};
+//! use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 //!
 //! let scene = SceneBuilder::new("fluid")
-//!     .species("A", 1.0, 1.0)
-//!     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-//!     .fill(Lattice::FaceCentredCubic, "A", 4_000, Amount::PackingFraction(0.3))
+//!     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+//!     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+//!     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(4_000).packing_fraction(0.3))
 //!     .run(RunPlan { limit: Until::events(1_000_000), ..RunPlan::default() })
 //!     .build()?;
 //! let estimate = SizeEstimate::of(&scene, None);

@@ -55,14 +55,14 @@ pub(super) enum Origin {
 /// start or from a checkpoint.
 ///
 /// ```
-/// use carom::model::{Potential, RunPlan, Until};
+/// use carom::model::{RunPlan, Until};
 /// use carom::run::Run;
-/// use carom::scene::{Amount, Lattice, SceneBuilder};
+/// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 ///
 /// let scene = SceneBuilder::new("fluid")
-///     .species("A", 1.0, 1.0)
-///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-///     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+///     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+///     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+///     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
 ///     .temperature(1.0)
 ///     .run(RunPlan { equilibration: Until::events(2_000), limit: Until::events(5_000), ..RunPlan::default() })
 ///     .build()?;
@@ -192,15 +192,15 @@ impl Run {
     /// reason for its end; [`Run::execute`] and [`Run::finish`] add the last row and frame.
     ///
     /// ```
-    /// # use carom::model::{Potential, RunPlan};
-    /// # use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// # use carom::model::RunPlan;
+    /// # use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     /// use carom::engine::Until;
     /// use carom::run::Run;
     ///
     /// # let scene = SceneBuilder::new("fluid")
-    /// #     .species("A", 1.0, 1.0)
-    /// #     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-    /// #     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+    /// #     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+    /// #     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+    /// #     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
     /// #     .temperature(1.0)
     /// #     .run(RunPlan { equilibration: Until::events(2_000), limit: Until::events(5_000), ..RunPlan::default() })
     /// #     .build()?;
@@ -277,8 +277,8 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Growth, GrowthTarget, Potential, RunPlan, StagePlan, Thermostat};
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::model::{Growth, GrowthTarget, RunPlan, StagePlan, Thermostat};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     fn planned(target: f64) -> Scene {
         let bath = Some(Thermostat::Andersen { temperature: 2.0, rate: 1.0, axes: [true; 3] });
@@ -292,9 +292,9 @@ mod tests {
             ..RunPlan::default()
         };
         SceneBuilder::new("planned")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
             .temperature(1.0)
             .run(plan)
             .build()

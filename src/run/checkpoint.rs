@@ -140,16 +140,15 @@ impl Checkpoint {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
-    use crate::model::potential::Potential;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     #[test]
     fn full_disk_is_reported_as_such() {
         let scene = SceneBuilder::new("full")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             // The checkpoint has several megabytes, more than any buffer can hold.
-            .fill(Lattice::FaceCentredCubic, "A", 10_976, Amount::PackingFraction(0.3))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(10_976).packing_fraction(0.3))
             .run(crate::model::RunPlan { limit: Until::events(1), ..Default::default() })
             .build()
             .unwrap();

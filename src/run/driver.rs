@@ -299,11 +299,10 @@ impl Driver<'_> {
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
     use crate::model::{OutputPlan, RunPlan, Until};
     use crate::run::{Ending, Stage, run};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     #[test]
     fn run_can_be_interrupted_while_no_events_happen() {
@@ -311,8 +310,8 @@ mod tests {
         space.size.x = 1e15;
         let scene = SceneBuilder::new("pipe")
             .space(space)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.3, 0.2))
             .particle("A", Vector::new(1e10, 1.5, 1.5), Vector::new(-1.0, 0.1, 0.3))
             .run(RunPlan { limit: Until::events(100), ..RunPlan::default() })
@@ -336,8 +335,8 @@ mod tests {
         SceneBuilder::new("overlapping")
             .allow_invalid_start(true)
             .space(Space { size: Vector::new(10.0, 10.0, 0.0), ..space })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(2.0, 5.0, 0.0), Vector::zeros())
             .particle("A", Vector::new(2.5, 5.0, 0.0), Vector::zeros())
             .particle("A", Vector::new(8.0, 8.5, 0.0), Vector::from(velocity))
@@ -367,12 +366,10 @@ mod tests {
         let pass = |position: [f64; 3], velocity: f64, scene: SceneBuilder| {
             scene.particle("A", Vector::from(position), Vector::new(velocity, 0.0, 0.0))
         };
-        let scene = SceneBuilder::new("passing").space(Space::periodic_cube(10.0)).species("A", 1.0, 1.0).interaction(
-            "A",
-            "A",
-            Potential::hard_sphere(1.0).unwrap(),
-            1.0,
-        );
+        let scene = SceneBuilder::new("passing")
+            .space(Space::periodic_cube(10.0))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"));
         let scene = pass([2.0, 7.0, 5.0], -1.0, pass([2.0, 2.0, 5.0], 1.0, scene));
         let plan = RunPlan { equilibration: Until::events(10), limit: Until::time(10.0), ..RunPlan::default() };
         let finished = finished(scene, plan, Some(1e-3));

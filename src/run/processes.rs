@@ -67,9 +67,9 @@ mod tests {
     use crate::engine::Snapshot;
     use crate::engine::communicator::tests::in_processes;
     use crate::engine::event::Event;
-    use crate::model::{Growth, GrowthTarget, OutputPlan, Potential, RunPlan, Scene, StagePlan, Thermostat, Until};
+    use crate::model::{Growth, GrowthTarget, OutputPlan, RunPlan, Scene, StagePlan, Thermostat, Until};
     use crate::run::{Ending, Recorder, Scalar, Stage};
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     use std::convert::Infallible;
     use std::ops::ControlFlow;
 
@@ -119,9 +119,9 @@ mod tests {
         let grow = StagePlan { name: "growth".into(), growth: Some(growth), ..StagePlan::default() };
         let thermostat = Thermostat::Andersen { temperature: 1.3, rate: 0.1, axes: [true; 3] };
         SceneBuilder::new("fluid")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.3))
             .temperature(1.0)
             .run(RunPlan {
                 stages: vec![grow],

@@ -326,6 +326,7 @@ pub fn start(scene: &Scene) -> Option<String> {
 mod tests {
     use super::*;
     use crate::model::Growth;
+    use crate::scene::{InteractionDraft, Model, SpeciesDraft};
 
     #[test]
     fn only_what_changes_the_momentum_is_named() {
@@ -334,8 +335,8 @@ mod tests {
                 boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::walls(1.0)],
                 ..crate::model::space::Space::periodic_cube(9.0)
             })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .gravity(crate::Vector::new(0.0, -1.0, 0.0))
             .particle("A", crate::Vector::repeat(4.0), crate::Vector::zeros())
             .build()
@@ -346,8 +347,8 @@ mod tests {
                 boundary: [Boundary::walls(1.0); 3],
                 ..crate::model::space::Space::periodic_cube(9.0)
             })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", crate::Vector::repeat(4.0), crate::Vector::zeros())
             .build()
             .unwrap();

@@ -1,11 +1,10 @@
 //! Moving surfaces, and gravity that changes from stage to stage.
 
 use carom::engine::Simulation;
-use carom::model::potential::Potential;
 use carom::model::run_plan::StagePlan;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, MotionKind, RunPlan, SurfaceMotion, SurfaceShape, Until};
-use carom::scene::{SceneBuilder, SurfaceDraft};
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use carom::{Run, Vector};
 
 #[test]
@@ -28,8 +27,8 @@ fn gravity_of_each_stage_acts_in_turn() {
     let scene = SceneBuilder::new("turning")
         .space(space)
         .gravity(down)
-        .species("A", 0.7, 0.5)
-        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", place, velocity)
         .particle("A", place + Vector::y() * 4.0, velocity)
         .run(plan)
@@ -57,8 +56,8 @@ fn changes(speed: f64) -> Vec<f64> {
     let motion = SurfaceMotion { from: 3.0, until: 3.0 + 4.7 / speed, kind };
     let mut scene = SceneBuilder::new("piston")
         .space(space)
-        .species("A", 0.7, 0.6)
-        .no_interaction("A", "A")
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.6))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .surface(SurfaceDraft::new("piston", piston).motion(motion));
     for k in 0..20 {
         let k = f64::from(k);

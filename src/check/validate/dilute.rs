@@ -6,7 +6,7 @@ use crate::analysis::published::{second_virial_of_square_well, third_virial_of_s
 use crate::analysis::statistics::Estimate;
 use crate::model::potential::Potential;
 use crate::model::{RunPlan, Until};
-use crate::scene::{Amount, Lattice};
+use crate::scene::{Fill, Lattice};
 
 pub(super) const NUMBER_DENSITY: f64 = 0.01;
 const WELL_RATIO: f64 = 1.5;
@@ -24,7 +24,7 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
     // coefficient would be uncertain by 4 to 8 %, but a verdict needs less than 5 %.
     let events = effort.events() * if effort == Effort::Brief { 4 } else { 1 };
     let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(effort.particles()).number_density(NUMBER_DENSITY))
         .temperature(temperature)
         .run(RunPlan { limit: Until::events(events), ..plan(effort) });
     let finished = finish(build(&scene)?, watch)?;

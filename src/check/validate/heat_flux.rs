@@ -44,7 +44,7 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, 1.0)
         .space(Space { lower: Vector::zeros(), size, boundary })
         .wall_temperatures(0, TEMPERATURES.map(Some))
-        .add_fill(Fill::new(Arrangement::Random, "A").count(count))
+        .fill(Fill::new(Arrangement::Random, "A").count(count))
         .temperature(START)
         .run(RunPlan { limit: Until::events(effort.events().max(FEWEST_EVENTS)), ..plan(effort) });
     let finished = finish(build(&scene)?, watch)?;

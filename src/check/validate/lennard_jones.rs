@@ -9,7 +9,7 @@ use crate::analysis::statistics::Estimate;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
 use crate::model::{RunPlan, Thermostat, Until};
-use crate::scene::{Amount, Lattice};
+use crate::scene::{Fill, Lattice};
 
 pub(super) const COUNT: u64 = 256;
 const NUMBER_DENSITY: f64 = 0.75;
@@ -58,7 +58,7 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
 fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::StatePointError> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
     let scene = one_species(seed, shifted(steps)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::NumberDensity(NUMBER_DENSITY))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(COUNT).number_density(NUMBER_DENSITY))
         .temperature(TEMPERATURE)
         .run(RunPlan {
             equilibration: Until::time(TIMES[0]),

@@ -11,7 +11,7 @@ use crate::model::error::PotentialError;
 use crate::model::{Potential, RunPlan, Scene, Until};
 use crate::run::audit;
 use crate::run::{self, Ending, Finished};
-use crate::scene::{SceneBuilder, SceneError};
+use crate::scene::{InteractionDraft, SceneBuilder, SceneError, SpeciesDraft};
 
 /// A callback, called every few hundredths of a second. A break ends the run.
 pub type Watch<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
@@ -38,8 +38,8 @@ pub enum StatePointError {
 }
 
 pub(super) fn one_species(seed: u64, potential: Potential, restitution: f64) -> SceneBuilder {
-    let builder = SceneBuilder::new("validate").seed(seed).species("A", 1.0, 1.0);
-    builder.interaction("A", "A", potential, restitution)
+    let builder = SceneBuilder::new("validate").seed(seed).species(SpeciesDraft::new("A").mass(1.0).diameter(1.0));
+    builder.interaction(InteractionDraft::new(potential).between("A", "A").restitution(restitution))
 }
 
 pub(super) fn plan(effort: Effort) -> RunPlan {

@@ -12,7 +12,7 @@ use crate::engine::sources::andersen::Bath;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{RunPlan, Scene, Thermostat};
-use crate::scene::{Arrangement, Chain, Fill, SceneBuilder};
+use crate::scene::{Arrangement, Chain, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
 fn begun<const FALLING: bool, const TABLE: bool>(scene: &Scene) -> Engine<FALLING, TABLE> {
@@ -141,9 +141,9 @@ fn domains_match_one_engine_bitwise() {
     let flat = [Boundary::Periodic, Boundary::walls(1.0), Boundary::Flat];
     let disks = SceneBuilder::new("disks")
         .space(Space { boundary: flat, size: Vector::new(60.0, 20.0, 0.0), ..Space::periodic_cube(1.0) })
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", hard(), 0.95)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(500))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.95))
+        .fill(Fill::new(Arrangement::Random, "A").count(500))
         .temperature(1.3);
     compare::<false, false>(&disks.build().unwrap(), "disks", Until::time(6.0), (&[2, 5], WIDE));
 }
@@ -161,9 +161,9 @@ fn chains() -> SceneBuilder {
         speed: None,
     };
     SceneBuilder::new("chains")
-        .species("bead", 0.7, 1.0)
-        .interaction("bead", "bead", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .bond_interaction("link", Potential::bond(0.8, 2.6).unwrap(), 1.0)
+        .species(SpeciesDraft::new("bead").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("bead", "bead"))
+        .interaction(InteractionDraft::new(Potential::bond(0.8, 2.6).unwrap()).named("link"))
         .space(Space { size: Vector::new(30.0, 9.0, 8.0), ..Space::periodic_cube(1.0) })
         .chain(chain)
 }

@@ -5,7 +5,7 @@ use crate::Vector;
 use crate::exchange::mean_force::MeanForce;
 use crate::exchange::{Distances, Exchange, ExchangeError};
 use crate::model::{ExchangeEnsemble, ExchangePlan, ParticleId, Potential, RunPlan, Scene, Space, UmbrellaPlan, Until};
-use crate::scene::SceneBuilder;
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
@@ -46,11 +46,11 @@ fn window_exchange_resumes_bitwise() {
 fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
     SceneBuilder::new("pair")
         .space(Space::periodic_cube(6.0))
-        .species("A", 1.3, 1.0)
-        .species("B", 0.37, 1.0)
-        .no_interaction("A", "A")
-        .no_interaction("B", "B")
-        .interaction("A", "B", Potential::square_well(1.0, 1.5, 0.9).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.37).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("B", "B"))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 0.9).unwrap()).between("A", "B"))
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .particle("B", Vector::new(3.9, 3.9, 3.9), Vector::zeros())
         .exchange(plan(windows, 1.0))

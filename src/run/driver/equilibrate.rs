@@ -92,11 +92,10 @@ impl Driver<'_> {
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Face, Space};
     use crate::model::{ContactLaw, RunPlan, Scene};
     use crate::run;
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     /// Two particles that bounce to and fro between two walls and never touch each other.
     fn to_and_fro(restitution: f64, equilibration: Until) -> Scene {
@@ -106,8 +105,8 @@ mod tests {
         let run = RunPlan { equilibration, until_stationary: true, limit: Until::events(10), ..RunPlan::default() };
         SceneBuilder::new("ball")
             .space(space)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(2.0, 1.0, 1.0), Vector::new(1.0, 0.0, 0.0))
             .particle("A", Vector::new(2.0, 3.5, 3.5), Vector::new(-1.0, 0.0, 0.0))
             .run(run)

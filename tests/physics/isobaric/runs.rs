@@ -8,7 +8,7 @@ use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
 use carom::model::{Barostat, OutputPlan, RunPlan, Scene, StagePlan, Until};
 use carom::run::{Run, run};
-use carom::scene::{Amount, Chain, Lattice, SceneBuilder};
+use carom::scene::{Chain, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 use super::{TEMPERATURE, bath, hard, observable, plan, space};
 
@@ -27,12 +27,12 @@ fn chains() -> SceneBuilder {
     let well = Potential::square_well(1.0, 1.4, 0.3).unwrap();
     let mut scene = SceneBuilder::new("chains")
         .space(Space { size: Vector::new(9.0, 7.0, 0.0), ..space(9.0, 2) })
-        .species("A", 1.3, 1.0)
-        .species("B", 0.7, 1.0)
-        .interaction("A", "A", well, 1.0)
-        .interaction("A", "B", hard(), 1.0)
-        .interaction("B", "B", hard(), 1.0)
-        .bond_interaction("link", Potential::bond(1.0, 1.2).unwrap(), 1.0);
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(well).between("A", "A"))
+        .interaction(InteractionDraft::new(hard()).between("A", "B"))
+        .interaction(InteractionDraft::new(hard()).between("B", "B"))
+        .interaction(InteractionDraft::new(Potential::bond(1.0, 1.2).unwrap()).named("link"));
     scene.insert_chain(chain((Vector::new(6.2, 1.0, 0.0), Vector::new(1.0, 0.35, 0.0))));
     for y in 0..3 {
         scene.insert_particle("B", Vector::new(1.3 + f64::from(y), 0.6, 0.0), Vector::new(0.3, -0.2, 0.0));
@@ -98,9 +98,9 @@ fn pauses_and_threads_do_not_change_an_isobaric_run() {
     };
     let output = OutputPlan { thermo_interval: Some(0.25), frame_interval: Some(1.0), ..OutputPlan::default() };
     let scene = SceneBuilder::new("bits")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", Potential::square_well(1.0, 1.5, 0.5).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 0.5).unwrap()).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.3))
         .temperature(1.0)
         .run(plan)
         .output(output)
@@ -122,9 +122,9 @@ fn run_starts_at_the_volume_left_by_the_stage_before() {
     };
     let plan = RunPlan { stages: vec![stage], limit: Until::time(100.0), ..RunPlan::default() };
     let scene = SceneBuilder::new("pressed")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", hard(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
         .temperature(TEMPERATURE)
         .run(plan)
         .build()

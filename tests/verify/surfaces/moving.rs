@@ -131,7 +131,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
     for (motions, count) in [(&shakes, 3), (&sinks, 3), (&shakes, 40), (&sinks, 40)] {
         let space = Space { boundary: [Boundary::Periodic, Boundary::Periodic, between], ..Space::periodic_cube(7.0) };
         let gas = grains(0, 0).space(space).gravity(Vector::z() * -0.3);
-        let gas = gas.add_fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
+        let gas = gas.fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
         let shapes = vec![rod.clone(), ball.clone(), SurfaceShape::Mesh(block.clone())];
         let found = assert_moving("plates", moving(gas, shapes, motions, 1.0), 1500);
         assert!(found.counts.surface > 200, "{count}: {:?}", found.counts);
@@ -145,7 +145,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let gas = grains(0, 0).space(space.clone()).gravity(Vector::new(-0.3, -1.0, 0.1) * gravity);
         let region = Fill::new(Arrangement::Random, "A").count(20);
         let region = region.region(Vector::new(1.5, 4.2, 0.0), Vector::new(5.5, 5.5, 7.0));
-        let gas = gas.add_fill(region).temperature(1.0);
+        let gas = gas.fill(region).temperature(1.0);
         let scene = moving(gas, vec![SurfaceShape::Mesh(paddle.clone()), pipe.clone()], &for_ever(turn), 0.95);
         let found = assert_moving("paddle", scene, 1500);
         assert!(found.counts.surface > 200, "{:?}", found.counts);

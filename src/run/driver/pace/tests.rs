@@ -5,10 +5,10 @@ use super::*;
 use crate::analysis::instruments::Scalar;
 use crate::analysis::observables::Row;
 use crate::engine::{Simulation, Snapshot};
-use crate::model::{OutputPlan, Potential, RunPlan, Scene};
+use crate::model::{OutputPlan, RunPlan, Scene};
 use crate::run::checkpoint::{Checkpoint, Manifest};
 use crate::run::{Recorder, Run, RunState, Stage};
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 #[test]
 fn durations_are_rounded_to_two_digits() {
@@ -70,9 +70,9 @@ impl Kept {
 
 fn fluid(packing_fraction: f64, events: u64, output: OutputPlan) -> Scene {
     SceneBuilder::new("fluid")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(packing_fraction))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(packing_fraction))
         .temperature(1.0)
         .run(RunPlan { limit: Until::events(events), ..RunPlan::default() })
         .output(output)
@@ -123,9 +123,9 @@ fn a_pilot_run_that_is_interrupted_goes_on() {
 fn default_frames_take_at_most_200_megabytes() {
     let scene = |limit: Until, frame_interval: Option<f64>| {
         SceneBuilder::new("large")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108_000, Amount::PackingFraction(0.4))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108_000).packing_fraction(0.4))
             .temperature(1.0)
             .run(RunPlan { limit, ..RunPlan::default() })
             .output(OutputPlan { frame_interval, ..OutputPlan::default() })
