@@ -165,6 +165,8 @@
 #![cfg_attr(not(feature = "view"), allow(dead_code, unused_imports))]
 
 pub mod analysis;
+/// Tools that the packages of this repository share. Their interface may change at any time.
+#[doc(hidden)]
 pub mod base;
 pub mod check;
 #[cfg(feature = "cli")]
