@@ -11,7 +11,7 @@
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Amount, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 use std::error::Error;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -35,9 +35,9 @@ fn spheres(
 ) -> Result<Scene, Box<dyn Error>> {
     let lattice = if is_fluid { Lattice::BodyCentredCubic } else { Lattice::FaceCentredCubic };
     let scene = SceneBuilder::new("rate")
-        .species("sphere", 1.0, 1.0)
-        .interaction("sphere", "sphere", potential, 1.0)
-        .fill(lattice, "sphere", count, amount)
+        .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential).between("sphere", "sphere"))
+        .fill(Fill { amount: Some(amount), ..Fill::new(lattice, "sphere").count(count) })
         .temperature(temperature)
         .build()?;
     let mut random = 1_u64;

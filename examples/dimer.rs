@@ -11,14 +11,14 @@ use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 /// Counts the events of two beads with each other in a given time. Their bond keeps the distance between 1 and 1.4, and
 /// they start with a relative speed of 2.
 pub fn contacts(duration: f64) -> Result<u64, Box<dyn Error>> {
-    let mut scene = SceneBuilder::new("dimer").space(Space::periodic_cube(12.0));
-    scene.insert_species(SpeciesDraft::new("bead").mass(1.3).diameter(1.0));
-    scene.insert_interaction(InteractionDraft::new(Model::HardSphere).between("bead", "bead").restitution(0.9));
-    scene.insert_interaction(InteractionDraft::new(Potential::bond(1.0, 1.4)?).named("rope"));
+    let mut scene = SceneBuilder::new("dimer")
+        .space(Space::periodic_cube(12.0))
+        .species(SpeciesDraft::new("bead").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("bead", "bead").restitution(0.9))
+        .interaction(InteractionDraft::new(Potential::bond(1.0, 1.4)?).named("rope"));
     let first = scene.insert_particle("bead", Vector::new(1.0, 1.0, 1.0), Vector::x());
     let second = scene.insert_particle("bead", Vector::new(2.2, 1.0, 1.0), -Vector::x());
-    scene.insert_bond([first, second], "rope");
-    let scene = scene.build()?;
+    let scene = scene.bond([first, second], "rope").build()?;
     let mut simulation = Simulation::new(scene)?;
     let mut contacts = 0;
     simulation.advance_with(Until::time(duration), |event| {

@@ -6,7 +6,7 @@ use std::error::Error;
 use carom::engine::event::{EventKind, Outcome};
 use carom::engine::{Simulation, Until};
 use carom::model::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 /// Number of events, and the sum of their impulses.
 pub type Statistics = BTreeMap<&'static str, (u64, f64)>;
@@ -15,9 +15,9 @@ pub type Statistics = BTreeMap<&'static str, (u64, f64)>;
 pub fn statistics(events: u64) -> Result<Statistics, Box<dyn Error>> {
     let well = Potential::square_well(1.0, 1.5, 1.0)?;
     let scene = SceneBuilder::new("wells")
-        .species("sphere", 1.0, 1.0)
-        .interaction("sphere", "sphere", well, 1.0)
-        .fill(Lattice::FaceCentredCubic, "sphere", 500, Amount::NumberDensity(0.5))
+        .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(well).between("sphere", "sphere"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(500).number_density(0.5))
         .temperature(2.0)
         .build()?;
     let mut simulation = Simulation::new(scene)?;

@@ -5,20 +5,20 @@ use std::error::Error;
 use carom::analysis::instruments::Number;
 use carom::analysis::published::carnahan_starling;
 use carom::model::measurement_plan::{MeasurementPlan, PressureTensor};
-use carom::model::{Limit, RunPlan};
-use carom::scene::{Amount, Lattice};
-use carom::{Potential, Run, SceneBuilder};
+use carom::model::{RunPlan, Until};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SpeciesDraft};
+use carom::{Run, SceneBuilder};
 
 const PACKING_FRACTION: f64 = 0.3;
 
 /// The compressibility factor `p V / (N k T)` of 500 hard spheres.
 pub fn compressibility_factor() -> Result<Number, Box<dyn Error>> {
     let scene = SceneBuilder::new("fluid")
-        .species("sphere", 1.0, 1.0)
-        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "sphere", 500, Amount::PackingFraction(PACKING_FRACTION))
+        .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(500).packing_fraction(PACKING_FRACTION))
         .temperature(1.0)
-        .run(RunPlan { equilibration: Limit::time(5.0), limit: Limit::time(50.0), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::time(5.0), limit: Until::time(50.0), ..RunPlan::default() })
         .measure(MeasurementPlan { pressure_tensor: Some(PressureTensor::default()), ..MeasurementPlan::default() })
         .build()?;
     let finished = Run::new(scene).finish()?;

@@ -7,9 +7,9 @@ use std::path::Path;
 use carom::analysis::instruments::{Curve, Instrument, Measured, Sample, SystemDescription};
 use carom::analysis::{SamplingTimes, statistics::BlockAverage};
 use carom::io::{Existing, Folder};
-use carom::model::{Limit, Potential, RunPlan};
+use carom::model::{RunPlan, Until};
 use carom::run::{Finished, Run};
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use serde::{Deserialize, Serialize};
 
 const WIDTH: f64 = 0.25;
@@ -46,11 +46,11 @@ impl Instrument for Speeds {
 /// Runs a fluid with the instrument `Speeds`, and writes the files of the run to a folder.
 pub fn measured_in(folder: &Path) -> Result<Finished, Box<dyn Error>> {
     let scene = SceneBuilder::new("fluid")
-        .species("sphere", 1.0, 1.0)
-        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.3))
+        .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(256).packing_fraction(0.3))
         .temperature(1.0)
-        .run(RunPlan { equilibration: Limit::time(2.0), limit: Limit::time(20.0), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::time(2.0), limit: Until::time(20.0), ..RunPlan::default() })
         .build()?;
     let mut files = Folder::create(folder, &scene, Existing::Keep)?;
     let run = Run::new(scene).instrument("speeds", |setup| Speeds {

@@ -5,7 +5,7 @@ use std::error::Error;
 
 use carom::engine::{Simulation, Until};
 use carom::model::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 const STEPS: u32 = 10;
 const CUTOFF: f64 = 2.0;
@@ -36,9 +36,9 @@ pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
 /// A fluid of Yukawa spheres after a number of events, and its initial total energy.
 pub fn simulated(events: u64) -> Result<(Simulation, f64), Box<dyn Error>> {
     let scene = SceneBuilder::new("yukawa")
-        .species("sphere", 1.0, 1.0)
-        .interaction("sphere", "sphere", stepped_yukawa()?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::NumberDensity(0.4))
+        .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(stepped_yukawa()?).between("sphere", "sphere"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(256).number_density(0.4))
         .temperature(1.0)
         .build()?;
     let mut simulation = Simulation::new(scene)?;

@@ -4,16 +4,15 @@ use std::error::Error;
 use std::thread;
 
 use carom::engine::{Simulation, Until};
-use carom::model::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 /// The contact rate per particle in one replica.
 fn contact_rate(seed: u64) -> Result<f64, Box<dyn Error + Send + Sync>> {
     let scene = SceneBuilder::new("replica")
         .seed(seed)
-        .species("sphere", 1.0, 1.0)
-        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.2))
+        .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(256).packing_fraction(0.2))
         .temperature(1.0)
         .build()?;
     let mut simulation = Simulation::new(scene)?;

@@ -3,15 +3,14 @@
 use std::error::Error;
 
 use carom::engine::{Simulation, Until};
-use carom::model::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 /// The gas, and its kinetic energy before and after.
 pub fn cooled() -> Result<(Simulation, [f64; 2]), Box<dyn Error>> {
     let scene = SceneBuilder::new("gas")
-        .species("grain", 1.0, 1.0)
-        .interaction("grain", "grain", Potential::hard_sphere(1.0)?, 0.8)
-        .fill(Lattice::FaceCentredCubic, "grain", 500, Amount::PackingFraction(0.1))
+        .species(SpeciesDraft::new("grain").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("grain", "grain").restitution(0.8))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "grain").count(500).packing_fraction(0.1))
         .temperature(1.0)
         .build()?;
     let mut simulation = Simulation::new(scene)?;

@@ -30,7 +30,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use crate::base::text::printable;
-use crate::engine::Transport;
+use crate::engine::Communicator;
 use crate::exchange::ExchangeFolder;
 use crate::io::estimate::allowed;
 use crate::io::{Existing, Folder, read_scene_text};
@@ -198,7 +198,7 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
 }
 
 /// Connects this process to the other processes of the same run. Returns `None` if this process is alone.
-pub type Join = fn() -> Option<Arc<dyn Transport>>;
+pub type Join = fn() -> Option<Arc<dyn Communicator>>;
 
 /// Executes the command line of the program. Call this before any other thread starts.
 #[must_use]

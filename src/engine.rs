@@ -17,6 +17,7 @@ mod audit;
 mod build;
 mod clock;
 mod columns;
+pub(crate) mod communicator;
 mod confinement;
 mod contact;
 mod distances;
@@ -48,52 +49,30 @@ mod state;
 mod states;
 pub(crate) mod surfaces;
 mod threads;
-pub(crate) mod transport;
 mod volume_move;
 
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
+pub use crate::model::Until;
 use crate::model::space::Boundary;
-use crate::model::{Limit, ParticleId, Scene, Threads};
+use crate::model::{ParticleId, Scene, Threads};
+use observe::Observe;
 use parts::Engine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::Arc;
 
 pub use audit::Overlap;
+pub use communicator::Communicator;
 pub use domains::{DomainWork, SingleThread};
 pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
 pub use neighbours::Search;
 pub(crate) use neighbours::cell_list::CellList;
-pub use observe::{EventSequence, Observe, ObserverResult};
+pub use observe::{EventSequence, ObserverResult};
 pub use set_state::{PairStates, SetStateError};
 pub use snapshot::{Energy, ParticleNow, Snapshot};
 pub use start::NeedsRun;
 pub use states::{Elapsed, States};
-pub use transport::Transport;
 pub(crate) use volume_move::Scaling;
-
-/// Limits of an advance. The simulation stops at the limit that it reaches first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Until {
-    /// Absolute simulated time `[time]`. An infinite time is no limit.
-    pub time: f64,
-    /// Number of physical events since the start of the simulation.
-    pub events: u64,
-}
-
-impl Until {
-    /// Limits the advance to a simulated time.
-    #[must_use]
-    pub fn time(time: f64) -> Self {
-        Self { time, events: u64::MAX }
-    }
-
-    /// Limits the advance to a number of physical events since the start.
-    #[must_use]
-    pub fn events(events: u64) -> Self {
-        Self { time: f64::INFINITY, events }
-    }
-}
 
 /// The reason why an advance ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -165,13 +144,12 @@ enum Chosen {
 ///
 /// ```
 /// use carom::engine::{Simulation, Until};
-/// use carom::model::Potential;
-/// use carom::scene::{Amount, Lattice, SceneBuilder};
+/// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 ///
 /// let scene = SceneBuilder::new("replica")
-///     .species("sphere", 1.0, 1.0)
-///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-///     .fill(Lattice::FaceCentredCubic, "sphere", 108, Amount::PackingFraction(0.2))
+///     .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+///     .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+///     .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(108).packing_fraction(0.2))
 ///     .temperature(1.0);
 /// let simulations: Result<Vec<Simulation>, Box<dyn std::error::Error>> =
 ///     (1..=4).map(|seed| Ok(Simulation::new(scene.clone().seed(seed).build()?)?)).collect();
@@ -197,9 +175,9 @@ pub struct Simulation {
     /// Threads assigned to the simulation. They are not part of its state.
     #[serde(skip)]
     threads: Threads,
-    /// Message transport to other processes that simulate the same system. It is not part of the state.
+    /// Connection to other processes that simulate the same system. It is not part of the state.
     #[serde(skip)]
-    transport: Option<Arc<dyn Transport>>,
+    communicator: Option<Arc<dyn Communicator>>,
 }
 
 impl Simulation {
@@ -240,7 +218,8 @@ impl Simulation {
         EventCountsBySpecies::of_one_species(species, self.event_counts())
     }
 
-    /// Advances the simulation to a time or a number of events. Does nothing if the limit has passed.
+    /// Advances the simulation to a time or a number of events, counted from its beginning. Does nothing if they have
+    /// passed.
     ///
     /// The limit does not affect the dynamics: two successive advances give the same results as a single long
     /// one, bit for bit.
@@ -272,8 +251,7 @@ impl Simulation {
         self.advance_observed(until, Some(&mut |event| observe(event).control()))
     }
 
-    /// Advances the simulation as [`Self::advance_with`] does, but pauses after a number of steps and returns
-    /// `None`. The observer is optional.
+    /// Advances the simulation as [`Self::advance`] does, but pauses after a number of steps and returns `None`.
     ///
     /// A step is an event, a cell transition, a new prediction, or anything that takes about as long. At least one step
     /// is done. There can be many steps between two events. A limit on steps therefore returns control to the caller
@@ -282,13 +260,25 @@ impl Simulation {
     /// # Errors
     /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
     /// if the state is impossible.
-    pub fn advance_for(
+    pub fn advance_for(&mut self, steps: u64, until: Until) -> Result<Option<Reason>, EngineError> {
+        let reason = self.advance_unsettled(steps, until, None);
+        self.complete();
+        reason
+    }
+
+    /// Advances the simulation as [`Self::advance_for`] does, and calls `observe` at every event, as
+    /// [`Self::advance_with`] does.
+    ///
+    /// # Errors
+    /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
+    /// if the state is impossible.
+    pub fn advance_for_with<R: ObserverResult>(
         &mut self,
         steps: u64,
         until: Until,
-        observe: Observe<'_>,
+        mut observe: impl FnMut(&Event) -> R,
     ) -> Result<Option<Reason>, EngineError> {
-        let reason = self.advance_unsettled(steps, until, observe);
+        let reason = self.advance_unsettled(steps, until, Some(&mut |event| observe(event).control()));
         self.complete();
         reason
     }
@@ -303,10 +293,10 @@ impl Simulation {
         until: Until,
         mut observe: Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
-        if self.event_counts().physical() >= until.events {
+        if self.event_counts().physical() >= until.last_event() {
             return Ok(Some(Reason::Events));
         }
-        if until.time < self.time() {
+        if until.last_time() < self.time() {
             return Ok(Some(Reason::Time));
         }
         with_engine!(&mut self.engine, engine => engine.advance_on_cores(steps.max(1), until, &mut observe))
@@ -314,10 +304,10 @@ impl Simulation {
 
     /// Does the work of [`Self::advance_with`], without its type parameter.
     fn advance_observed(&mut self, until: Until, mut observe: Observe<'_>) -> Result<Reason, EngineError> {
-        if self.event_counts().physical() >= until.events {
+        if self.event_counts().physical() >= until.last_event() {
             return Ok(Reason::Events);
         }
-        if until.time < self.time() {
+        if until.last_time() < self.time() {
             return Ok(Reason::Time);
         }
         loop {
@@ -371,7 +361,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.enlarge());
     }
 
-    pub(crate) fn set_limit(&mut self, limit: Limit) {
+    pub(crate) fn set_limit(&mut self, limit: Until) {
         self.scene.run.limit = limit;
     }
 

@@ -12,17 +12,17 @@
 //! ```
 //! use carom::Vector;
 //! use carom::exchange::Exchange;
-//! use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, Potential, RunPlan, Space};
-//! use carom::scene::SceneBuilder;
+//! use carom::model::{ExchangeEnsemble, ExchangePlan, Potential, RunPlan, Space, Until};
+//! use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 //!
 //! let scene = SceneBuilder::new("pair")
 //!     .space(Space::periodic_cube(4.0))
-//!     .species("A", 1.0, 1.0)
-//!     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
+//!     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+//!     .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0)?).between("A", "A"))
 //!     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
 //!     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
 //!     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical, umbrella: None })
-//!     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
+//!     .run(RunPlan { equilibration: Until::time(20.0), limit: Until::time(4000.0), ..RunPlan::default() })
 //!     .build()?;
 //! let results = Exchange::new(scene)?.finish()?.results();
 //! // The lowest energy level is the bound pair. Its exact population at T = 0.4 is 0.709.

@@ -7,15 +7,15 @@
 //! stay stable when rounding puts particles on the wrong side of a discontinuity.
 //!
 //! ```
-//! use carom::scene::{Amount, Lattice};
-//! use carom::{Potential, SceneBuilder, Simulation, Until};
+//! use carom::scene::{Fill, InteractionDraft, Lattice, Model, SpeciesDraft};
+//! use carom::{SceneBuilder, Simulation, Until};
 //!
 //! // 500 hard spheres at a packing fraction of 0.3, in a periodic cube.
 //! let scene = SceneBuilder::new("fluid")
 //!     .seed(7)
-//!     .species("sphere", 1.0, 1.0)
-//!     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-//!     .fill(Lattice::FaceCentredCubic, "sphere", 500, Amount::PackingFraction(0.3))
+//!     .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+//!     .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+//!     .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(500).packing_fraction(0.3))
 //!     .temperature(1.0)
 //!     .build()?;
 //!
@@ -56,9 +56,9 @@
 //! ```
 //! use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
 //! use carom::analysis::{SamplingTimes, statistics::BlockAverage};
-//! use carom::model::{Limit, Potential, RunPlan};
+//! use carom::model::{RunPlan, Until};
 //! use carom::run::Run;
-//! use carom::scene::{Amount, Lattice, SceneBuilder};
+//! use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 //! use serde::{Deserialize, Serialize};
 //!
 //! /// The mean of `|v|^4 / (15 T^2)`, which is 1 in Maxwell's distribution.
@@ -88,11 +88,11 @@
 //! }
 //!
 //! let scene = SceneBuilder::new("fluid")
-//!     .species("sphere", 1.0, 1.0)
-//!     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-//!     .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.3))
+//!     .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+//!     .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+//!     .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(256).packing_fraction(0.3))
 //!     .temperature(1.0)
-//!     .run(RunPlan { equilibration: Limit::time(2.0), limit: Limit::time(20.0), ..RunPlan::default() })
+//!     .run(RunPlan { equilibration: Until::time(2.0), limit: Until::time(20.0), ..RunPlan::default() })
 //!     .build()?;
 //! let finished = Run::new(scene)
 //!     .instrument("kurtosis", |setup| Kurtosis {
@@ -165,6 +165,8 @@
 #![cfg_attr(not(feature = "view"), allow(dead_code, unused_imports))]
 
 pub mod analysis;
+/// Tools that the packages of this repository share. Their interface may change at any time.
+#[doc(hidden)]
 pub mod base;
 pub mod check;
 #[cfg(feature = "cli")]
@@ -183,9 +185,9 @@ pub mod trajectory;
 #[cfg(feature = "view")]
 pub mod view;
 
+pub use engine::Simulation;
 pub use engine::event::Event;
-pub use engine::{Simulation, Until};
-pub use model::{Potential, Scene};
+pub use model::{Potential, Scene, Until};
 pub use run::Run;
 pub use scene::SceneBuilder;
 

@@ -331,9 +331,9 @@ impl Finished {
     /// ```
     /// # use carom::analysis::instruments::{Instrument, Measured, Sample, SystemDescription};
     /// # use carom::engine::event::Event;
-    /// # use carom::model::{Limit, Potential, RunPlan};
+    /// # use carom::model::{RunPlan, Until};
     /// # use carom::run::Run;
-    /// # use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// # use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     /// # use serde::{Deserialize, Serialize};
     /// #[derive(Clone, Serialize, Deserialize)]
     /// struct Longest {
@@ -354,11 +354,11 @@ impl Finished {
     /// }
     ///
     /// # let scene = SceneBuilder::new("fluid")
-    /// #     .species("sphere", 1.0, 1.0)
-    /// #     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-    /// #     .fill(Lattice::FaceCentredCubic, "sphere", 108, Amount::PackingFraction(0.3))
+    /// #     .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+    /// #     .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+    /// #     .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(108).packing_fraction(0.3))
     /// #     .temperature(1.0)
-    /// #     .run(RunPlan { limit: Limit::events(2_000), ..RunPlan::default() })
+    /// #     .run(RunPlan { limit: Until::events(2_000), ..RunPlan::default() })
     /// #     .build()?;
     /// let run = Run::new(scene).instrument("longest", |setup| Longest { from: setup.sample.time, quiet: 0.0 });
     /// let finished = run.finish()?;

@@ -48,6 +48,7 @@ pub use diagnostic::{SceneError, SceneErrorKind};
 pub use given::{GivenParticles, KeptParticles};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
+pub(crate) use schema::schema_value;
 #[cfg(feature = "cli")]
 pub(crate) use source::Source;
 pub use surface_draft::SurfaceDraft;

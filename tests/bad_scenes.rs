@@ -7,7 +7,7 @@ mod cases;
 use std::path::{Path, PathBuf};
 
 use carom::model::Scene;
-use carom::scene::{SceneError, SceneErrorKind};
+use carom::scene::{InteractionDraft, SceneError, SceneErrorKind, SpeciesDraft};
 use cases::{Case, FOLDER, bases, cases};
 use miette::Diagnostic;
 use proptest::prelude::*;
@@ -208,13 +208,15 @@ fn more_interactions_than_16_bit_ids_are_rejected() {
     let species = 363;
     let mut scene = carom::scene::SceneBuilder::new("many");
     for a in 0..species {
-        scene = scene.species(&format!("s{a}"), 1.0, 1.0);
+        scene = scene.species(SpeciesDraft::new(&format!("s{a}")).mass(1.0).diameter(1.0));
     }
     for a in 0..species {
         for b in a..species {
             let diameter = 1.0 + f64::from(a * species + b) * 1e-6;
-            scene =
-                scene.interaction(&format!("s{a}"), &format!("s{b}"), Potential::hard_sphere(diameter).unwrap(), 1.0);
+            scene = scene.interaction(
+                InteractionDraft::new(Potential::hard_sphere(diameter).unwrap())
+                    .between(&format!("s{a}"), &format!("s{b}")),
+            );
         }
     }
     let error = scene.space(carom::model::space::Space::periodic_cube(10.0)).build().unwrap_err().to_string();

@@ -8,9 +8,9 @@ use carom::analysis::instruments::{Curve, Instrument, InstrumentError, Measured,
 use carom::analysis::statistics::{BlockAverage, Estimate};
 use carom::engine::event::Event;
 use carom::io::{Existing, Folder};
-use carom::model::{Limit, Potential, RunPlan, Scene};
+use carom::model::{RunPlan, Scene, Until};
 use carom::run::{Ending, Finished, Progress, Run, Stage};
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use serde::{Deserialize, Serialize};
 
 /// An instrument that averages speeds at equal intervals of time and adds up impulses. It ends the run after a number
@@ -74,11 +74,11 @@ impl Instrument for Probe {
 
 fn scene() -> Scene {
     SceneBuilder::new("probed")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
         .temperature(1.0)
-        .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::time(4.0), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::events(2_000), limit: Until::time(4.0), ..RunPlan::default() })
         .build()
         .unwrap()
 }
@@ -215,7 +215,7 @@ fn instrument_ends_a_run_at_its_event_and_changes_no_bit() {
     assert_eq!((finished.ending.clone(), finished.measurement.event_counts.physical()), (Ending::Condition, most));
     assert!(finished.is_sound(), "{:?}", finished.audit.faults());
     let mut plain = scene().into_parts();
-    plain.run.limit = Limit::events(most);
+    plain.run.limit = Until::events(most);
     let plain = Run::new(Scene::new(plain).unwrap()).finish().unwrap();
     assert_eq!(finished.simulation.snapshot(), plain.simulation.snapshot());
 }

@@ -174,13 +174,12 @@ fn the_box_follows_from_count_and_density() {
 
 #[test]
 fn builder_and_scene_file_pass_the_same_checks() {
-    use carom::model::potential::Potential;
-    use carom::scene::{Amount, Lattice, SceneBuilder};
+    use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     let builder = |restitution| {
         SceneBuilder::new("fluid")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), restitution)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.4))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(restitution))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.4))
             .temperature(1.0)
             .seed(1)
     };

@@ -11,7 +11,7 @@ mod plot;
 
 use carom::engine::{DomainWork, Simulation, Until};
 use carom::model::{Potential, Scene, Space};
-use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::error::Error;
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -80,18 +80,18 @@ pub struct Estimate {
 fn spheres(count: u64, phi: f64, domains: &'static [usize]) -> Outcome<System> {
     let lattice = if phi < FREEZING { Lattice::BodyCentredCubic } else { Lattice::FaceCentredCubic };
     let scene = SceneBuilder::new("spheres")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-        .fill(lattice, "A", count, Amount::PackingFraction(phi))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(lattice, "A").count(count).packing_fraction(phi))
         .temperature(1.0);
     Ok(System { name: format!("{count} hard spheres, {phi:.2}"), scene: scene.build()?, domains })
 }
 
 fn wells(count: u64) -> Outcome<System> {
     let scene = SceneBuilder::new("wells")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
-        .fill(Lattice::BodyCentredCubic, "A", count, Amount::NumberDensity(0.5))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0)?).between("A", "A"))
+        .fill(Fill::new(Lattice::BodyCentredCubic, "A").count(count).number_density(0.5))
         .temperature(2.0);
     Ok(System { name: format!("{count} square wells, density 0.5"), scene: scene.build()?, domains: &[] })
 }
@@ -99,14 +99,14 @@ fn wells(count: u64) -> Outcome<System> {
 fn mixture(count: u64) -> Outcome<System> {
     let hard = || Potential::hard_sphere(1.0);
     let scene = SceneBuilder::new("mixture")
-        .species("A", 1.0, 1.0)
-        .species("B", 0.3, 0.6)
-        .interaction("A", "A", hard()?, 1.0)
-        .interaction("A", "B", hard()?, 0.8)
-        .interaction("B", "B", hard()?, 0.6)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.3).diameter(0.6))
+        .interaction(InteractionDraft::new(hard()?).between("A", "A"))
+        .interaction(InteractionDraft::new(hard()?).between("A", "B").restitution(0.8))
+        .interaction(InteractionDraft::new(hard()?).between("B", "B").restitution(0.6))
         .space(Space::periodic_cube((count as f64 / 0.5).cbrt()))
-        .add_fill(Fill::new(Arrangement::Random, "A").count(count / 2))
-        .add_fill(Fill::new(Arrangement::Random, "B").count(count / 2))
+        .fill(Fill::new(Arrangement::Random, "A").count(count / 2))
+        .fill(Fill::new(Arrangement::Random, "B").count(count / 2))
         .temperature(1.0);
     Ok(System { name: format!("{count} of two sizes"), scene: scene.build()?, domains: &[] })
 }

@@ -3,7 +3,7 @@
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Amount, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 pub struct System {
     pub name: &'static str,
@@ -47,9 +47,9 @@ fn square_well(density: f64) -> Simulation {
 /// A fluid close to equilibrium, after ten events per particle.
 fn fluid(potential: Potential, amount: Amount, temperature: f64) -> Simulation {
     let scene = SceneBuilder::new("fluid")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", potential, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", PARTICLES, amount)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential).between("A", "A"))
+        .fill(Fill { amount: Some(amount), ..Fill::new(Lattice::FaceCentredCubic, "A").count(PARTICLES) })
         .temperature(temperature)
         .build()
         .expect("a valid scene");

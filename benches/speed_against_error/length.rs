@@ -15,7 +15,7 @@ use super::plot::{Panel, Series, draw};
 use super::sheet::{Sheet, number};
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Amount, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 use long_runs::measure::Start;
 use long_runs::row::{self, Row};
 
@@ -40,9 +40,9 @@ pub fn measure() -> Outcome {
 
 fn run(sheet: &mut Sheet, name: &str, potential: Potential, amount: Amount) -> Outcome {
     let scene = SceneBuilder::new("length")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", potential, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", PARTICLES, amount)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential).between("A", "A"))
+        .fill(Fill { amount: Some(amount), ..Fill::new(Lattice::FaceCentredCubic, "A").count(PARTICLES) })
         .temperature(2.0)
         .build()?;
     let mut simulation = Simulation::without_plan(scene);

@@ -7,8 +7,7 @@ use super::plot::{Panel, Series, draw};
 use super::sheet::{Sheet, number};
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
-use carom::model::potential::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::fs;
 use std::process::Command;
 
@@ -69,9 +68,9 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
     let (size, packing_fraction): (u64, f64) = (size.parse()?, packing_fraction.parse()?);
     let stopwatch = Stopwatch::start();
     let scene = SceneBuilder::new("size")
-        .species("sphere", 1.0, 1.0)
-        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "sphere", size, Amount::PackingFraction(packing_fraction))
+        .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(size).packing_fraction(packing_fraction))
         .temperature(1.0)
         .build()?;
     let placed = stopwatch.seconds();

@@ -6,7 +6,7 @@
 
 use std::ops::ControlFlow;
 
-use carom::model::{Limit, Scene};
+use carom::model::{Scene, Until};
 use carom::check::verify::{End, Fault, EventRange, Violation, verify};
 use libfuzzer_sys::fuzz_target;
 
@@ -27,7 +27,7 @@ fuzz_target!(|text: &str| {
     let fastest = scene.particles().iter().map(|particle| particle.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
     let longest = 100.0 * scene.longest_range() / fastest;
     let planned = scene.run().limit;
-    let limit = Limit { time: Some(planned.time.map_or(longest, |time| time.min(longest))), ..planned };
+    let limit = Until { time: Some(planned.time.map_or(longest, |time| time.min(longest))), ..planned };
     let Ok(scene) = scene.with_limit(limit) else { return };
     let certificate = verify(scene, EventRange { from: 0, events: 30 }, &mut |_| ControlFlow::Continue(()));
     match certificate.end {

@@ -1,6 +1,6 @@
 //! MPI processes that simulate one system together: `docs/parallel.md`.
 
-use carom::engine::Transport;
+use carom::engine::Communicator;
 use mpi::Threading;
 use mpi::datatype::{Partition, PartitionMut};
 use mpi::environment::Universe;
@@ -22,7 +22,7 @@ pub struct Mpi {
 impl Mpi {
     /// Joins the other processes; `None` if this process was not started together with others, or has joined before.
     ///
-    /// Call it once, and use the transport from one thread at a time.
+    /// Call it once, and use the communicator from one thread at a time.
     #[must_use]
     pub fn join() -> Option<Self> {
         if STARTED.iter().all(|name| std::env::var_os(name).is_none()) {
@@ -67,7 +67,7 @@ fn pieces(mut bytes: &[u8], lengths: &[i32]) -> Vec<Vec<u8>> {
     lengths.iter().map(&mut piece).collect()
 }
 
-impl Transport for Mpi {
+impl Communicator for Mpi {
     fn rank(&self) -> usize {
         self.rank
     }

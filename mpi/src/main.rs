@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use carom::cli::{exhaustion::Reporting, program};
-use carom::engine::Transport;
+use carom::engine::Communicator;
 use carom_mpi::Mpi;
 
 /// Running out of memory is an error like any other, with exit code 1.
@@ -13,5 +13,5 @@ use carom_mpi::Mpi;
 static ALLOCATOR: Reporting = Reporting;
 
 fn main() -> ExitCode {
-    program(|| Mpi::join().map(|mpi| Arc::new(mpi) as Arc<dyn Transport>))
+    program(|| Mpi::join().map(|mpi| Arc::new(mpi) as Arc<dyn Communicator>))
 }

@@ -12,7 +12,7 @@ use carom::base::text::{self, with_causes};
 use carom::exchange::DISTANCE;
 use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Existing, Folder, refuse_input};
-use carom::model::{Limit, Threads};
+use carom::model::{Threads, Until};
 use carom::run::{Ending, Progress, Run, Stage, foreseen_rate};
 use carom::scene::KeptParticles;
 use carom::view::{final_table, report};
@@ -86,14 +86,14 @@ pub fn most_bytes(what: &str, bytes: f64, folder: &Path, force: bool) -> PyResul
     })
 }
 
-pub fn limit_of(time: Option<f64>, events: Option<u64>) -> PyResult<Option<Limit>> {
+pub fn limit_of(time: Option<f64>, events: Option<u64>) -> PyResult<Option<Until>> {
     if let Some(time) = time.filter(|time| !(1e-50..=1e50).contains(time)) {
         return Err(PyValueError::new_err(format!("until_time: expected a time from 1e-50 to 1e50, found {time}")));
     }
     if events == Some(0) {
         return Err(PyValueError::new_err("until_events: expected a number of at least 1, found 0"));
     }
-    Ok((time.is_some() || events.is_some()).then_some(Limit { time, events }))
+    Ok((time.is_some() || events.is_some()).then_some(Until { time, events }))
 }
 
 pub fn interval_of(seconds: f64) -> PyResult<Duration> {

@@ -92,7 +92,7 @@ fn until(time: f64, events: u64) -> PyResult<Until> {
     if time.is_nan() {
         return Err(PyValueError::new_err("expected a time that is a number, found nan"));
     }
-    Ok(Until { time, events })
+    Ok(Until::time(time).or_events(events))
 }
 
 #[pymethods]
@@ -218,7 +218,7 @@ impl Simulation {
 
     /// Advances to a time or to a total number of events, whichever comes first. Returns the reason for the end.
     fn advance(&self, py: Python<'_>, time: f64, events: u64, callback: Option<Py<PyAny>>) -> PyResult<&'static str> {
-        let until = until(time, events)?;
+        let (until, end) = (until(time, events)?, (time, events));
         let mut state = self.state()?;
         if !state.pending.is_empty() {
             let message = "a signal interrupted events() before it returned all events: call events() again first";
@@ -229,12 +229,12 @@ impl Simulation {
         let mut watch = Watch::new(callback);
         py.detach(|| {
             loop {
-                let reason = engine.advance_for(watch.steps(), until, None);
+                let reason = engine.advance_for(watch.steps(), until);
                 if let Some(reason) = reason.map_err(|error| error::engine(&error))? {
                     return Ok(word(reason));
                 }
                 let (time, events) = (engine.time(), engine.event_counts().physical());
-                let done = part((time - begun.0) / (until.time - begun.0), events - begun.1, until.events - begun.1);
+                let done = part((time - begun.0) / (end.0 - begun.0), events - begun.1, end.1 - begun.1);
                 if watch.tell("advancing", done, time, events - begun.1).is_break()
                     && let Some(raised) = watch.raised.take()
                 {
@@ -268,7 +268,7 @@ impl Simulation {
                     }
                     if pending.len() < bytes { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
                 };
-                let reason = engine.advance_for(signals.steps(), until, Some(&mut keep));
+                let reason = engine.advance_for_with(signals.steps(), until, &mut keep);
                 match reason.map_err(|error| error::engine(&error))? {
                     Some(Reason::Observer) | None => signals.look()?,
                     Some(reason) => return Ok(Some(word(reason))),

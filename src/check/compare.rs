@@ -18,7 +18,7 @@ pub use content::Difference;
 use crate::base::durability::without_sync;
 use crate::io::estimate::free_disk;
 use crate::io::{Existing, Folder, OutputError, Summary, read_scene};
-use crate::model::{Limit, Scene};
+use crate::model::{Scene, Until};
 use crate::run::checkpoint::CheckpointError;
 use crate::run::{Finished, Progress, Run, RunError};
 use crate::scene::SceneError;
@@ -91,7 +91,7 @@ const FREE_TEXT: &str = "a text that Carom did not write";
 
 #[derive(Debug, Default)]
 struct Known {
-    planned: Option<Limit>,
+    planned: Option<Until>,
     has_own_instruments: bool,
     is_scene_checked: bool,
 }
@@ -231,7 +231,7 @@ fn replay(
     run: &Path,
     target: &Path,
     recorded: &Summary,
-    (planned, bytes): (Option<Limit>, f64),
+    (planned, bytes): (Option<Until>, f64),
     report: &dyn Fn(&Finished) -> String,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Replayed, CompareError> {

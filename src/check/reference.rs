@@ -6,11 +6,11 @@
 //! engine for a few hundred particles.
 //!
 //! ```
-//! use carom::{Vector, check::reference::Reference, model::Potential, model::space::{Boundary, Space}, scene::SceneBuilder};
+//! use carom::{Vector, check::reference::Reference, model::space::{Boundary, Space}, scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft}};
 //!
 //! let scene = SceneBuilder::new("head-on")
-//!     .species("A", 1.0, 1.0)
-//!     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+//!     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+//!     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
 //!     .space(Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(8.0) })
 //!     .particle("A", Vector::new(0.0, 0.0, 0.0), Vector::new(1.0, 0.0, 0.0))
 //!     .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0))

@@ -9,13 +9,13 @@
 //! ```
 //! use std::ops::ControlFlow;
 //! use carom::model::potential::Potential;
-//! use carom::scene::{Amount, Lattice, SceneBuilder};
+//! use carom::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 //! use carom::check::verify::{EventRange, verify};
 //!
 //! let scene = SceneBuilder::new("well")
-//!     .species("A", 1.0, 1.0)
-//!     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
-//!     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+//!     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+//!     .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0)?).between("A", "A"))
+//!     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
 //!     .temperature(2.0)
 //!     .build()?;
 //! let certificate = verify(scene, EventRange { from: 0, events: 500 }, &mut |_| ControlFlow::Continue(()));

@@ -4,16 +4,16 @@ use std::ffi::OsString;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use crate::engine::Transport;
+use crate::engine::Communicator;
 use crate::model::Threads;
 use crate::run::Run;
 
 use super::failure::Failure;
 use super::signals;
 
-pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Result<(), Failure> {
+pub fn refuse_others(arguments: &[OsString], communicator: &dyn Communicator) -> Result<(), Failure> {
     let arguments = arguments.iter().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
-    let all = transport.share(arguments.collect());
+    let all = communicator.share(arguments.collect());
     if all.len() > Threads::MOST {
         let message = format!("{} processes were started together, expected at most {}", all.len(), Threads::MOST);
         return Err(Failure::bad_input(message, Some("start fewer processes, and set --threads for each")));
@@ -26,8 +26,8 @@ pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Resul
 }
 
 /// Shares the work of the first process, which also prints all messages.
-pub fn take_part(transport: &Arc<dyn Transport>) -> Result<(), Failure> {
-    let Some(run) = Run::shared(None, transport) else { return Ok(()) };
+pub fn take_part(communicator: &Arc<dyn Communicator>) -> Result<(), Failure> {
+    let Some(run) = Run::shared(None, communicator) else { return Ok(()) };
     signals::watch();
     // Ignores signals. The first process receives them too, and decides when the run ends.
     let result = run.execute(&mut (), &mut |_| {

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::base::text::with_causes;
-use crate::engine::{InvariantBroken, Transport};
+use crate::engine::{Communicator, InvariantBroken};
 use crate::exchange::ExchangeFolder;
 use crate::io::estimate::{SizeEstimate, allowance, free_disk};
 use crate::io::{Completed, Folder, OutputError, refuse_input};
-use crate::model::{Limit, Scene, Threads};
+use crate::model::{Scene, Threads, Until};
 use crate::run::checkpoint::CheckpointError;
 use crate::run::{self, Blocked, Ending, Finished, Jam};
 use crate::sweep::SweepFolder;
@@ -102,15 +102,15 @@ pub fn count(text: &str) -> Result<u64, String> {
 impl Run {
     pub fn execute(&self, arguments: &[OsString], join: Join) -> Result<(), Failure> {
         let again = |folder: &Path| self.again(folder);
-        let Some(transport) = join() else { return self.ready()?.execute(None, &again) };
-        let are_same = processes::refuse_others(arguments, &*transport);
-        if transport.rank() > 0 {
-            return processes::take_part(&transport);
+        let Some(communicator) = join() else { return self.ready()?.execute(None, &again) };
+        let are_same = processes::refuse_others(arguments, &*communicator);
+        if communicator.rank() > 0 {
+            return processes::take_part(&communicator);
         }
         match are_same.and_then(|()| self.ready()) {
-            Ok(ready) => ready.execute(Some(&transport), &again),
+            Ok(ready) => ready.execute(Some(&communicator), &again),
             Err(failure) => {
-                run::Run::shared(None, &transport);
+                run::Run::shared(None, &communicator);
                 Err(failure)
             }
         }
@@ -190,9 +190,9 @@ impl Run {
     }
 
     /// Returns the limit on the command line, which replaces the limit of the scene.
-    fn limit(&self) -> Option<Limit> {
+    fn limit(&self) -> Option<Until> {
         let is_given = self.until_time.is_some() || self.until_events.is_some();
-        is_given.then_some(Limit { time: self.until_time, events: self.until_events })
+        is_given.then_some(Until { time: self.until_time, events: self.until_events })
     }
 }
 
@@ -221,10 +221,14 @@ struct Ready {
 
 impl Ready {
     /// Executes the run, together with other MPI processes if there are any.
-    fn execute(self, transport: Option<&Arc<dyn Transport>>, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
+    fn execute(
+        self,
+        communicator: Option<&Arc<dyn Communicator>>,
+        again: &dyn Fn(&Path) -> Again,
+    ) -> Result<(), Failure> {
         let Self { run, mut folder, mut display } = self;
-        let run = match transport {
-            Some(transport) => run::Run::shared(Some(run), transport),
+        let run = match communicator {
+            Some(communicator) => run::Run::shared(Some(run), communicator),
             None => Some(run),
         };
         let Some(run) = run else { return Ok(()) };
@@ -234,13 +238,13 @@ impl Ready {
             signals::flow()
         });
         display.clear();
-        match (result, transport) {
+        match (result, communicator) {
             (Ok(finished), _) => end(&finished, folder, again),
             (Err(error), None) => Err(error.into()),
-            (Err(error), Some(transport)) => {
+            (Err(error), Some(communicator)) => {
                 // Aborts the other processes too, because they have not seen the failure.
                 Failure::from(error).report();
-                transport.abort("the run ends here")
+                communicator.abort("the run ends here")
             }
         }
     }

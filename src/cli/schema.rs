@@ -19,6 +19,6 @@ pub struct Schema {}
 
 impl Schema {
     pub fn execute(&self) -> Result<(), Failure> {
-        super::print(&format!("{:#}\n", crate::scene::schema()))
+        super::print(&(crate::scene::schema() + "\n"))
     }
 }

@@ -202,18 +202,21 @@ mod tests {
     use crate::check::reference::Reference;
     use crate::check::verify::{EventRange, verify};
     use crate::engine::{Reason, Simulation, Until};
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
     use std::ops::ControlFlow;
 
     fn wells() -> SceneBuilder {
         let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
-        SceneBuilder::new("wells").species("A", 1.0, 1.0).interaction("A", "A", well, 1.0)
+        SceneBuilder::new("wells")
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(well).between("A", "A"))
     }
 
     #[test]
     fn pair_at_an_event_restarts_in_its_last_state() {
         for seed in 1..=20 {
-            let fluid = wells().seed(seed).fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2));
+            let fluid =
+                wells().seed(seed).fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2));
             let scene = fluid.temperature(1.5).build().unwrap();
             let space = scene.space.clone();
             let mut simulation = Simulation::without_plan(scene);

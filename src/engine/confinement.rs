@@ -70,21 +70,22 @@ mod tests {
     use crate::model::Thermostat;
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
     /// Runs a simulation of two species between walls in a heat bath. The scene lists them after `unused` species
     /// without particles.
     fn after(unused: u32) -> Simulation {
         let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(12.0) };
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
-        let empty = (0..unused)
-            .fold(SceneBuilder::new("many").space(space), |scene, k| scene.species(&format!("S{k}"), 1.0, 0.1));
+        let empty = (0..unused).fold(SceneBuilder::new("many").space(space), |scene, k| {
+            scene.species(SpeciesDraft::new(&format!("S{k}")).mass(1.0).diameter(0.1))
+        });
         let mut scene = empty
-            .species("A", 1.0, 1.0)
-            .species("B", 2.0, 3.0)
-            .interaction("A", "A", hard(1.0), 1.0)
-            .interaction("A", "B", hard(2.0), 1.0)
-            .interaction("B", "B", hard(3.0), 1.0);
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(2.0).diameter(3.0))
+            .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
+            .interaction(InteractionDraft::new(hard(2.0)).between("A", "B"))
+            .interaction(InteractionDraft::new(hard(3.0)).between("B", "B"));
         for k in 0..4 {
             let x = 2.0 + 2.5 * f64::from(k);
             scene = scene.particle("A", Vector::new(x, 3.0, 4.0), Vector::new(1.0, 0.3 - x, 0.5)).particle(

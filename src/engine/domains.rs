@@ -32,12 +32,12 @@ mod team;
 mod window;
 mod work;
 
+use super::communicator::Communicator;
 use super::event::Event;
 use super::observe::Observe;
 use super::pairs::Pairs;
 use super::parts::Engine;
 use super::sources::Sources;
-use super::transport::Transport;
 use super::{EngineError, Reason, Until};
 use cut::{Cut, End};
 use domain::Domain;
@@ -103,8 +103,8 @@ enum Next {
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// Creates `domains` domains for each process, at most 64 in all. Each process runs them on `threads`
     /// threads.
-    pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
-        Self::with(Team::new(domains, threads, transport), HALO)
+    pub fn new(domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) -> Self {
+        Self::with(Team::new(domains, threads, communicator), HALO)
     }
 
     fn with(team: Team, halo: Halo) -> Self {
@@ -206,10 +206,10 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         until: Until,
         observe: &mut Observe<'_>,
     ) -> Result<Next, EngineError> {
-        if whole.counts.executed >= until.events {
+        if whole.counts.executed >= until.last_event() {
             return Ok(Next::Serial(SERIAL_STEPS));
         }
-        let end = whole.since_epoch(until.time);
+        let end = whole.since_epoch(until.last_time());
         let mut cut = match self.cut.take() {
             Some(cut) => cut,
             None => self.cut_up(whole),
@@ -268,7 +268,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             self.give_up(whole, cut);
             return Ok(Next::Serial(SERIAL_STEPS));
         };
-        if whole.counts.executed + executed >= until.events {
+        if whole.counts.executed + executed >= until.last_event() {
             // The run ends in this window, because it reaches its number of events. Only the single engine can end it
             // at the right event.
             self.give_up(whole, cut);

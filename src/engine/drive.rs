@@ -210,17 +210,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 mod tests {
     use super::*;
     use crate::engine::Until;
-    use crate::model::Potential;
     use crate::model::space::{Boundary, Space};
-    use crate::scene::{SceneBuilder, SpeciesDraft};
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn disks(are_static: [bool; 2]) -> Simulation {
         let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
         let mut scene = SceneBuilder::new("disks")
             .space(Space { lower: Vector::zeros(), size: Vector::new(9.0, 9.0, 0.0), boundary })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .interaction("A", "B", Potential::hard_sphere(1.0).unwrap(), 1.0);
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "B"));
         scene.insert_species(SpeciesDraft::new("B").diameter(1.0).fixed());
         for (is_static, x) in are_static.into_iter().zip([2.0, 6.0]) {
             let name = if is_static { "B" } else { "A" };

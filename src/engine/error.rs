@@ -233,7 +233,7 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Face, Space};
     use crate::physics::overlap::Side;
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
     use std::ops::ControlFlow;
 
     #[test]
@@ -262,12 +262,10 @@ mod tests {
         let potential =
             range.map_or_else(|| Potential::hard_sphere(1.0), |range| Potential::square_well(1.0, range, 1.0));
         let at = |x: f64, y: f64| Vector::new(x, y, 30.0);
-        let mut scene = SceneBuilder::new("wells").space(space).species("A", 1.0, 1.0).interaction(
-            "A",
-            "A",
-            potential.unwrap(),
-            1.0,
-        );
+        let mut scene = SceneBuilder::new("wells")
+            .space(space)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(potential.unwrap()).between("A", "A"));
         // A system of a few particles uses Verlet lists. With these additional particles, the engine uses cells,
         // because the density is low.
         for k in 0..40 {

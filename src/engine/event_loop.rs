@@ -53,7 +53,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(broken) = self.broken {
             return Err(broken.into());
         }
-        let mut stop = self.since_epoch(until.time);
+        let mut stop = self.since_epoch(until.last_time());
         let mut left = steps;
         loop {
             let Some(rest) = left.checked_sub(1) else { return Ok(None) };
@@ -72,15 +72,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                     left = left.saturating_sub(taken);
                     continue;
                 }
-                Next::Epoch if until.time == f64::INFINITY && self.is_shown_to_be_over() => {
+                Next::Epoch if until.last_time() == f64::INFINITY && self.is_shown_to_be_over() => {
                     return Ok(Some(Reason::Idle));
                 }
                 Next::Epoch if self.move_epoch().is_some() => {
                     left = left.saturating_sub(self.steps_of_all());
-                    stop = self.since_epoch(until.time);
+                    stop = self.since_epoch(until.last_time());
                     continue;
                 }
-                Next::Epoch if until.time == f64::INFINITY => return Ok(Some(Reason::Idle)),
+                Next::Epoch if until.last_time() == f64::INFINITY => return Ok(Some(Reason::Idle)),
                 Next::Epoch | Next::Limit => {
                     self.clock.now = stop;
                     return Ok(Some(Reason::Time));
@@ -94,7 +94,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.execute_transition(particle, entry.time)?;
                 continue;
             }
-            if self.counts.executed >= until.events {
+            if self.counts.executed >= until.last_event() {
                 return Ok(Some(Reason::Events));
             }
             self.schedule.queue.pop();
@@ -108,7 +108,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
             // Without this check, cell transitions after the last event would still advance the time.
-            if self.counts.executed >= until.events {
+            if self.counts.executed >= until.last_event() {
                 return Ok(Some(Reason::Events));
             }
         }

@@ -180,14 +180,14 @@ mod tests {
     use crate::model::ContactLaw;
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Face, Space};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
     fn balls(boundary: [Boundary; 3], velocity: [f64; 3]) -> Simulation {
         let mut space = Space::periodic_cube(40.0);
         space.boundary = boundary;
         let scene = SceneBuilder::new("balls")
-            .species("ball", 0.3, 1.0)
-            .interaction("ball", "ball", Potential::square_well(1.0, 1.5, 0.1).unwrap(), 1.0)
+            .species(SpeciesDraft::new("ball").mass(0.3).diameter(1.0))
+            .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 0.1).unwrap()).between("ball", "ball"))
             .space(space)
             .particle("ball", Vector::new(20.0, 15.0, 20.0), Vector::zeros())
             .particle("ball", Vector::new(20.0, 25.0, 20.0), Vector::from(velocity))
@@ -226,11 +226,14 @@ mod tests {
     fn possible_collision_hidden_by_rounding_does_not_end_the_run() {
         let hard = |gravity: f64| {
             let space = Space { boundary: [OPEN; 3], ..Space::periodic_cube(10.0) };
-            let scene = SceneBuilder::new("far").space(space).species("A", 1.0, 1.0).species("B", 1.0, 1.0);
+            let scene = SceneBuilder::new("far")
+                .space(space)
+                .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+                .species(SpeciesDraft::new("B").mass(1.0).diameter(1.0));
             let pairs = [["A", "A"], ["A", "B"], ["B", "B"]];
-            let mut scene = pairs
-                .into_iter()
-                .fold(scene, |scene, [a, b]| scene.interaction(a, b, Potential::hard_sphere(1.0).unwrap(), 1.0));
+            let mut scene = pairs.into_iter().fold(scene, |scene, [a, b]| {
+                scene.interaction(InteractionDraft::new(Potential::hard_sphere(1.0).unwrap()).between(a, b))
+            });
             scene.species[0].acceleration = (gravity > 0.0).then(|| Vector::new(0.0, 0.0, -gravity));
             scene
         };

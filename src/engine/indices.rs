@@ -103,7 +103,7 @@ mod tests {
                     Ok(mut read) => {
                         let _ = read.snapshot();
                         read.enlarge();
-                        let _ = read.advance_for(2_000, Until::events(u64::MAX), None);
+                        let _ = read.advance_for(2_000, Until::default());
                         refused[2] += 1;
                     }
                 }

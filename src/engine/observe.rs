@@ -5,8 +5,7 @@ use super::{EngineError, Reason, Simulation, Until};
 use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
-/// An optional observer, which the event loop calls at each event. If the observer breaks, the loop ends after
-/// the event.
+/// An optional observer, as the event loop takes it. If the observer breaks, the loop ends after the event.
 pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
 /// Without an observer, the event is not even constructed.
@@ -49,18 +48,17 @@ impl Simulation {
     /// without a pause. For very many events, [`Self::advance_with`] is faster because it does not return for
     /// each event.
     ///
-    /// With an infinite time, the iteration continues forever, as [`Self::advance`] does, if nothing happens
+    /// Without a limit, the iteration continues forever, as [`Self::advance`] does, if nothing happens
     /// and the engine cannot prove that nothing will.
     ///
     /// ```
     /// use carom::engine::{Simulation, Until};
-    /// use carom::model::Potential;
-    /// use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     ///
     /// let scene = SceneBuilder::new("fluid")
-    ///     .species("sphere", 1.0, 1.0)
-    ///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-    ///     .fill(Lattice::FaceCentredCubic, "sphere", 108, Amount::PackingFraction(0.3))
+    ///     .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+    ///     .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+    ///     .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(108).packing_fraction(0.3))
     ///     .temperature(1.0)
     ///     .build()?;
     /// let mut simulation = Simulation::new(scene)?;
@@ -157,17 +155,16 @@ mod tests {
     use crate::Vector;
     use crate::engine::event::EventKind;
     use crate::engine::{Reason, Simulation, Until};
-    use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
     use crate::model::thermostat::Thermostat;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     use std::ops::ControlFlow;
 
     fn fluid() -> Simulation {
         let scene = SceneBuilder::new("fluid")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
             .temperature(1.0)
             .build()
             .unwrap();
@@ -270,9 +267,9 @@ mod tests {
         let boundary = [Boundary::OPEN, Boundary::OPEN, Boundary::walls(0.5)];
         let scene = SceneBuilder::new("bounces")
             .space(Space { boundary, ..Space::periodic_cube(10.0) })
-            .species("A", 1.0, 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
             .gravity(Vector::new(0.0, 0.0, -1.0))
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(5.0, 5.0, 2.0), Vector::zeros())
             .build()
             .unwrap();

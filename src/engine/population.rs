@@ -35,12 +35,12 @@ impl Simulation {
     /// use carom::Vector;
     /// use carom::engine::{Simulation, Until};
     /// use carom::model::{Particle, Potential, SpeciesId};
-    /// use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// use carom::scene::{Fill, InteractionDraft, Model, SpeciesDraft, Amount, Lattice, SceneBuilder};
     ///
     /// let scene = SceneBuilder::new("fluid")
-    ///     .species("A", 1.0, 1.0)
-    ///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-    ///     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.1))
+    ///     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+    ///     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+    ///     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.1))
     ///     .build()?;
     /// let mut simulation = Simulation::new(scene)?;
     /// let leaving = simulation.snapshot().ids[0];
@@ -243,16 +243,14 @@ mod tests {
     use crate::engine::Until;
     use crate::model::space::Space;
     use crate::model::{Potential, Thermostat};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn box_between_walls(particles: u32) -> Simulation {
         let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(30.0) };
-        let mut scene = SceneBuilder::new("few").space(space).species("A", 1.3, 0.5).interaction(
-            "A",
-            "A",
-            Potential::hard_sphere(0.5).unwrap(),
-            1.0,
-        );
+        let mut scene = SceneBuilder::new("few")
+            .space(space)
+            .species(SpeciesDraft::new("A").mass(1.3).diameter(0.5))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"));
         for k in 0..particles {
             let at = |n: u32| 1.5 + 3.0 * f64::from(n % 10);
             scene = scene.particle("A", Vector::new(at(k), at(k / 10), at(k / 100)), Vector::new(0.7, 0.0, 0.0));

@@ -3,7 +3,7 @@
 use super::parts::Engine;
 use super::{Chosen, EngineChoice, Simulation};
 use crate::model::predecessor::LastState;
-use crate::model::{Limit, Scene, Thermostat};
+use crate::model::{Scene, Thermostat, Until};
 use thiserror::Error;
 
 /// The part of a scene's plan that only a run can execute.
@@ -58,7 +58,7 @@ impl Simulation {
         if let Some(stage) = plan.stages.first() {
             return Err(NeedsRun::Stage { name: stage.name.clone() });
         }
-        if plan.equilibration != Limit::default() || plan.until_stationary {
+        if plan.equilibration != Until::default() || plan.until_stationary {
             return Err(NeedsRun::Equilibration);
         }
         let thermostat = plan.thermostat;
@@ -111,7 +111,7 @@ impl Simulation {
         scene.forget_last_state();
         let threads = scene.run.threads;
         let first_diameters = diameters(&scene);
-        let mut simulation = Self { first_diameters, scene, choice, engine, scale: 1.0, threads, transport: None };
+        let mut simulation = Self { first_diameters, scene, choice, engine, scale: 1.0, threads, communicator: None };
         simulation.set_threads(threads);
         simulation
     }
@@ -136,16 +136,15 @@ fn diameters(scene: &Scene) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::Until;
-    use crate::model::{Barostat, Growth, GrowthTarget, Potential, RunPlan, StagePlan};
+    use crate::model::{Barostat, Growth, GrowthTarget, RunPlan, StagePlan};
     use crate::run::Run;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     fn planned(run: RunPlan) -> Scene {
         SceneBuilder::new("planned")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
             .temperature(1.0)
             .run(run)
             .build()
@@ -157,7 +156,7 @@ mod tests {
         let growth = Some(Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.3) });
         let stage = StagePlan {
             name: "grow".into(),
-            limit: Limit::default(),
+            limit: Until::default(),
             thermostat: None,
             gravity: None,
             barostat: None,
@@ -167,10 +166,10 @@ mod tests {
         let rescaling = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let bath = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] });
         let barostat = Barostat { pressure: 1.0, interval: 1.0, amplitude: Some(0.1) };
-        let plain = RunPlan { limit: Limit::time(1.0), ..RunPlan::default() };
+        let plain = RunPlan { limit: Until::time(1.0), ..RunPlan::default() };
         for (plan, refused) in [
             (RunPlan { stages: vec![stage], ..plain.clone() }, NeedsRun::Stage { name: "grow".into() }),
-            (RunPlan { equilibration: Limit::events(1), ..plain.clone() }, NeedsRun::Equilibration),
+            (RunPlan { equilibration: Until::events(1), ..plain.clone() }, NeedsRun::Equilibration),
             (RunPlan { until_stationary: true, ..plain.clone() }, NeedsRun::Equilibration),
             (RunPlan { thermostat: rescaling, ..plain.clone() }, NeedsRun::Rescaling),
             (RunPlan { thermostat: bath, barostat: Some(barostat), ..plain.clone() }, NeedsRun::Barostat),
@@ -185,7 +184,7 @@ mod tests {
     #[test]
     fn simulation_and_run_apply_the_same_heat_bath() {
         let thermostat = Some(Thermostat::Andersen { temperature: 2.0, rate: 1.0, axes: [true; 3] });
-        let scene = planned(RunPlan { thermostat, limit: Limit::time(2.0), ..RunPlan::default() });
+        let scene = planned(RunPlan { thermostat, limit: Until::time(2.0), ..RunPlan::default() });
         let mut simulation = Simulation::new(scene.clone()).unwrap();
         simulation.advance(Until::time(2.0)).unwrap();
         assert!(simulation.event_counts().thermostat > 100);

@@ -4,7 +4,7 @@
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
 use super::parts::Engine;
-use super::{Arrest, Chosen, EngineError, Reason, Simulation, Transport, Until};
+use super::{Arrest, Chosen, Communicator, EngineError, Reason, Simulation, Until};
 use crate::model::Threads;
 use std::num::NonZero;
 use std::sync::Arc;
@@ -43,16 +43,16 @@ impl Simulation {
     /// Number of processes that simulate the system together.
     #[must_use]
     pub fn processes(&self) -> usize {
-        self.transport.as_ref().map_or(1, |transport| transport.size())
+        self.communicator.as_ref().map_or(1, |communicator| communicator.size())
     }
 
     /// Returns the value of the first process, so that all processes use the same value.
     pub(crate) fn agreed(&self, found: u64) -> u64 {
-        let Some(transport) = &self.transport else { return found };
-        let all = transport.share(found.to_le_bytes().to_vec());
+        let Some(communicator) = &self.communicator else { return found };
+        let all = communicator.share(found.to_le_bytes().to_vec());
         match all.first().and_then(|first| first.as_slice().try_into().ok()) {
             Some(first) => u64::from_le_bytes(first),
-            None => transport.abort("the processes are out of step"),
+            None => communicator.abort("the processes are out of step"),
         }
     }
 
@@ -82,13 +82,13 @@ impl Simulation {
     /// 250,000 particles per thread, and need two and a half times the memory (`docs/speed.md`).
     ///
     /// ```
-    /// use carom::{Potential, SceneBuilder, Simulation, Until};
-    /// use carom::scene::{Amount, Lattice};
+    /// use carom::{SceneBuilder, Simulation, Until};
+    /// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SpeciesDraft};
     ///
     /// let scene = SceneBuilder::new("fluid")
-    ///     .species("sphere", 1.0, 1.0)
-    ///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
-    ///     .fill(Lattice::FaceCentredCubic, "sphere", 4_000, Amount::PackingFraction(0.4))
+    ///     .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+    ///     .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"))
+    ///     .fill(Fill::new(Lattice::FaceCentredCubic, "sphere").count(4_000).packing_fraction(0.4))
     ///     .temperature(1.0)
     ///     .build()?;
     /// let (mut one, mut two) = (Simulation::new(scene.clone())?, Simulation::new(scene)?);
@@ -113,8 +113,8 @@ impl Simulation {
     /// the other processes; calls that only read it do not.
     #[doc(alias = "mpi")]
     #[doc(alias = "machines")]
-    pub fn set_transport(&mut self, transport: Arc<dyn Transport>) {
-        self.transport = Some(transport);
+    pub fn set_communicator(&mut self, communicator: Arc<dyn Communicator>) {
+        self.communicator = Some(communicator);
         self.spread();
     }
 
@@ -122,8 +122,8 @@ impl Simulation {
     /// [`Self::set_threads`] uses the same number for both. With more domains than threads, the run is slower, but
     /// [`DomainWork::slowest`] shows what more threads would gain.
     pub fn set_domains(&mut self, domains: usize, threads: usize) {
-        let transport = self.transport.clone();
-        with_engine!(&mut self.engine, engine => engine.set_domains(domains, threads, transport));
+        let communicator = self.communicator.clone();
+        with_engine!(&mut self.engine, engine => engine.set_domains(domains, threads, communicator));
     }
 
     fn spread(&mut self) {
@@ -134,13 +134,13 @@ impl Simulation {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// A single domain runs serially.
-    pub(super) fn set_domains(&mut self, domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) {
+    pub(super) fn set_domains(&mut self, domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) {
         self.join();
         // With few particles, starting the threads takes longer than simulating a time window.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
-        let processes = transport.as_ref().map_or(1, |transport| transport.size());
-        let has_domains = HAS_DOMAINS && (domains > 1 || transport.is_some()) && processes <= Threads::MOST;
-        self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, transport)));
+        let processes = communicator.as_ref().map_or(1, |communicator| communicator.size());
+        let has_domains = HAS_DOMAINS && (domains > 1 || communicator.is_some()) && processes <= Threads::MOST;
+        self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, communicator)));
     }
 
     /// Advances as [`Self::advance_for`] does, but in the domains if there are any. The states in the engine are then

@@ -78,19 +78,19 @@ pub struct ThermalCurves {
 ///
 /// ```
 /// # use carom::Vector;
-/// # use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, Potential, RunPlan, Space};
-/// # use carom::scene::SceneBuilder;
+/// # use carom::model::{ExchangeEnsemble, ExchangePlan, Potential, RunPlan, Space, Until};
+/// # use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 /// use carom::exchange::{Exchange, PotentialEnergies};
 /// use std::ops::ControlFlow;
 ///
 /// # let scene = SceneBuilder::new("pair")
 /// #     .space(Space::periodic_cube(4.0))
-/// #     .species("A", 1.0, 1.0)
-/// #     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
+/// #     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+/// #     .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0)?).between("A", "A"))
 /// #     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
 /// #     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
 /// #     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0, ensemble: ExchangeEnsemble::Canonical, umbrella: None })
-/// #     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
+/// #     .run(RunPlan { equilibration: Until::time(20.0), limit: Until::time(4000.0), ..RunPlan::default() })
 /// #     .build()?;
 /// let mut energies = PotentialEnergies::default();
 /// let exchange = Exchange::new(scene)?.execute(2, &mut energies, &mut |_| ControlFlow::Continue(()))?;

@@ -56,7 +56,7 @@ impl Replica {
     /// Advances to a time, or until a pause. Returns whether the time has been reached.
     pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
         loop {
-            if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {
+            if self.simulation.advance_for(STEPS, Until::time(time))?.is_some() {
                 return Ok(true);
             }
             if pauses() {

@@ -12,16 +12,16 @@ use crate::analysis::reweighting::Ensemble;
 use crate::engine::{NeedsRun, Simulation};
 use crate::model::measurement_plan::{BondOrder, RadialDistribution};
 use crate::model::{
-    ExchangeEnsemble, ExchangePlan, Limit, MeasurementPlan, OutputPlan, Potential, RunPlan, Scene, Space,
+    ExchangeEnsemble, ExchangePlan, MeasurementPlan, OutputPlan, Potential, RunPlan, Scene, Space, Until,
 };
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 fn fluid(interval: f64, attempts: u32) -> Scene {
-    let limit = Limit::time(f64::from(attempts) * interval);
+    let limit = Until::time(f64::from(attempts) * interval);
     SceneBuilder::new("fluid")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
-        .fill(Lattice::SimpleCubic, "A", 27, Amount::NumberDensity(0.4))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0).unwrap()).between("A", "A"))
+        .fill(Fill::new(Lattice::SimpleCubic, "A").count(27).number_density(0.4))
         .exchange(ExchangePlan {
             temperatures: vec![2.0, 1.4, 1.0],
             interval,
@@ -30,7 +30,7 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
             umbrella: None,
         })
         .output(OutputPlan { frame_interval: Some(2.0 * interval), ..OutputPlan::default() })
-        .run(RunPlan { equilibration: Limit::time(interval), limit, ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::time(interval), limit, ..RunPlan::default() })
         .build()
         .unwrap()
 }
@@ -89,9 +89,9 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
     let (edge, cutoff) = (4.2, 2.1);
     let scene = SceneBuilder::new("pair")
         .space(Space::periodic_cube(edge))
-        .species("A", 1.3, 1.0)
-        .species("B", 0.7, 1.0)
-        .interaction("A", "B", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0).unwrap()).between("A", "B"))
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .particle("B", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
         .exchange(ExchangePlan {
@@ -105,7 +105,7 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
             radial_distribution: Some(RadialDistribution { cutoff: Some(cutoff), bins: Some(21), interval: None }),
             ..MeasurementPlan::default()
         })
-        .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(8000.0), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::time(20.0), limit: Until::time(8000.0), ..RunPlan::default() })
         .build()
         .unwrap();
     let results = Exchange::new(scene).unwrap().finish().unwrap().results();
@@ -173,7 +173,7 @@ fn interrupted_exchange_resumes_bitwise() {
 fn multicanonical_exchange_resumes_bitwise() {
     let mut parts = fluid(0.2, 10).into_parts();
     parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
-    parts.run.equilibration = Limit::time(8.0);
+    parts.run.equilibration = Until::time(8.0);
     parts.output.frame_interval = Some(0.4);
     let scene = Scene::new(parts).unwrap();
     let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
@@ -196,7 +196,7 @@ fn multicanonical_exchange_resumes_bitwise() {
 fn replicas_have_the_highest_temperature_when_weights_begin() {
     let mut parts = fluid(0.2, 10).into_parts();
     parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
-    parts.run.equilibration = Limit::time(8.0);
+    parts.run.equilibration = Until::time(8.0);
     let mut exchange = Exchange::new(Scene::new(parts).unwrap()).unwrap();
     // Kinetic energies of the replicas, scaled from their temperatures to the highest temperature, 2.
     let kinetic = |exchange: &Exchange, temperature: &dyn Fn(usize) -> f64| -> Vec<f64> {
@@ -226,7 +226,7 @@ fn temperatures_without_overlap_end_a_multicanonical_exchange() {
     let mut parts = fluid(0.2, 10).into_parts();
     let plan = parts.exchange.as_mut().unwrap();
     (plan.ensemble, plan.temperatures) = (ExchangeEnsemble::Multicanonical, vec![0.2, 50.0]);
-    parts.run.equilibration = Limit::time(8.0);
+    parts.run.equilibration = Until::time(8.0);
     let ended = Exchange::new(Scene::new(parts).unwrap()).unwrap().finish();
     assert!(matches!(ended, Err(ExchangeError::NoOverlap)), "{ended:?}");
 }
@@ -294,11 +294,11 @@ fn one_falling_particle_has_the_barometric_energy() {
     let scene = SceneBuilder::new("column")
         .space(Space { boundary: walls, ..Space::periodic_cube(5.0) })
         .gravity(Vector::new(0.0, -0.7, 0.0))
-        .species("A", 1.3, 1.0)
-        .no_interaction("A", "A")
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .exchange(plan)
-        .run(RunPlan { limit: Limit::time(9000.0), ..RunPlan::default() })
+        .run(RunPlan { limit: Until::time(9000.0), ..RunPlan::default() })
         .build()
         .unwrap();
     let results = Exchange::new(scene).unwrap().finish().unwrap().results();

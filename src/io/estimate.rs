@@ -2,15 +2,14 @@
 //!
 //! ```
 //! use carom::io::estimate::SizeEstimate;
-//! use carom::model::potential::Potential;
-//! use carom::scene::{Amount, Lattice, SceneBuilder};
-//! use carom::model::{Limit, RunPlan};
+//! use carom::model::{RunPlan, Until};
+//! use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 //!
 //! let scene = SceneBuilder::new("fluid")
-//!     .species("A", 1.0, 1.0)
-//!     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-//!     .fill(Lattice::FaceCentredCubic, "A", 4_000, Amount::PackingFraction(0.3))
-//!     .run(RunPlan { limit: Limit::events(1_000_000), ..RunPlan::default() })
+//!     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+//!     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+//!     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(4_000).packing_fraction(0.3))
+//!     .run(RunPlan { limit: Until::events(1_000_000), ..RunPlan::default() })
 //!     .build()?;
 //! let estimate = SizeEstimate::of(&scene, None);
 //! assert!(estimate.is_complete && estimate.bytes < 1e9);
@@ -23,7 +22,7 @@ use thiserror::Error;
 
 use super::event_log::bytes_of_event;
 use crate::base::text::size;
-use crate::model::{Format, Limit, Scene, SceneSurface, SurfaceShape};
+use crate::model::{Format, Scene, SceneSurface, SurfaceShape, Until};
 use crate::run::{FrameLimit, Settings, Stage};
 use crate::trajectory::extended_xyz;
 
@@ -90,7 +89,7 @@ impl SizeEstimate {
         let earlier_rows = earlier_rows(scene, rate);
         let rows = measured_rows.zip(earlier_rows).map(|(measured, earlier)| measured + earlier);
         let row = (12.0 + output.regions.len() as f64) * DIGITS;
-        let events_of = |(_, settings): (Stage, Settings)| match settings.limit == Limit::default() {
+        let events_of = |(_, settings): (Stage, Settings)| match settings.limit == Until::default() {
             true => (!settings.is_endless()).then_some(0.0),
             false => lengths(&settings.limit, rate).1,
         };
@@ -177,7 +176,7 @@ fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most:
 
 /// Simulated time and number of events at which a limit is reached; `None` if unknown. If the limit has both, the rate
 /// decides which comes first.
-fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
+fn lengths(limit: &Until, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     let rate = rate.filter(|rate| *rate > 0.0);
     match (limit.time, limit.events.map(|events| events as f64), rate) {
         (Some(time), Some(events), Some(rate)) => (Some(time.min(events / rate)), Some(events.min(time * rate))),

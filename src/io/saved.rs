@@ -163,15 +163,14 @@ fn read<T: DeserializeOwned>(input: impl Read + Seek, name: &str) -> io::Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::potential::Potential;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     fn saved() -> Vec<u8> {
         let scene = SceneBuilder::new("saved")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 32, Amount::PackingFraction(0.3))
-            .run(crate::model::RunPlan { limit: crate::model::Limit::events(1), ..Default::default() })
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(32).packing_fraction(0.3))
+            .run(crate::model::RunPlan { limit: crate::model::Until::events(1), ..Default::default() })
             .build()
             .unwrap();
         simulation_to_bytes(&Simulation::without_plan(scene), &7_u8).unwrap()

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::error::OutputError;
 use super::partial::{PartialFile, partial_of};
 use crate::base::checksum::checksum;
-use crate::model::Limit;
+use crate::model::Until;
 use crate::run::checkpoint::CheckpointError;
 use crate::scene::{with_limit, without_limit};
 
@@ -25,7 +25,7 @@ pub(super) fn check(path: &Path, expected: u32) -> Result<(), CheckpointError> {
     if found == expected { Ok(()) } else { Err(CheckpointError::Scene { path, found, expected }) }
 }
 
-pub(super) fn set_limit(path: &Path, limit: Limit) -> Result<(), OutputError> {
+pub(super) fn set_limit(path: &Path, limit: Until) -> Result<(), OutputError> {
     let partial = partial_of(path);
     let text = fs::read_to_string(&partial).map_err(OutputError::write(&partial))?;
     let changed = with_limit(&text, limit).map_err(|error| OutputError::write(path)(io::Error::other(error)))?;

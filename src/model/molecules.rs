@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use crate::model::Potential;
     use crate::model::space::Boundary;
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn molecules(at: &[f64], bonds: &[[u32; 2]]) -> (Scene, Molecules) {
         let mut scene = SceneBuilder::new("line")
@@ -91,18 +91,18 @@ mod tests {
                 boundary: [Boundary::Periodic, Boundary::Periodic, Boundary::Flat],
                 ..Space::periodic_cube(9.0)
             })
-            .species("A", 1.3, 0.1)
-            .species("B", 2.9, 0.1)
-            .no_interaction("A", "A")
-            .no_interaction("A", "B")
-            .no_interaction("B", "B");
-        scene = scene.bond_interaction("link", Potential::bond(0.5, 3.5).unwrap(), 1.0);
+            .species(SpeciesDraft::new("A").mass(1.3).diameter(0.1))
+            .species(SpeciesDraft::new("B").mass(2.9).diameter(0.1))
+            .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+            .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+            .interaction(InteractionDraft::new(Model::None).between("B", "B"))
+            .interaction(InteractionDraft::new(Potential::bond(0.5, 3.5).unwrap()).named("link"));
         for (index, x) in at.iter().enumerate() {
             let (species, y) = (["A", "B"][index % 2], 1.0 + 0.25 * index as f64);
             scene.insert_particle(species, Vector::new(*x, y, 0.0), Vector::zeros());
         }
         for pair in bonds {
-            scene.insert_bond(pair.map(crate::model::ParticleId), "link");
+            scene = scene.bond(*pair, "link");
         }
         let scene = scene.build().unwrap();
         let masses = scene.particles.iter().map(|it| scene.species[it.species.0 as usize].mass).collect();

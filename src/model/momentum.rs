@@ -168,13 +168,13 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::Space;
     use crate::model::{MotionKind, RunPlan, SpeciesPairs, SurfaceMotion, SurfaceShape};
-    use crate::scene::{SceneBuilder, SurfaceDraft};
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
     fn pair() -> SceneBuilder {
         SceneBuilder::new("pair")
             .space(Space::periodic_cube(10.0))
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::repeat(3.0), Vector::zeros())
             .particle("A", Vector::repeat(7.0), Vector::zeros())
     }
@@ -204,8 +204,8 @@ mod tests {
                 size: Vector::new(9.0, 9.0, 0.0),
                 boundary: [periodic, walls, Boundary::Flat],
             })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(4.0, 4.0, 0.0), Vector::zeros());
         assert_eq!(conserved(&flat), [true, false, false]);
     }
@@ -214,11 +214,17 @@ mod tests {
     fn dissipative_scenes_cool_forever_without_energy_supply() {
         let (periodic, walls) = (Boundary::Periodic, Boundary::walls(0.9));
         let soft = |first: &str, second: &str, scene: SceneBuilder| {
-            scene.interaction(first, second, Potential::hard_sphere(1.0).unwrap(), 0.9)
+            scene.interaction(
+                InteractionDraft::new(Potential::hard_sphere(1.0).unwrap()).between(first, second).restitution(0.9),
+            )
         };
         let cools = |scene: &SceneBuilder| scene.build().unwrap().cools_for_ever();
         let hard = || Potential::hard_sphere(1.0).unwrap();
-        let two = || pair().species("B", 1.0, 1.0).interaction("A", "B", hard(), 1.0);
+        let two = || {
+            pair()
+                .species(SpeciesDraft::new("B").mass(1.0).diameter(1.0))
+                .interaction(InteractionDraft::new(hard()).between("A", "B"))
+        };
         assert!(!cools(&pair()));
         assert!(!cools(&soft("B", "B", two())), "there are none of them");
         let grains = soft("B", "B", two()).particle("B", Vector::repeat(5.0), Vector::zeros());
@@ -271,9 +277,13 @@ mod tests {
 
     #[test]
     fn static_particles_break_momentum_conservation_only_if_they_interact() {
-        let with_static = pair().static_species("S", 1.0).particle("S", Vector::repeat(5.0), Vector::zeros());
+        let with_static = pair().species(SpeciesDraft::new("S").diameter(1.0).fixed()).particle(
+            "S",
+            Vector::repeat(5.0),
+            Vector::zeros(),
+        );
         let hard = || Potential::hard_sphere(1.0).unwrap();
-        let met = with_static.interaction("A", "S", hard(), 1.0).build().unwrap();
+        let met = with_static.interaction(InteractionDraft::new(hard()).between("A", "S")).build().unwrap();
         assert_eq!(met.influences(), [(Influence::StaticParticles, [true; 3])]);
         let alone = Scene { table: SpeciesPairs::new(2), ..met };
         assert_eq!(alone.conserved_axes(), [true; 3]);

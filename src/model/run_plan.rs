@@ -6,33 +6,11 @@ use super::barostat::Barostat;
 use super::thermostat::Thermostat;
 use super::threads::Threads;
 use crate::Vector;
+use crate::model::until::Until;
 
 pub(crate) const EQUILIBRATION: &str = "equilibration";
 
 pub(crate) const MEASUREMENT: &str = "measurement";
-
-/// Limit of a stage: a time, a number of physical events, or whichever comes first.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Limit {
-    /// Simulated time from the start of the stage `[time]`.
-    pub time: Option<f64>,
-    /// Number of physical events (Core, Capture, Release, Bounce, wall) from the start of the stage.
-    pub events: Option<u64>,
-}
-
-impl Limit {
-    /// Creates a limit on the simulated time.
-    #[must_use]
-    pub fn time(time: f64) -> Self {
-        Self { time: Some(time), events: None }
-    }
-
-    /// Creates a limit on the number of physical events.
-    #[must_use]
-    pub fn events(events: u64) -> Self {
-        Self { time: None, events: Some(events) }
-    }
-}
 
 /// Run plan of a scene: its stages, equilibration, limit and thermostat.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -40,11 +18,11 @@ pub struct RunPlan {
     /// Stages before the last equilibration and the last measurement, in order.
     pub stages: Vec<StagePlan>,
     /// Limit of the equilibration before the last measurement.
-    pub equilibration: Limit,
+    pub equilibration: Until,
     /// Whether the equilibration ends as soon as no observable drifts. It never continues beyond its limit.
     pub until_stationary: bool,
     /// Limit of the final measurement.
-    pub limit: Limit,
+    pub limit: Until,
     /// Thermostat of the measurement.
     pub thermostat: Option<Thermostat>,
     /// Barostat of the measurement.
@@ -116,7 +94,7 @@ pub struct StagePlan {
     /// Name of the stage in progress reports and results.
     pub name: String,
     /// Limit at which the stage ends. For a measured stage, it is the limit of the measurement.
-    pub limit: Limit,
+    pub limit: Until,
     /// Thermostat of the stage.
     pub thermostat: Option<Thermostat>,
     /// Barostat of the stage, which needs a thermostat.
@@ -133,7 +111,7 @@ impl StagePlan {
     /// Duration of the stage, if it is known before the run `[time]`.
     #[must_use]
     pub fn duration(&self) -> Option<f64> {
-        let of = |limit: &Limit| limit.time.filter(|_| limit.events.is_none());
+        let of = |limit: &Until| limit.time.filter(|_| limit.events.is_none());
         let equilibration = match &self.measured {
             Some(measured) if !measured.is_empty() => of(&measured.limit).filter(|_| !measured.until_stationary)?,
             _ => 0.0,
@@ -150,7 +128,7 @@ impl StagePlan {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Equilibration {
     /// Limit at which the equilibration ends.
-    pub limit: Limit,
+    pub limit: Until,
     /// Whether the equilibration ends as soon as no observable drifts.
     pub until_stationary: bool,
 }

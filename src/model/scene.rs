@@ -33,6 +33,12 @@ impl InteractionId {
 #[serde(transparent)]
 pub struct ParticleId(pub u32);
 
+impl From<u32> for ParticleId {
+    fn from(id: u32) -> Self {
+        Self(id)
+    }
+}
+
 /// A species: mass, diameter and acceleration of its particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]

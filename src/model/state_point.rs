@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::Vector;
     use crate::model::{Potential, Space};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
     const UNLIKE: [f64; 2] = [0.8, 0.75];
 
@@ -95,9 +95,12 @@ mod tests {
         let diameter = |mass: f64| if mass < 1.0 { 0.5 } else { 1.0 };
         let mut builder = SceneBuilder::new("scene").space(Space::periodic_cube(7.0));
         for (name, mass) in names.into_iter().zip(masses) {
-            builder = builder.species(name, mass, diameter(mass)).interaction(name, name, hard(diameter(mass)), 0.9);
+            builder = builder
+                .species(SpeciesDraft::new(name).mass(mass).diameter(diameter(mass)))
+                .interaction(InteractionDraft::new(hard(diameter(mass))).between(name, name).restitution(0.9));
         }
-        builder = builder.interaction(names[0], names[1], hard(unlike[1]), unlike[0]);
+        builder = builder
+            .interaction(InteractionDraft::new(hard(unlike[1])).between(names[0], names[1]).restitution(unlike[0]));
         for (k, mass) in [0.7, 1.3, 1.3].into_iter().enumerate() {
             let name = if mass == masses[0] { names[0] } else { names[1] };
             builder = builder.particle(name, Vector::new(1.0 + 2.0 * k as f64, 0.0, 0.0), Vector::zeros());
@@ -113,7 +116,10 @@ mod tests {
     fn state_point_ignores_names_order_and_unused_species() {
         let first = of(scene(["A", "B"], [0.7, 1.3], UNLIKE));
         assert_eq!(first, of(scene(["C", "A"], [1.3, 0.7], UNLIKE)));
-        assert_eq!(first, of(scene(["A", "B"], [0.7, 1.3], UNLIKE).species("unused", 2.0, 0.1)));
+        assert_eq!(
+            first,
+            of(scene(["A", "B"], [0.7, 1.3], UNLIKE).species(SpeciesDraft::new("unused").mass(2.0).diameter(0.1)))
+        );
     }
 
     #[test]

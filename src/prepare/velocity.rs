@@ -186,7 +186,7 @@ mod tests {
     use crate::base::numbers::id;
     use crate::model::SpeciesId;
     use crate::model::potential::Potential;
-    use crate::scene::{Arrangement, Fill, SceneBuilder};
+    use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn start(masses: &[f64], count: usize, space: &Space) -> (Vec<Particle>, Vec<Species>) {
         let species: Vec<Species> = masses
@@ -287,11 +287,10 @@ mod tests {
         let velocity = Vector::new(2.0, 0.0, 0.0);
         let scene = SceneBuilder::new("equal")
             .space(Space::periodic_cube(9.0))
-            .species("A", 0.7, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .add_fill(Fill { velocity, ..Fill::new(Arrangement::Random, "A").count(31) })
-            .speed(0.5)
-            .add_fill(Fill::new(Arrangement::Random, "A").count(10))
+            .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill { velocity, speed: Some(0.5), ..Fill::new(Arrangement::Random, "A").count(31) })
+            .fill(Fill::new(Arrangement::Random, "A").count(10))
             .temperature(1.5)
             .build()
             .unwrap();
@@ -308,13 +307,13 @@ mod tests {
         let hard = || Potential::hard_sphere(1.0).unwrap();
         let scene = SceneBuilder::new("two_fills")
             .space(Space { boundary, ..Space::periodic_cube(9.0) })
-            .species("A", 0.7, 1.0)
-            .species("B", 3.0, 1.0)
-            .interaction("A", "A", hard(), 1.0)
-            .interaction("A", "B", hard(), 1.0)
-            .interaction("B", "B", hard(), 1.0)
-            .add_fill(Fill::new(Arrangement::Random, "A").count(10))
-            .add_fill(Fill::new(Arrangement::Random, "B").count(6))
+            .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(3.0).diameter(1.0))
+            .interaction(InteractionDraft::new(hard()).between("A", "A"))
+            .interaction(InteractionDraft::new(hard()).between("A", "B"))
+            .interaction(InteractionDraft::new(hard()).between("B", "B"))
+            .fill(Fill::new(Arrangement::Random, "A").count(10))
+            .fill(Fill::new(Arrangement::Random, "B").count(6))
             .temperature(1.5)
             .build()
             .unwrap();

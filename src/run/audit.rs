@@ -292,14 +292,13 @@ fn sum_of_momenta(simulation: &Simulation) -> f64 {
 mod tests {
     use super::*;
     use crate::engine::Until;
-    use crate::model::potential::Potential;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     fn audit() -> Audit {
         let scene = SceneBuilder::new("gas")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 0.9)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(0.9))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
             .temperature(1.0)
             .build()
             .unwrap();
@@ -357,8 +356,8 @@ mod tests {
     #[test]
     fn overlaps_of_the_start_are_counted_until_they_are_gone() {
         let scene = SceneBuilder::new("overlap")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .space(crate::model::space::Space::periodic_cube(8.0))
             .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::new(-1.0, 0.0, 0.0))
             .particle("A", Vector::new(1.5, 1.0, 1.0), Vector::new(1.0, 0.0, 0.0))

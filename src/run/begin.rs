@@ -13,8 +13,8 @@ use super::progress::Progress;
 use super::state::{Beginning, RunState};
 use super::{Ending, Finished, Recorder, Stage};
 use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup};
-use crate::engine::{Simulation, Until};
-use crate::model::{Limit, Scene, Species, Threads};
+use crate::engine::Simulation;
+use crate::model::{Scene, Species, Threads, Until};
 
 /// Why a run failed. `E` is the error of its [`Recorder`].
 #[derive(Debug, Error)]
@@ -55,16 +55,16 @@ pub(super) enum Origin {
 /// start or from a checkpoint.
 ///
 /// ```
-/// use carom::model::{Limit, Potential, RunPlan};
+/// use carom::model::{RunPlan, Until};
 /// use carom::run::Run;
-/// use carom::scene::{Amount, Lattice, SceneBuilder};
+/// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 ///
 /// let scene = SceneBuilder::new("fluid")
-///     .species("A", 1.0, 1.0)
-///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-///     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+///     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+///     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+///     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
 ///     .temperature(1.0)
-///     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000), ..RunPlan::default() })
+///     .run(RunPlan { equilibration: Until::events(2_000), limit: Until::events(5_000), ..RunPlan::default() })
 ///     .build()?;
 /// let finished = Run::new(scene).finish()?;
 /// let (name, temperature) = finished.observables[0];
@@ -117,7 +117,7 @@ impl Run {
 
     /// Plans rows, frames and instruments for the limit `end` instead of the limit in the scene. This is needed to
     /// repeat a run whose limit was changed after its start.
-    pub(crate) fn planned_for(mut self, end: Option<Limit>) -> Self {
+    pub(crate) fn planned_for(mut self, end: Option<Until>) -> Self {
         self.state.planned = end;
         self
     }
@@ -192,17 +192,17 @@ impl Run {
     /// reason for its end; [`Run::execute`] and [`Run::finish`] add the last row and frame.
     ///
     /// ```
-    /// # use carom::model::{Limit, Potential, RunPlan};
-    /// # use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// # use carom::model::RunPlan;
+    /// # use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     /// use carom::engine::Until;
     /// use carom::run::Run;
     ///
     /// # let scene = SceneBuilder::new("fluid")
-    /// #     .species("A", 1.0, 1.0)
-    /// #     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-    /// #     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+    /// #     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+    /// #     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+    /// #     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
     /// #     .temperature(1.0)
-    /// #     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000), ..RunPlan::default() })
+    /// #     .run(RunPlan { equilibration: Until::events(2_000), limit: Until::events(5_000), ..RunPlan::default() })
     /// #     .build()?;
     /// let (run, ending) = Run::new(scene).advance(Until::events(1_000), &mut ())?;
     /// assert!(ending.is_none() && run.simulation().event_counts().physical() == 1_000);
@@ -277,8 +277,8 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Growth, GrowthTarget, Potential, RunPlan, StagePlan, Thermostat};
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::model::{Growth, GrowthTarget, RunPlan, StagePlan, Thermostat};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     fn planned(target: f64) -> Scene {
         let bath = Some(Thermostat::Andersen { temperature: 2.0, rate: 1.0, axes: [true; 3] });
@@ -286,15 +286,15 @@ mod tests {
         let grow = StagePlan { name: "grow".into(), growth, ..StagePlan::default() };
         let plan = RunPlan {
             stages: vec![grow],
-            equilibration: Limit::events(300),
-            limit: Limit::events(500),
+            equilibration: Until::events(300),
+            limit: Until::events(500),
             thermostat: bath,
             ..RunPlan::default()
         };
         SceneBuilder::new("planned")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
             .temperature(1.0)
             .run(plan)
             .build()

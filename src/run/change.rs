@@ -5,7 +5,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use super::{Run, Stage};
-use crate::model::{Limit, Scene};
+use crate::model::{Scene, Until};
 use crate::scene::SceneError;
 
 /// Why a run cannot continue with a changed scene.
@@ -56,7 +56,7 @@ impl Run {
                     first.measured = first.measured.map(|_| Default::default());
                 }
             }
-            Stage::Measurement => (plan.equilibration, plan.until_stationary) = (Limit::default(), false),
+            Stage::Measurement => (plan.equilibration, plan.until_stationary) = (Until::default(), false),
             _ => {}
         }
     }
@@ -65,7 +65,6 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::Until;
 
     const SCENE: &str = r#"
         [space]
@@ -142,7 +141,7 @@ mod tests {
         let same = changed(&run, &[]).unwrap();
         assert_eq!(same.stage(), Stage::Equilibration);
         // It ends immediately.
-        assert_eq!(same.simulation().scene().run().equilibration, Limit::default());
+        assert_eq!(same.simulation().scene().run().equilibration, Until::default());
         assert_eq!(same.simulation().snapshot(), run.simulation().snapshot());
         let end = run.simulation().time() + 3.0;
         let [a, b] = [run, same].map(|run| run.advance(Until::time(end), &mut ()).unwrap().0.simulation().snapshot());
@@ -158,7 +157,7 @@ mod tests {
         assert_eq!(before.time, after.time);
         assert_eq!(run.simulation().scene().bonds(), other.simulation().scene().bonds());
         assert_eq!(run.simulation().scene().static_surfaces(), other.simulation().scene().static_surfaces());
-        let end = Until { time: before.time + 4.0, events: 2_000 };
+        let end = Until::time(before.time + 4.0).or_events(2_000);
         let rises = |run: Run| {
             let (run, _) = run.advance(end, &mut ()).unwrap();
             assert!(run.simulation().real_overlaps().is_empty());
@@ -183,7 +182,7 @@ mod tests {
     fn a_stage_that_is_measured_is_not_equilibrated_again() {
         let measured = [("stage.0.measure", "true"), ("stage.0.equilibration_events", "200")];
         for (events, stage, equilibration) in
-            [(100, Stage::EquilibrationOf(0), Limit::events(200)), (400, Stage::MeasurementOf(0), Limit::default())]
+            [(100, Stage::EquilibrationOf(0), Until::events(200)), (400, Stage::MeasurementOf(0), Until::default())]
         {
             let (run, _) = begun(&measured).advance(Until::events(events), &mut ()).unwrap();
             assert_eq!(run.stage(), stage);
@@ -221,8 +220,8 @@ mod tests {
         let mut run = begun(&[]);
         let mut pauses = 0;
         for k in 1_u32.. {
-            let until = Until { time: 0.05 * f64::from(k), events: u64::from(11 * k) };
-            let (next, ending) = run.advance(until, &mut ()).unwrap();
+            let (time, events) = (0.05 * f64::from(k), u64::from(11 * k));
+            let (next, ending) = run.advance(Until::time(time).or_events(events), &mut ()).unwrap();
             run = next;
             if let Some(ending) = ending {
                 assert_eq!(ending, whole.ending);
@@ -230,7 +229,7 @@ mod tests {
             }
             pauses += 1;
             let done = run.simulation().event_counts().physical();
-            assert!(run.simulation().time() == until.time || done == until.events);
+            assert!(run.simulation().time() == time || done == events);
         }
         assert!(pauses > 100);
         let paused = run.finish().unwrap();

@@ -33,8 +33,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::base::durability;
-use crate::engine::{EngineError, Simulation, Until};
-use crate::model::Limit;
+use crate::engine::{EngineError, Simulation};
+use crate::model::Until;
 use crate::run::RunState;
 
 /// Two times are equal within round-off if their relative difference is below this value.
@@ -118,7 +118,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`CheckpointError::Passed`].
-    pub(crate) fn refuse_passed(&self, limit: Limit) -> Result<(), CheckpointError> {
+    pub(crate) fn refuse_passed(&self, limit: Until) -> Result<(), CheckpointError> {
         let Some((time, events)) = self.state.measured_so_far(&self.simulation) else { return Ok(()) };
         let is_later = |asked: &f64| time - asked > NEAR * asked + f64::EPSILON * self.simulation.time();
         let passed = match (limit.time.filter(is_later), limit.events.filter(|asked| events > *asked)) {
@@ -131,7 +131,7 @@ impl Checkpoint {
     }
 
     /// Sets another limit of the measurement. If the measurement has already reached this limit, it ends at once.
-    pub fn extend(&mut self, limit: Limit) {
+    pub fn extend(&mut self, limit: Until) {
         self.simulation.set_limit(limit);
         self.state.extend(limit);
     }
@@ -140,17 +140,16 @@ impl Checkpoint {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
-    use crate::model::potential::Potential;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     #[test]
     fn full_disk_is_reported_as_such() {
         let scene = SceneBuilder::new("full")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             // The checkpoint has several megabytes, more than any buffer can hold.
-            .fill(Lattice::FaceCentredCubic, "A", 10_976, Amount::PackingFraction(0.3))
-            .run(crate::model::RunPlan { limit: Limit::events(1), ..Default::default() })
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(10_976).packing_fraction(0.3))
+            .run(crate::model::RunPlan { limit: Until::events(1), ..Default::default() })
             .build()
             .unwrap();
         let simulation = Simulation::without_plan(scene);

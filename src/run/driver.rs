@@ -26,14 +26,14 @@ use super::state::RunState;
 use super::{Blocked, Ending, Finished, Recorder, Run, Stage};
 use crate::analysis::instruments::{Registry, SystemDescription};
 use crate::base::clock::Instant;
-use crate::engine::{Scaling, Simulation, Until};
-use crate::model::Limit;
+use crate::engine::{Scaling, Simulation};
+use crate::model::Until;
 
 /// Initial and largest number of engine steps between two calls of `watch`. A step is slow if particles have very many
 /// neighbours, so the number is adapted to the wall time. It does not affect the trajectory.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-const NEVER: Until = Until { time: f64::INFINITY, events: u64::MAX };
+const NEVER: Until = Until { time: None, events: None };
 
 pub(super) fn drive<R: Recorder>(
     simulation: Simulation,
@@ -191,7 +191,7 @@ impl Driver<'_> {
             }
             let Some(next) = next else { return Ok(Ending::Events) };
             let has_end = self.growth().is_some() || self.state.monitor.is_some();
-            if (self.state.stage.limit != Limit::default() || has_end)
+            if (self.state.stage.limit != Until::default() || has_end)
                 && let Some(over) = self.prepare()?
             {
                 return Ok(over);
@@ -299,11 +299,10 @@ impl Driver<'_> {
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
-    use crate::model::{Limit, OutputPlan, RunPlan};
+    use crate::model::{OutputPlan, RunPlan, Until};
     use crate::run::{Ending, Stage, run};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     #[test]
     fn run_can_be_interrupted_while_no_events_happen() {
@@ -311,11 +310,11 @@ mod tests {
         space.size.x = 1e15;
         let scene = SceneBuilder::new("pipe")
             .space(space)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.3, 0.2))
             .particle("A", Vector::new(1e10, 1.5, 1.5), Vector::new(-1.0, 0.1, 0.3))
-            .run(RunPlan { limit: Limit::events(100), ..RunPlan::default() })
+            .run(RunPlan { limit: Until::events(100), ..RunPlan::default() })
             // The intervals are given, so that no pilot run is needed to choose them.
             .output(OutputPlan { thermo_interval: Some(1e15), frame_interval: Some(1e15), ..OutputPlan::default() })
             .build()
@@ -336,8 +335,8 @@ mod tests {
         SceneBuilder::new("overlapping")
             .allow_invalid_start(true)
             .space(Space { size: Vector::new(10.0, 10.0, 0.0), ..space })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(2.0, 5.0, 0.0), Vector::zeros())
             .particle("A", Vector::new(2.5, 5.0, 0.0), Vector::zeros())
             .particle("A", Vector::new(8.0, 8.5, 0.0), Vector::from(velocity))
@@ -351,7 +350,7 @@ mod tests {
 
     #[test]
     fn run_starting_with_overlaps_ends_normally() {
-        let limit = |events| RunPlan { limit: Limit::events(events), ..RunPlan::default() };
+        let limit = |events| RunPlan { limit: Until::events(events), ..RunPlan::default() };
         // The run has far more rows than `MOST_QUIET_ROWS`, but only about 40 rows between two events.
         let bounces = finished(overlapping(Boundary::walls(1.0), [1.0, 0.0, 0.0]), limit(100), Some(0.2));
         assert_eq!((bounces.ending, bounces.measurement.event_counts.wall), (Ending::Events, 100));
@@ -367,14 +366,12 @@ mod tests {
         let pass = |position: [f64; 3], velocity: f64, scene: SceneBuilder| {
             scene.particle("A", Vector::from(position), Vector::new(velocity, 0.0, 0.0))
         };
-        let scene = SceneBuilder::new("passing").space(Space::periodic_cube(10.0)).species("A", 1.0, 1.0).interaction(
-            "A",
-            "A",
-            Potential::hard_sphere(1.0).unwrap(),
-            1.0,
-        );
+        let scene = SceneBuilder::new("passing")
+            .space(Space::periodic_cube(10.0))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"));
         let scene = pass([2.0, 7.0, 5.0], -1.0, pass([2.0, 2.0, 5.0], 1.0, scene));
-        let plan = RunPlan { equilibration: Limit::events(10), limit: Limit::time(10.0), ..RunPlan::default() };
+        let plan = RunPlan { equilibration: Until::events(10), limit: Until::time(10.0), ..RunPlan::default() };
         let finished = finished(scene, plan, Some(1e-3));
         assert_eq!((finished.ending, finished.stage), (Ending::GaveUp, Stage::Equilibration));
     }

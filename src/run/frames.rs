@@ -94,16 +94,16 @@ impl FrameLimit {
 mod tests {
     use super::*;
     use crate::model::RunPlan;
-    use crate::scene::SceneBuilder;
-    use crate::{Vector, model::Limit};
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
+    use crate::{Vector, model::Until};
 
     fn scene(count: usize) -> Scene {
         let scene = SceneBuilder::new("many")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", crate::model::potential::Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .space(crate::model::space::Space::periodic_cube(9.0))
             .particle("A", Vector::zeros(), Vector::zeros())
-            .run(RunPlan { limit: Limit::time(1.0), ..RunPlan::default() });
+            .run(RunPlan { limit: Until::time(1.0), ..RunPlan::default() });
         let mut scene = scene.build().unwrap();
         scene.particles = vec![scene.particles[0]; count];
         scene

@@ -4,8 +4,8 @@ use thiserror::Error;
 
 use super::rate::{MOST, Try, expected_rate};
 use super::stage::{Settings, Stage};
-use crate::engine::{Reason, Until};
-use crate::model::{Limit, Scene};
+use crate::engine::Reason;
+use crate::model::{Scene, Until};
 
 /// Number of engine steps in a trial run of a scene whose event rate changes: in total, and between two records of the
 /// event count. The trial takes at most a few seconds.
@@ -86,7 +86,7 @@ fn loses_energy(scene: &Scene) -> bool {
 fn duration(scene: &Scene) -> Option<f64> {
     let plan = &scene.run;
     let of_stage = |Settings { limit, thermostat, growth, .. }: Settings| match limit {
-        Limit { time: Some(time), events: None } if growth.is_none() && thermostat.is_none() => Some(time),
+        Until { time: Some(time), events: None } if growth.is_none() && thermostat.is_none() => Some(time),
         _ => None,
     };
     let stages = Stage::all(plan).map(|stage| stage.settings(plan));

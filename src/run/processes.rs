@@ -5,58 +5,58 @@ use std::sync::Arc;
 use super::begin::Origin;
 use super::{Run, RunState};
 use crate::analysis::instruments::Registry;
-use crate::engine::{Simulation, Transport};
+use crate::engine::{Communicator, Simulation};
 
 /// Number of bytes sent to other processes at once.
 const PIECE: usize = 1 << 26;
 
 impl Run {
     /// Shares the run between processes. Every process must have set up the same run with the same number of threads:
-    /// see [`Simulation::set_transport`].
+    /// see [`Simulation::set_communicator`].
     ///
     /// All processes obtain the same results as a single process, bit for bit. Only the first process decides when to
     /// write a checkpoint and when to stop, by its recorder and its `watch`. Recorders of other processes need not
     /// record anything.
-    pub fn transport(mut self, transport: Arc<dyn Transport>) -> Self {
-        self.simulation.set_transport(transport);
+    pub fn communicator(mut self, communicator: Arc<dyn Communicator>) -> Self {
+        self.simulation.set_communicator(communicator);
         self
     }
 
     /// Sends the run of the first process to all other processes, and shares it between them. Custom instruments are
     /// not sent.
-    pub fn shared(run: Option<Self>, transport: &Arc<dyn Transport>) -> Option<Self> {
+    pub fn shared(run: Option<Self>, communicator: &Arc<dyn Communicator>) -> Option<Self> {
         let mut content = Vec::new();
         if let Some(run) = &run {
             content = postcard::to_stdvec(&(&run.simulation, &run.state, run.origin))
-                .unwrap_or_else(|error| transport.abort(&format!("the run cannot be sent: {error}")));
+                .unwrap_or_else(|error| communicator.abort(&format!("the run cannot be sent: {error}")));
         }
         let mut received = Vec::new();
         let mut pieces = content.chunks(PIECE);
         loop {
             let piece = pieces.next().unwrap_or_default();
-            let mut all = transport.share(if transport.rank() == 0 { piece.to_vec() } else { Vec::new() });
+            let mut all = communicator.share(if communicator.rank() == 0 { piece.to_vec() } else { Vec::new() });
             let first = all.swap_remove(0);
             if first.is_empty() {
                 break;
             }
-            if transport.rank() > 0 {
+            if communicator.rank() > 0 {
                 received.extend(first);
             }
         }
-        if transport.rank() == 0 {
-            return run.map(|run| run.transport(transport.clone()));
+        if communicator.rank() == 0 {
+            return run.map(|run| run.communicator(communicator.clone()));
         }
         if received.is_empty() {
             return None;
         }
         let (simulation, state, origin): (Simulation, RunState, Origin) = postcard::from_bytes(&received)
             .unwrap_or_else(|error| {
-                transport.abort(&format!(
+                communicator.abort(&format!(
                     "the run sent by the first process cannot be read, perhaps because the programs differ: {error}"
                 ))
             });
         simulation.enlarge();
-        Some(Self { simulation, state, registry: Registry::default(), origin }.transport(transport.clone()))
+        Some(Self { simulation, state, registry: Registry::default(), origin }.communicator(communicator.clone()))
     }
 }
 
@@ -65,11 +65,11 @@ mod tests {
     use super::*;
     use crate::analysis::observables::Row;
     use crate::engine::Snapshot;
+    use crate::engine::communicator::tests::in_processes;
     use crate::engine::event::Event;
-    use crate::engine::transport::tests::in_processes;
-    use crate::model::{Growth, GrowthTarget, Limit, OutputPlan, Potential, RunPlan, Scene, StagePlan, Thermostat};
+    use crate::model::{Growth, GrowthTarget, OutputPlan, RunPlan, Scene, StagePlan, Thermostat, Until};
     use crate::run::{Ending, Recorder, Scalar, Stage};
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     use std::convert::Infallible;
     use std::ops::ControlFlow;
 
@@ -119,14 +119,14 @@ mod tests {
         let grow = StagePlan { name: "growth".into(), growth: Some(growth), ..StagePlan::default() };
         let thermostat = Thermostat::Andersen { temperature: 1.3, rate: 0.1, axes: [true; 3] };
         SceneBuilder::new("fluid")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.3))
             .temperature(1.0)
             .run(RunPlan {
                 stages: vec![grow],
-                equilibration: Limit::events(5_000),
-                limit: Limit::events(20_000),
+                equilibration: Until::events(5_000),
+                limit: Until::events(20_000),
                 thermostat: Some(thermostat),
                 ..RunPlan::default()
             })
@@ -137,10 +137,10 @@ mod tests {
 
     /// The first process interrupts the run at the `asked`-th call of `watch`.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
-        let mut results = in_processes(processes, |transport| {
+        let mut results = in_processes(processes, |communicator| {
             let (mut all, mut left) = (All::default(), asked);
-            let is_first = transport.rank() == 0;
-            let run = Run::shared(is_first.then(|| Run::new(scene())), &transport).unwrap();
+            let is_first = communicator.rank() == 0;
+            let run = Run::shared(is_first.then(|| Run::new(scene())), &communicator).unwrap();
             let mut watch = |_: &_| {
                 left -= 1;
                 if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -188,6 +188,8 @@ mod tests {
 
     #[test]
     fn no_process_has_a_run_if_the_first_has_none() {
-        assert!(in_processes(3, |transport| Run::shared(None, &transport).is_none()).into_iter().all(|none| none));
+        assert!(
+            in_processes(3, |communicator| Run::shared(None, &communicator).is_none()).into_iter().all(|none| none)
+        );
     }
 }

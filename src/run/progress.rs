@@ -1,7 +1,7 @@
 //! Progress of a run, for its caller.
 
 use super::stage::Stage;
-use crate::model::Limit;
+use crate::model::Until;
 
 /// Progress of a run in its present stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,7 +16,7 @@ pub struct Progress {
     /// Physical events since the start of the stage.
     pub events: u64,
     /// Time and number of events, since the start of the stage, at which the stage ends.
-    pub limit: Limit,
+    pub limit: Until,
 }
 
 impl Progress {
@@ -35,10 +35,10 @@ mod tests {
 
     #[test]
     fn progress_follows_the_nearer_limit() {
-        let limit = Limit { time: Some(10.0), events: Some(100) };
+        let limit = Until { time: Some(10.0), events: Some(100) };
         let progress = Progress { stage: Stage::Measurement, time: 7.0, elapsed: 2.0, events: 50, limit };
         assert_eq!(progress.fraction(), 0.5);
         assert_eq!(Progress { elapsed: 9.0, ..progress }.fraction(), 0.9);
-        assert_eq!(Progress { limit: Limit::default(), ..progress }.fraction(), 0.0);
+        assert_eq!(Progress { limit: Until::default(), ..progress }.fraction(), 0.0);
     }
 }

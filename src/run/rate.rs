@@ -56,14 +56,14 @@ impl Try {
     /// Returns an error if the simulation cannot continue, or if there were too many search steps.
     pub fn advance(&mut self, mut steps: u64, until: Until) -> Result<Option<Reason>, ()> {
         let Some(most) = self.most else {
-            return self.simulation.advance_for(steps, until, None).map_err(drop);
+            return self.simulation.advance_for(steps, until).map_err(drop);
         };
         while steps > 0 {
             if search_steps() >= most {
                 return Err(());
             }
             let some = steps.min(BETWEEN);
-            if let Some(reason) = self.simulation.advance_for(some, until, None).map_err(drop)? {
+            if let Some(reason) = self.simulation.advance_for(some, until).map_err(drop)? {
                 return Ok(Some(reason));
             }
             steps -= some;
@@ -95,13 +95,13 @@ fn tried(scene: &Scene, moving: u64) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::model::potential::Potential;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     fn fluid(potential: Potential, count: u64, packing_fraction: f64) -> Scene {
         SceneBuilder::new("fluid")
-            .species("A", 2.0, 1.0)
-            .interaction("A", "A", potential, 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(packing_fraction))
+            .species(SpeciesDraft::new("A").mass(2.0).diameter(1.0))
+            .interaction(InteractionDraft::new(potential).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(packing_fraction))
             .temperature(1.5)
             .build()
             .unwrap()
@@ -170,8 +170,8 @@ mod tests {
                     boundary: [crate::model::space::Boundary::OPEN; 3],
                     ..crate::model::space::Space::periodic_cube(9.0)
                 })
-                .species("A", 1.0, 1.0)
-                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+                .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
                 .particle("A", crate::Vector::repeat(2.0), crate::Vector::new(velocity, 0.0, 0.0))
                 .particle("A", crate::Vector::repeat(6.0), crate::Vector::zeros())
                 .build()

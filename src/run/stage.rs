@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
-use crate::model::{Barostat, Growth, Limit, RunPlan, StagePlan, Thermostat};
+use crate::model::{Barostat, Growth, RunPlan, StagePlan, Thermostat, Until};
 
 /// A stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,7 +25,7 @@ pub enum Stage {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Settings {
-    pub limit: Limit,
+    pub limit: Until,
     pub thermostat: Option<Thermostat>,
     pub barostat: Option<Barostat>,
     pub growth: Option<Growth>,
@@ -39,11 +39,11 @@ pub(crate) struct Settings {
 impl Settings {
     /// A stage is skipped if it has no limit, no growth and no automatic end.
     pub fn has_end(&self) -> bool {
-        self.limit != Limit::default() || self.growth.is_some() || self.until_stationary
+        self.limit != Until::default() || self.growth.is_some() || self.until_stationary
     }
 
     pub fn is_endless(&self) -> bool {
-        self.until_stationary && self.limit == Limit::default()
+        self.until_stationary && self.limit == Until::default()
     }
 }
 
@@ -152,8 +152,8 @@ mod tests {
 
     fn plan() -> RunPlan {
         let stage = |name: &str, measured| StagePlan { name: name.into(), measured, ..StagePlan::default() };
-        let before = Equilibration { limit: Limit::events(7), until_stationary: false };
-        let second = StagePlan { limit: Limit::time(2.0), ..stage("b", Some(before)) };
+        let before = Equilibration { limit: Until::events(7), until_stationary: false };
+        let second = StagePlan { limit: Until::time(2.0), ..stage("b", Some(before)) };
         RunPlan { stages: vec![stage("a", None), second, stage("c", None)], ..RunPlan::default() }
     }
 
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!((streams, plan.streams()), (vec![0, 1, 2, 3, 4, 5], 6));
         let measured: Vec<_> = stages.iter().map(|stage| stage.is_measured()).collect();
         assert_eq!(measured, [false, false, true, false, false, true]);
-        assert_eq!(stages[1].settings(&plan).limit, Limit::events(7));
-        assert_eq!(stages[2].settings(&plan).limit, Limit::time(2.0));
+        assert_eq!(stages[1].settings(&plan).limit, Until::events(7));
+        assert_eq!(stages[2].settings(&plan).limit, Until::time(2.0));
     }
 }

@@ -10,9 +10,9 @@ use super::stage::Stage;
 use crate::analysis::instruments::{Instruments, SystemDescription};
 use crate::analysis::observables::{ApplicableObservables, Observer};
 use crate::analysis::sampling_times::SamplingTimes;
+use crate::engine::Simulation;
 use crate::engine::event::{EventCounts, EventCountsBySpecies};
-use crate::engine::{Simulation, Until};
-use crate::model::{Limit, Scene, Thermostat};
+use crate::model::{Scene, Thermostat, Until};
 use crate::run::audit::Ledger;
 
 /// Simulated time and number of physical events at which a stage began, and its limit.
@@ -21,11 +21,11 @@ pub(super) struct Start {
     pub stage: Stage,
     pub time: f64,
     pub events: u64,
-    pub limit: Limit,
+    pub limit: Until,
 }
 
 impl Start {
-    pub fn of(simulation: &Simulation, stage: Stage, limit: Limit) -> Self {
+    pub fn of(simulation: &Simulation, stage: Stage, limit: Until) -> Self {
         Self { stage, time: simulation.time(), events: simulation.event_counts().physical(), limit }
     }
 
@@ -75,7 +75,7 @@ pub(super) struct Aim {
 
 impl Aim {
     pub fn until(&self, time: f64, events: u64) -> Until {
-        Until { time: time.min(self.time), events: events.min(self.events) }
+        Until::time(time.min(self.time)).or_events(events.min(self.events))
     }
 }
 
@@ -147,7 +147,7 @@ pub struct RunState {
     pub(super) storm_watch: Option<StormWatch>,
     /// Original limit of the measurement, for which rows, frames and instruments were planned; `None` if the limit was
     /// not changed.
-    pub(super) planned: Option<Limit>,
+    pub(super) planned: Option<Until>,
     /// Names of the custom instruments with which the run began.
     pub(super) registered: Vec<String>,
     pub(super) measured_stages: Vec<MeasuredStage>,
@@ -186,7 +186,7 @@ impl RunState {
                 simulation,
                 observer.applicable().conserves_momentum && !simulation.scene().run.has_andersen(),
             ),
-            stage: Start::of(simulation, Stage::first(&simulation.scene().run), Limit::default()),
+            stage: Start::of(simulation, Stage::first(&simulation.scene().run), Until::default()),
             observer,
             crossing,
             rate,
@@ -231,13 +231,13 @@ impl RunState {
     pub(super) fn has_ended(&self, simulation: &Simulation) -> bool {
         let (_, events) = self.stage.end();
         let is_there = simulation.event_counts().physical() >= events || self.rest_of_stage(simulation).is_some();
-        let is_planned = self.stage.limit == Limit::default() || is_there || simulation.is_over();
+        let is_planned = self.stage.limit == Until::default() || is_there || simulation.is_over();
         self.stage.stage == Stage::Measurement && self.has_begun && is_planned
     }
 
     /// Changes the limit of the last measurement if the run is in this measurement. Before that, nothing changes: the
     /// measurement takes its limit from the scene when it begins.
-    pub(crate) fn extend(&mut self, limit: Limit) {
+    pub(crate) fn extend(&mut self, limit: Until) {
         if self.stage.stage == Stage::Measurement {
             if self.measurement.is_some() && limit != self.stage.limit {
                 self.planned.get_or_insert(self.stage.limit);
@@ -246,7 +246,7 @@ impl RunState {
         }
     }
 
-    pub(super) fn planned(&self) -> Limit {
+    pub(super) fn planned(&self) -> Until {
         self.planned.filter(|_| self.stage.stage == Stage::Measurement).unwrap_or(self.stage.limit)
     }
 
@@ -258,7 +258,7 @@ impl RunState {
         is_measured.then(|| (simulation.time() - self.stage.time, events))
     }
 
-    pub(crate) fn planned_before(&self) -> Option<Limit> {
+    pub(crate) fn planned_before(&self) -> Option<Until> {
         self.planned
     }
 

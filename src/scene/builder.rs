@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use crate::Vector;
 use crate::base::numbers::id;
-use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{
     AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId,
@@ -13,23 +12,23 @@ use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::surface_draft::SurfaceDraft;
 use crate::scene::unvalidated::{
-    Amount, Arrangement, Chain, Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft, SurfaceFill,
-    UnvalidatedBond, UnvalidatedStart,
+    Chain, Fill, Group, InteractionDraft, Listed, LocatedGroup, SpeciesDraft, SurfaceFill, UnvalidatedBond,
+    UnvalidatedStart,
 };
 
 /// Builder of a scene. It collects the parts; [`SceneBuilder::build`] validates them and places the
 /// particles.
 ///
-/// Ids count from 0 in the order in which particles are added.
+/// Each method adds a part or sets a value, in any order. A method with the name `insert_...` also adds a part, and
+/// returns its id. Ids count from 0 in the order in which species or particles are added.
 ///
 /// ```
-/// use carom::model::potential::Potential;
-/// use carom::scene::{Amount, Lattice, SceneBuilder};
+/// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 ///
 /// let scene = SceneBuilder::new("fluid")
-///     .species("A", 1.0, 1.0)
-///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-///     .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.4))
+///     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+///     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+///     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.4))
 ///     .temperature(1.0)
 ///     .build()?;
 /// assert_eq!(scene.particles().len(), 500);
@@ -44,6 +43,10 @@ pub struct SceneBuilder {
     /// Size of the box; `None` if it follows from the only fill with a count and a density.
     pub(crate) size: Option<Vector>,
     pub(crate) gravity: Vector,
+    /// Temperature of the fills and chains that have neither a temperature nor a speed.
+    pub(crate) temperature: Option<f64>,
+    /// Speed in the fills and chains that have neither a temperature nor a speed.
+    pub(crate) speed: Option<f64>,
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<LocatedGroup>,
@@ -83,6 +86,8 @@ impl SceneBuilder {
             parts: SceneParts { name: name.to_owned(), seed: 1, ..SceneParts::default() },
             size: None,
             gravity: Vector::zeros(),
+            temperature: None,
+            speed: None,
             species: Vec::new(),
             interactions: Vec::new(),
             groups: Vec::new(),
@@ -124,6 +129,17 @@ impl SceneBuilder {
         displacement(displacement: f64) => parts.displacement;
         /// Switches the TC model on and sets its contact time `[time]`.
         contact_time(time: f64) => parts.contact_time;
+        /// Sets the temperature of Maxwell velocities `[energy]` in all fills and chains that have neither a temperature
+        /// nor a speed.
+        temperature(temperature: f64) => temperature;
+        /// Sets the speed `[length / time]` of all particles in the fills and chains that have neither a temperature nor
+        /// a speed. The directions are random.
+        ///
+        /// Within a species, pairs of particles have opposite directions. If the number of particles is odd, three of
+        /// them have directions at 120 degrees to each other. Every particle therefore has exactly this speed, and the
+        /// total momentum is zero. There are two exceptions: a species of one particle, and an odd number of particles
+        /// in one dimension. One particle then has no partner, and its momentum remains.
+        speed(speed: f64) => speed;
         /// Sets what the live page shows during a run.
         live(live: LivePlan) => parts.live;
         /// Sets the largest errors that the audit of a run accepts.
@@ -162,57 +178,29 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a moving species.
-    pub fn species(mut self, name: &str, mass: f64, diameter: f64) -> Self {
-        self.insert_species(SpeciesDraft::new(name).mass(mass).diameter(diameter));
+    /// Adds a species.
+    pub fn species(mut self, species: SpeciesDraft) -> Self {
+        self.insert_species(species);
         self
     }
 
-    /// Adds a species that never moves.
-    pub fn static_species(mut self, name: &str, diameter: f64) -> Self {
-        self.insert_species(SpeciesDraft::new(name).diameter(diameter).fixed());
-        self
-    }
-
-    /// Adds a species of any kind and returns its id.
+    /// Adds a species and returns its id.
     pub fn insert_species(&mut self, species: SpeciesDraft) -> SpeciesId {
         self.species.push(species);
         SpeciesId(id(self.species.len() - 1))
     }
 
-    /// Adds an interaction between two species, with a potential and a restitution coefficient.
-    pub fn interaction(mut self, first: &str, second: &str, potential: Potential, restitution: f64) -> Self {
-        self.insert_interaction(InteractionDraft::new(potential).between(first, second).restitution(restitution));
-        self
-    }
-
-    /// Lets particles of two species pass through each other.
-    pub fn no_interaction(mut self, first: &str, second: &str) -> Self {
-        self.insert_interaction(InteractionDraft::new(Model::None).between(first, second));
-        self
-    }
-
-    /// Adds an interaction for bonds, which refer to it by name.
-    pub fn bond_interaction(mut self, name: &str, potential: Potential, restitution: f64) -> Self {
-        self.insert_interaction(InteractionDraft::new(potential).named(name).restitution(restitution));
-        self
-    }
-
     /// Adds an interaction between two species, for bonds, or for both.
-    pub fn insert_interaction(&mut self, interaction: InteractionDraft) {
+    pub fn interaction(mut self, interaction: InteractionDraft) -> Self {
         self.interactions.push(interaction);
+        self
     }
 
     /// Adds a surface that is a boundary for particles.
     pub fn surface(mut self, surface: SurfaceDraft) -> Self {
-        self.insert_surface(surface);
-        self
-    }
-
-    /// Adds a surface that is a boundary for particles.
-    pub fn insert_surface(&mut self, surface: SurfaceDraft) {
         self.has_surfaces = true;
         self.surfaces.push(surface);
+        self
     }
 
     /// Adds a particle.
@@ -227,50 +215,16 @@ impl SceneBuilder {
         self.insert("particle", Group::Listed(Listed::one(species, position, velocity)))
     }
 
-    /// Adds a number of particles of one species with a given density. If no box is set, the density determines its
-    /// size.
-    pub fn fill(self, arrangement: impl Into<Arrangement>, species: &str, count: u64, amount: Amount) -> Self {
-        self.add_fill(Fill::new(arrangement, species).count(count).amount(amount))
-    }
-
-    /// Adds many particles.
-    pub fn add_fill(mut self, fill: Fill) -> Self {
+    /// Adds many particles. If no box is set, the number and density of the only fill determine its size.
+    pub fn fill(mut self, fill: Fill) -> Self {
         self.push("fill", Group::Fill(fill));
         self
     }
 
-    /// Adds many particles and returns the id of the first one. [`Self::build`] returns an error in the same cases as
-    /// for [`Self::insert_particle`].
-    pub fn insert_fill(&mut self, fill: Fill) -> ParticleId {
-        self.insert("fill", Group::Fill(fill))
-    }
-
-    /// Sets the temperature of Maxwell velocities `[energy]`, for all fills and chains added so far that have neither a
-    /// temperature nor a speed.
-    pub fn temperature(mut self, temperature: f64) -> Self {
-        self.at_rest().for_each(|start| *start.0 = Some(temperature));
-        self
-    }
-
-    /// Sets the speed `[length / time]` of all particles in the fills and chains added so far that have neither a
-    /// temperature nor a speed. The directions are random.
-    ///
-    /// Within a species, pairs of particles have opposite directions. If the number of particles is odd, three of them
-    /// have directions at 120 degrees to each other. Every particle therefore has exactly this speed, and the total
-    /// momentum is zero. There are two exceptions: a species of one particle, and an odd number of particles in one
-    /// dimension. One particle then has no partner, and its momentum remains.
-    pub fn speed(mut self, speed: f64) -> Self {
-        self.at_rest().for_each(|start| *start.1 = Some(speed));
-        self
-    }
-
-    /// Iterates over the temperatures and speeds of all fills and chains in which neither is set.
-    fn at_rest(&mut self) -> impl Iterator<Item = (&mut Option<f64>, &mut Option<f64>)> {
-        self.groups.iter_mut().filter_map(|placed| match &mut placed.group {
-            Group::Fill(Fill { temperature: t @ None, speed: v @ None, .. })
-            | Group::Chain(Chain { temperature: t @ None, speed: v @ None, .. }) => Some((t, v)),
-            _ => None,
-        })
+    /// Temperature and speed of the random velocities in a fill or chain: its own, or those of the scene if it has
+    /// neither.
+    pub(crate) fn motion(&self, own: (Option<f64>, Option<f64>)) -> (Option<f64>, Option<f64>) {
+        if own == (None, None) { (self.temperature, self.speed) } else { own }
     }
 
     /// Adds bonded chains.
@@ -292,15 +246,11 @@ impl SceneBuilder {
     }
 
     /// Adds a bond between two particles, with a named interaction.
-    pub fn bond(mut self, first: u32, second: u32, interaction: &str) -> Self {
-        self.insert_bond([first, second].map(ParticleId), interaction);
-        self
-    }
-
-    /// Adds a bond between two particles, with a named interaction.
-    pub fn insert_bond(&mut self, pair: [ParticleId; 2], interaction: &str) {
+    pub fn bond(mut self, pair: [impl Into<ParticleId>; 2], interaction: &str) -> Self {
         let at = ConfigPath::entry("bond", self.bonds.len());
-        self.bonds.push(UnvalidatedBond { pair: pair.map(|id| id.0), interaction: interaction.to_owned(), at });
+        let pair = pair.map(|id| id.into().0);
+        self.bonds.push(UnvalidatedBond { pair, interaction: interaction.to_owned(), at });
+        self
     }
 
     /// Adds a group of particles as the next entry of a table in a scene file. Returns the id of its first particle, if

@@ -117,11 +117,12 @@ impl Groups {
         ids.zip(&scene.groups)
             .enumerate()
             .filter_map(|(group, (ids, placed))| {
-                let (temperature, speed, velocity) = match &placed.group {
-                    Group::Fill(fill) => (fill.temperature, fill.speed, fill.velocity),
-                    Group::Chain(chain) => (chain.temperature, chain.speed, Vector::zeros()),
+                let (own, velocity) = match &placed.group {
+                    Group::Fill(fill) => ((fill.temperature, fill.speed), fill.velocity),
+                    Group::Chain(chain) => ((chain.temperature, chain.speed), Vector::zeros()),
                     Group::Listed(_) | Group::Surface(_) => return None,
                 };
+                let (temperature, speed) = scene.motion(own);
                 Some(Drawn { ids, group, temperature, speed, velocity })
             })
             .collect()

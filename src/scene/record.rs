@@ -7,7 +7,7 @@ use toml::de::Deserializer;
 use toml::{Table, Value};
 
 use crate::model::input_file::word;
-use crate::model::{Limit, Scene};
+use crate::model::{Scene, Until};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::given::KeptParticles;
@@ -140,7 +140,7 @@ fn make_absolute(name: &mut String, directory: &Path) {
     }
 }
 
-pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de::Error> {
+pub(crate) fn with_limit(record: &str, limit: Until) -> Result<String, toml::de::Error> {
     let mut table: Table = record.parse()?;
     record_limit(limit, &mut table);
     Ok(format!("{HEADER}{table}"))
@@ -148,10 +148,10 @@ pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de:
 
 /// Text that is not TOML is returned unchanged.
 pub(crate) fn without_limit(record: &str) -> String {
-    with_limit(record, Limit::default()).unwrap_or_else(|_| record.to_owned())
+    with_limit(record, Until::default()).unwrap_or_else(|_| record.to_owned())
 }
 
-fn record_limit(limit: Limit, table: &mut Table) {
+fn record_limit(limit: Until, table: &mut Table) {
     let run = table.entry("run").or_insert_with(|| Value::Table(Table::new()));
     let Some(run) = run.as_table_mut() else { return };
     run.remove("until_time");
@@ -173,7 +173,7 @@ mod tests {
         let overrides = [("seed", "5"), ("species.sphere.diameter", "1.25")];
         let path = "configs/hard_sphere_fluid.toml";
         let mut scene = Scene::from_file_with(path, &overrides).unwrap();
-        scene.run.limit = Limit::time(0.1);
+        scene.run.limit = Until::time(0.1);
         let record = scene.record(path, &overrides).unwrap();
         let again = Scene::from_toml(record, "elsewhere/scene.toml").unwrap();
         assert_eq!(again, scene);

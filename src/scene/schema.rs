@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::scene::file::SceneFile;
 
-/// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, type, range and
+/// The JSON Schema (draft 2020-12) of scene files, as JSON text: every key with its description and unit, type, range and
 /// default, and permitted words.
 ///
 /// A scene that violates it is invalid. A scene that satisfies it may still be invalid, because the schema
@@ -15,11 +15,14 @@ use crate::scene::file::SceneFile;
 /// decides. JSON has no infinity, so an infinite energy is null.
 ///
 /// ```
-/// let schema = carom::scene::schema();
-/// assert_eq!(schema["properties"]["seed"]["type"], "integer");
+/// assert!(carom::scene::schema().contains("\"seed\""));
 /// ```
 #[must_use]
-pub fn schema() -> Value {
+pub fn schema() -> String {
+    format!("{:#}", schema_value())
+}
+
+pub(crate) fn schema_value() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
     let generator = settings.with_transform(RecursiveTransform(plain)).into_generator();
     generator.into_root_schema_for::<SceneFile>().to_value()

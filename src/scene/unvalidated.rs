@@ -56,8 +56,8 @@ pub struct Fill {
     pub as_many_as_fit: bool,
     /// Region of the fill; the whole box if `None`. Particles are placed entirely inside it.
     pub region: Option<FillRegion>,
-    /// Temperature of the Maxwell velocities of the particles `[energy]`. The particles are at rest if neither it nor
-    /// `speed` is given.
+    /// Temperature of the Maxwell velocities of the particles `[energy]`. If neither it nor `speed` is given, the
+    /// particles have the temperature or the speed of the scene, or are at rest.
     pub temperature: Option<f64>,
     /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
@@ -88,10 +88,16 @@ impl Fill {
         Self { count: Some(count), ..self }
     }
 
-    /// Sets the density.
+    /// Sets the number of particles per volume `[length^-D]`, where `D` is the number of axes that are not flat.
     #[must_use]
-    pub fn amount(self, amount: Amount) -> Self {
-        Self { amount: Some(amount), ..self }
+    pub fn number_density(self, density: f64) -> Self {
+        Self { amount: Some(Amount::NumberDensity(density)), ..self }
+    }
+
+    /// Sets the total volume of the particles divided by the volume of the region.
+    #[must_use]
+    pub fn packing_fraction(self, fraction: f64) -> Self {
+        Self { amount: Some(Amount::PackingFraction(fraction)), ..self }
     }
 
     /// Places particles one by one at random, until no more fit or the number from `count` or `amount` is reached.
@@ -129,8 +135,8 @@ pub struct Chain {
     /// Position of the first particle and direction of a straight chain; `None` for chains that grow at random without
     /// overlaps.
     pub straight: Option<(Vector, Vector)>,
-    /// Temperature of the Maxwell velocities of the particles `[energy]`. The particles are at rest if neither it nor
-    /// `speed` is given.
+    /// Temperature of the Maxwell velocities of the particles `[energy]`. If neither it nor `speed` is given, the
+    /// particles have the temperature or the speed of the scene, or are at rest.
     pub temperature: Option<f64>,
     /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
@@ -207,7 +213,15 @@ impl Model {
     }
 }
 
-/// A species under construction: moving particles with a mass and a diameter, or static ones.
+/// A species of a [`SceneBuilder`](crate::scene::SceneBuilder): moving particles with a mass and a diameter, or static
+/// ones.
+///
+/// ```
+/// use carom::scene::SpeciesDraft;
+///
+/// let grain = SpeciesDraft::new("grain").mass(1.3).diameter(0.9);
+/// let floor = SpeciesDraft::new("floor").diameter(1.0).fixed();
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeciesDraft {
     pub(crate) name: String,
@@ -268,7 +282,19 @@ impl SpeciesDraft {
     }
 }
 
-/// An interaction under construction: for pairs of two species, for bonds, or for both.
+/// An interaction of a [`SceneBuilder`](crate::scene::SceneBuilder): for pairs of two species, for bonds, or for both.
+///
+/// A [`Model`] takes its diameter from the two species. A [`Potential`] has its own.
+///
+/// ```
+/// use carom::model::Potential;
+/// use carom::scene::{InteractionDraft, Model};
+///
+/// let grains = InteractionDraft::new(Model::HardSphere).between("grain", "grain").restitution(0.9);
+/// let wells = InteractionDraft::new(Model::SquareWell { lambda: 1.5, well_depth: 1.0 }).between("A", "B");
+/// let ropes = InteractionDraft::new(Potential::bond(1.0, 1.4)?).named("rope");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct InteractionDraft {
     /// Name by which bonds refer to the interaction.

@@ -22,8 +22,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    Equilibration, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan,
-    Thermostat,
+    Equilibration, GrowthTarget, Influence, Interaction, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
+    Until,
 };
 
 /// Returns the number of particles of each species.
@@ -201,7 +201,7 @@ fn vector(v: &Vector) -> String {
 
 /// Describes a duration.
 #[must_use]
-pub fn limit(limit: &Limit) -> String {
+pub fn limit(limit: &Until) -> String {
     match (limit.time, limit.events) {
         (Some(time), Some(events)) => format!("for a time of {time} or {events} events, whichever comes first"),
         (Some(time), None) => format!("for a time of {time}"),
@@ -217,7 +217,7 @@ pub fn equilibration(run: &RunPlan) -> String {
 }
 
 fn equilibrates(equilibration: &Equilibration) -> String {
-    match (equilibration.until_stationary, equilibration.limit == Limit::default()) {
+    match (equilibration.until_stationary, equilibration.limit == Until::default()) {
         (true, true) => {
             let most = crate::run::MOST_EVENTS_PER_PARTICLE;
             format!("until nothing drifts; gives up after {most} events per particle")
@@ -248,7 +248,7 @@ pub fn stage(stage: &StagePlan) -> String {
     if let Some(before) = stage.measured.filter(|before| !before.is_empty()) {
         parts.push(format!("equilibrates {}", equilibrates(&before)));
     }
-    if stage.limit != Limit::default() {
+    if stage.limit != Until::default() {
         let measured = if stage.measured.is_some() { "measured " } else { "" };
         parts.push(format!("{measured}{}", limit(&stage.limit)));
     }
@@ -326,6 +326,7 @@ pub fn start(scene: &Scene) -> Option<String> {
 mod tests {
     use super::*;
     use crate::model::Growth;
+    use crate::scene::{InteractionDraft, Model, SpeciesDraft};
 
     #[test]
     fn only_what_changes_the_momentum_is_named() {
@@ -334,8 +335,8 @@ mod tests {
                 boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::walls(1.0)],
                 ..crate::model::space::Space::periodic_cube(9.0)
             })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .gravity(crate::Vector::new(0.0, -1.0, 0.0))
             .particle("A", crate::Vector::repeat(4.0), crate::Vector::zeros())
             .build()
@@ -346,8 +347,8 @@ mod tests {
                 boundary: [Boundary::walls(1.0); 3],
                 ..crate::model::space::Space::periodic_cube(9.0)
             })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", crate::Vector::repeat(4.0), crate::Vector::zeros())
             .build()
             .unwrap();
@@ -363,7 +364,7 @@ mod tests {
         let bath = Thermostat::Andersen { temperature: 1.5, rate: 0.25, axes: [true, false, true] };
         let mut plan = StagePlan {
             name: "dense".to_owned(),
-            limit: Limit::time(20.0),
+            limit: Until::time(20.0),
             thermostat: Some(bath),
             barostat: None,
             gravity: None,
@@ -381,7 +382,7 @@ mod tests {
         }
         plan.growth = Some(Growth { until: GrowthTarget::PackingFraction(0.6), ..growth });
         plan.thermostat = Some(Thermostat::Rescaling { temperature: 2.0, interval: 0.1 });
-        plan.limit = Limit::default();
+        plan.limit = Until::default();
         let text = stage(&plan);
         assert!(
             text.ends_with("up to a packing fraction of 0.6; velocities are scaled to temperature 2 every 0.1"),

@@ -6,7 +6,7 @@ use crate::analysis::instruments::{SystemDescription, shortened_cutoffs};
 use crate::analysis::observables::ApplicableObservables;
 use crate::base::text::digits;
 use crate::engine::EngineChoice;
-use crate::model::{InputFile, Limit, Scene};
+use crate::model::{InputFile, Scene, Until};
 use crate::prepare::resting::{Ground, resting};
 use crate::run::{self, Burden, Unreached};
 
@@ -60,7 +60,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     if !moving {
         warnings.push("nothing in the scene moves".to_owned());
     }
-    let is_endless = scene.run().until_stationary && scene.run().equilibration == Limit::default();
+    let is_endless = scene.run().until_stationary && scene.run().equilibration == Until::default();
     if is_endless && scene.cools_for_ever() {
         warnings.push(
             "contacts lose energy and nothing supplies any, so that the system cools for ever and equilibration = \"auto\" gives up: set run.equilibration_time or \
@@ -68,7 +68,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if scene.run().limit == Limit::default() {
+    if scene.run().limit == Until::default() {
         warnings.push("the measurement has no end: set until_time or until_events".to_owned());
     }
     warnings.extend(unreached(scene));

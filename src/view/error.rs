@@ -144,7 +144,7 @@ pub enum ViewError {
         /// Path of the summary.
         path: PathBuf,
         /// Position and kind of the error in the file.
-        source: serde_json::Error,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The target file already exists and must not be replaced.
     #[error("{} exists", .0.display())]

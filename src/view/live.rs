@@ -19,7 +19,7 @@ use super::report::html::{document, escape_json};
 use super::report::motion::{RENDERER, SHADERS};
 use super::report::{Page, base64};
 use crate::model::Scene;
-use crate::scene::schema;
+use crate::scene::schema_value;
 
 pub use engine::Engine;
 pub use head::Shown;
@@ -112,7 +112,7 @@ fn scripts() -> String {
     for (name, text) in SHADERS.iter().chain(&LINES) {
         texts.insert(format!("shader-{name}"), json!(text));
     }
-    texts.insert("schema".to_owned(), json!(schema().to_string()));
+    texts.insert("schema".to_owned(), json!(schema_value().to_string()));
     texts.insert("worker-source".to_owned(), json!(format!("\"use strict\";\n{}", WORKER.concat())));
     let program = RENDERER.concat() + &PROGRAM.concat();
     json!({ "texts": texts, "program": format!("\"use strict\";\n(() => {{\n{program}}})();\n") }).to_string()

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use carom::scene::schema;
 use serde_json::{Map, Value};
 
 use crate::markdown::{Page, cells, heading};
+use crate::validator::schema;
 
 #[derive(Debug, PartialEq)]
 struct Key {

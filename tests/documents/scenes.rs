@@ -1,12 +1,11 @@
 //! Checks that the scenes in the documents are valid.
 
 use carom::model::Scene;
-use carom::scene::schema;
 use serde_json::Value;
 use toml::Table;
 
 use crate::markdown::pages;
-use crate::validator::mistakes;
+use crate::validator::{mistakes, schema};
 
 /// The scene to which the fragments in the documents are added.
 const BASE: &str = r#"

@@ -7,7 +7,7 @@ use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
-use carom::scene::{Fill, Lattice, SceneBuilder, SurfaceDraft};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
@@ -138,15 +138,37 @@ impl Recipe {
             .seed(self.seed)
             .space(space)
             .gravity(gravity)
-            .species("A", self.masses[0], 1.0)
-            .species("B", self.masses[1], 1.2)
-            .static_species("S", 1.0)
-            .interaction("A", "A", potential(self.potential, self.depth), self.restitution)
-            .interaction("A", "B", potential((self.potential + 1) % 6, self.depth), self.restitution)
-            .interaction("B", "B", Potential::hard_sphere(1.2).ok()?, self.restitution)
-            .interaction("A", "S", potential((self.potential + 2) % 6, self.depth), self.restitution)
-            .interaction("B", "S", Potential::hard_sphere(1.1).ok()?, self.restitution)
-            .bond_interaction("link", Potential::bond(0.3, 3.0).ok()?, self.restitution);
+            .species(SpeciesDraft::new("A").mass(self.masses[0]).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(self.masses[1]).diameter(1.2))
+            .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+            .interaction(
+                InteractionDraft::new(potential(self.potential, self.depth))
+                    .between("A", "A")
+                    .restitution(self.restitution),
+            )
+            .interaction(
+                InteractionDraft::new(potential((self.potential + 1) % 6, self.depth))
+                    .between("A", "B")
+                    .restitution(self.restitution),
+            )
+            .interaction(
+                InteractionDraft::new(Potential::hard_sphere(1.2).ok()?)
+                    .between("B", "B")
+                    .restitution(self.restitution),
+            )
+            .interaction(
+                InteractionDraft::new(potential((self.potential + 2) % 6, self.depth))
+                    .between("A", "S")
+                    .restitution(self.restitution),
+            )
+            .interaction(
+                InteractionDraft::new(Potential::hard_sphere(1.1).ok()?)
+                    .between("B", "S")
+                    .restitution(self.restitution),
+            )
+            .interaction(
+                InteractionDraft::new(Potential::bond(0.3, 3.0).ok()?).named("link").restitution(self.restitution),
+            );
         if let Some(time) = self.contact_time {
             builder = builder.contact_time(time);
         }
@@ -162,7 +184,7 @@ impl Recipe {
             builder = builder
                 .particle("A", at(x, 4.0, 1.0), Vector::new(0.1 * x, part - 0.7, 0.9 - 0.7 * part))
                 .particle("A", at(x, 6.0, 1.0), Vector::new(0.4 * part - 0.3, 0.5 * x, 0.2 + part * part))
-                .bond(first, first + 1, "link");
+                .bond([first, first + 1], "link");
         }
         let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(self.count);
         fill.composition = vec![("A".into(), 0.6), ("B".into(), 0.4)];
@@ -174,7 +196,7 @@ impl Recipe {
                 builder = builder.surface(motions(self.motion).into_iter().fold(surface, SurfaceDraft::motion));
             }
         }
-        builder.add_fill(fill).build().ok()
+        builder.fill(fill).build().ok()
     }
 }
 
@@ -210,7 +232,7 @@ fn kind(event: &Event) -> Option<reference::EventKind> {
 fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     let mut events = Vec::new();
     let mut simulation = Simulation::without_plan(scene.clone());
-    let until = Until { time: LONGEST, events: count as u64 };
+    let until = Until::time(LONGEST).or_events(count as u64);
     let _ = simulation.advance_with(until, |event| events.push(*event));
     events
 }
@@ -286,11 +308,9 @@ fn the_fast_engine_executes_the_events_of_the_reference() {
 #[test]
 fn engines_agree_on_the_first_events_of_a_hard_sphere_fluid() {
     let scene = SceneBuilder::new("fluid")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).expect("valid"), 1.0)
-        .add_fill(
-            Fill::new(Lattice::FaceCentredCubic, "A").count(108).amount(carom::scene::Amount::PackingFraction(0.45)),
-        )
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.45))
         .temperature(1.0)
         .seed(3)
         .build()

@@ -7,7 +7,7 @@ use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::physics::response::Outcome;
-use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 /// Largest relative rounding error of an event, in units of epsilon. Each component of two velocities, of the impulse
 /// and of the normal is rounded a few times.
@@ -35,9 +35,9 @@ fn assert_conserved(mut simulation: Simulation, events: u64) {
 #[test]
 fn hard_spheres_conserve_energy_and_momentum() {
     let scene = SceneBuilder::new("spheres")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.45))
         .temperature(1.0)
         .build()
         .unwrap();
@@ -53,15 +53,17 @@ fn stepped_lennard_jones_conserves_energy_and_momentum() {
 
 #[test]
 fn mixtures_of_masses_and_potentials_conserve_energy_and_momentum() {
-    let mut fill = Fill::new(Arrangement::Random, "light").count(400).amount(Amount::NumberDensity(0.3));
+    let mut fill = Fill::new(Arrangement::Random, "light").count(400).number_density(0.3);
     fill.composition = vec![("light".to_owned(), 3.0), ("heavy".to_owned(), 1.0)];
     let scene = SceneBuilder::new("mixture")
-        .species("light", 0.01, 0.6)
-        .species("heavy", 7.0, 1.2)
-        .interaction("light", "light", Potential::penetrable(0.6, 0.8).unwrap(), 1.0)
-        .interaction("light", "heavy", Potential::square_well(0.9, 1.4, 0.7).unwrap(), 1.0)
-        .interaction("heavy", "heavy", Potential::square_shoulder(1.2, 1.2, 0.5).unwrap(), 1.0)
-        .add_fill(fill)
+        .species(SpeciesDraft::new("light").mass(0.01).diameter(0.6))
+        .species(SpeciesDraft::new("heavy").mass(7.0).diameter(1.2))
+        .interaction(InteractionDraft::new(Potential::penetrable(0.6, 0.8).unwrap()).between("light", "light"))
+        .interaction(InteractionDraft::new(Potential::square_well(0.9, 1.4, 0.7).unwrap()).between("light", "heavy"))
+        .interaction(
+            InteractionDraft::new(Potential::square_shoulder(1.2, 1.2, 0.5).unwrap()).between("heavy", "heavy"),
+        )
+        .fill(fill)
         .temperature(1.0)
         .build()
         .unwrap();
@@ -70,13 +72,15 @@ fn mixtures_of_masses_and_potentials_conserve_energy_and_momentum() {
 
 #[test]
 fn species_of_unequal_mass_share_the_energy_evenly() {
-    let mut fill = Fill::new(Arrangement::Random, "light").count(400).amount(Amount::PackingFraction(0.2));
+    let mut fill = Fill::new(Arrangement::Random, "light").count(400).packing_fraction(0.2);
     fill.composition = vec![("light".to_owned(), 1.0), ("heavy".to_owned(), 1.0)];
-    let mut builder = SceneBuilder::new("mixture").species("light", 0.25, 1.0).species("heavy", 4.0, 1.0);
+    let mut builder = SceneBuilder::new("mixture")
+        .species(SpeciesDraft::new("light").mass(0.25).diameter(1.0))
+        .species(SpeciesDraft::new("heavy").mass(4.0).diameter(1.0));
     for (a, b) in [("light", "light"), ("light", "heavy"), ("heavy", "heavy")] {
-        builder = builder.interaction(a, b, Potential::hard_sphere(1.0).unwrap(), 1.0);
+        builder = builder.interaction(InteractionDraft::new(Potential::hard_sphere(1.0).unwrap()).between(a, b));
     }
-    let mut simulation = Simulation::without_plan(builder.add_fill(fill).temperature(1.0).build().unwrap());
+    let mut simulation = Simulation::without_plan(builder.fill(fill).temperature(1.0).build().unwrap());
     simulation.advance(Until::events(20_000)).unwrap();
     let shares = crate::measure::Mean::of((1..=100).map(|block| {
         simulation.advance(Until::events(20_000 + block * 4_000)).unwrap();
@@ -125,9 +129,9 @@ fn elastic_spheres_that_fall_between_elastic_walls_keep_their_energy() {
     let scene = SceneBuilder::new("falling")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(100))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Arrangement::Random, "A").count(100))
         .temperature(1.0)
         .build()
         .unwrap();

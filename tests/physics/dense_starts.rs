@@ -6,33 +6,33 @@ use carom::analysis::instruments::{Sample, SystemDescription};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder, SceneError, SceneErrorKind};
+use carom::scene::{
+    Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SceneError, SceneErrorKind, SpeciesDraft,
+};
 
 fn hard(diameter: f64) -> Potential {
     Potential::hard_sphere(diameter).unwrap()
 }
 
 fn equal(count: u64, fraction: f64, arrangement: impl Into<Arrangement>) -> SceneBuilder {
-    SceneBuilder::new("equal").species("A", 1.0, 1.0).interaction("A", "A", hard(1.0), 1.0).fill(
-        arrangement,
-        "A",
-        count,
-        Amount::PackingFraction(fraction),
-    )
+    SceneBuilder::new("equal")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
+        .fill(Fill::new(arrangement, "A").count(count).packing_fraction(fraction))
 }
 
 fn mixture(count: u64, fraction: f64) -> SceneBuilder {
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
-        ..Fill::new(Arrangement::Random, "A").count(count).amount(Amount::PackingFraction(fraction))
+        ..Fill::new(Arrangement::Random, "A").count(count).packing_fraction(fraction)
     };
     SceneBuilder::new("mixture")
-        .species("A", 1.0, 1.0)
-        .species("B", 2.0, 1.4)
-        .interaction("A", "A", hard(1.0), 1.0)
-        .interaction("A", "B", hard(1.2), 1.0)
-        .interaction("B", "B", hard(1.4), 1.0)
-        .add_fill(fill)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(2.0).diameter(1.4))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.2)).between("A", "B"))
+        .interaction(InteractionDraft::new(hard(1.4)).between("B", "B"))
+        .fill(fill)
 }
 
 const DISKS: [Boundary; 3] = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
@@ -139,15 +139,15 @@ fn dense_start_depends_on_cores_not_on_diameters() {
     let well = |core| Potential::square_well(core, 1.5, 1.0).unwrap();
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
-        ..Fill::new(Arrangement::Random, "A").count(500).amount(Amount::NumberDensity(0.8))
+        ..Fill::new(Arrangement::Random, "A").count(500).number_density(0.8)
     };
     let scene = SceneBuilder::new("wells")
-        .species("A", 1.0, 1.0)
-        .species("B", 1.0, 1.0)
-        .interaction("A", "A", well(0.8), 1.0)
-        .interaction("A", "B", well(1.05), 1.0)
-        .interaction("B", "B", Potential::penetrable(1.0, 2.0).unwrap(), 1.0)
-        .add_fill(fill)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(well(0.8)).between("A", "A"))
+        .interaction(InteractionDraft::new(well(1.05)).between("A", "B"))
+        .interaction(InteractionDraft::new(Potential::penetrable(1.0, 2.0).unwrap()).between("B", "B"))
+        .fill(fill)
         .build()
         .unwrap();
     assert!(closest(&scene) >= 1.0);
@@ -195,9 +195,9 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
     let scene = |fill: Fill| {
         SceneBuilder::new("packed")
             .space(Space { boundary: walls, ..Space::periodic_cube(edge) })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", hard(1.0), 1.0)
-            .add_fill(fill)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
+            .fill(fill)
     };
     let random = || Fill::new(Arrangement::Random, "A");
     let error = scene(random().count(100)).build().unwrap_err();
@@ -213,14 +213,14 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
     // Another fill places 30 particles first. The total number is in the same range as with one fill.
-    let two = scene(random().count(30)).add_fill(random().as_many_as_fit()).build().unwrap();
+    let two = scene(random().count(30)).fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
     // Cores may be smaller than diameters.
     let small = SceneBuilder::new("cores")
         .space(Space::periodic_cube(6.0))
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::square_well(0.5, 1.5, 1.0).unwrap(), 1.0)
-        .add_fill(random().as_many_as_fit())
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(0.5, 1.5, 1.0).unwrap()).between("A", "A"))
+        .fill(random().as_many_as_fit())
         .build()
         .unwrap();
     // Packing fractions of 0.3 to 0.385 for spheres of diameter 0.5 in a volume of 216.
@@ -232,12 +232,12 @@ fn as_many_as_fit_keeps_the_composition_of_a_mixture() {
     let fill = Fill { composition: vec![("A".into(), 1.0), ("B".into(), 3.0)], ..Fill::new(Arrangement::Random, "A") };
     let scene = SceneBuilder::new("mixture")
         .space(Space::periodic_cube(12.0))
-        .species("A", 1.0, 1.0)
-        .species("B", 2.0, 1.4)
-        .interaction("A", "A", hard(1.0), 1.0)
-        .interaction("A", "B", hard(1.2), 1.0)
-        .interaction("B", "B", hard(1.4), 1.0)
-        .add_fill(fill.as_many_as_fit())
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(2.0).diameter(1.4))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.2)).between("A", "B"))
+        .interaction(InteractionDraft::new(hard(1.4)).between("B", "B"))
+        .fill(fill.as_many_as_fit())
         .build()
         .unwrap();
     assert!((0.3..0.42).contains(&scene.packing_fraction()), "{}", scene.packing_fraction());

@@ -4,14 +4,14 @@ use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::engine::event::EventKind;
-use carom::engine::{Simulation, Snapshot, Until};
+use carom::engine::{Simulation, Snapshot};
 use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space, displacement_within_period};
-use carom::model::{Limit, OutputPlan, RunPlan, Scene, StagePlan, Thermostat};
+use carom::model::{OutputPlan, RunPlan, Scene, StagePlan, Thermostat, Until};
 use carom::run::{self, Finished};
-use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 pub fn hard() -> Potential {
     Potential::hard_sphere(1.0).unwrap()
@@ -25,9 +25,9 @@ pub fn finish(scene: Scene) -> Finished {
 
 fn fluid(name: &str, count: u64, fraction: f64) -> SceneBuilder {
     SceneBuilder::new(name)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", hard(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(fraction))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(fraction))
         .temperature(1.0)
 }
 
@@ -35,8 +35,8 @@ fn fluid(name: &str, count: u64, fraction: f64) -> SceneBuilder {
 fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     let bath = Thermostat::Andersen { temperature: 2.5, rate: 1.0, axes: [true; 3] };
     let run = RunPlan {
-        equilibration: Limit::time(10.0),
-        limit: Limit::time(100.0),
+        equilibration: Until::time(10.0),
+        limit: Until::time(100.0),
         thermostat: Some(bath),
         ..RunPlan::default()
     };
@@ -79,12 +79,12 @@ fn a_heat_bath_leaves_flat_axes_alone() {
     for (dimensions, size) in [(1, Vector::new(400.0, 0.0, 0.0)), (2, Vector::new(20.0, 20.0, 0.0))] {
         let boundary = std::array::from_fn(|axis| if axis < dimensions { Boundary::Periodic } else { Boundary::Flat });
         let bath = Thermostat::Andersen { temperature: 1.5, rate: 1.0, axes: [true; 3] };
-        let run = RunPlan { limit: Limit::time(60.0), thermostat: Some(bath), ..RunPlan::default() };
+        let run = RunPlan { limit: Until::time(60.0), thermostat: Some(bath), ..RunPlan::default() };
         let scene = SceneBuilder::new("flat")
             .space(Space { lower: Vector::zeros(), size, boundary })
-            .species("A", 1.7, 1.0)
-            .interaction("A", "A", hard(), 1.0)
-            .add_fill(Fill::new(Arrangement::Random, "A").count(150))
+            .species(SpeciesDraft::new("A").mass(1.7).diameter(1.0))
+            .interaction(InteractionDraft::new(hard()).between("A", "A"))
+            .fill(Fill::new(Arrangement::Random, "A").count(150))
             .temperature(1.5)
             .run(run)
             .build()
@@ -111,27 +111,28 @@ fn a_heat_bath_leaves_flat_axes_alone() {
 #[test]
 fn thermostats_that_can_do_nothing_are_refused() {
     let refused = |builder: SceneBuilder, thermostat: Thermostat, expected: &str| {
-        let run = RunPlan { limit: Limit::time(1.0), thermostat: Some(thermostat), ..RunPlan::default() };
+        let run = RunPlan { limit: Until::time(1.0), thermostat: Some(thermostat), ..RunPlan::default() };
         let error = builder.run(run).build().unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.1 };
     refused(fluid("falling", 108, 0.2).gravity(Vector::new(0.0, 0.0, -0.1)), scaling, "without gravity");
-    let one = SceneBuilder::new("one").space(Space::periodic_cube(5.0)).species("A", 1.0, 1.0).interaction(
-        "A",
-        "A",
-        hard(),
-        1.0,
-    );
+    let one = SceneBuilder::new("one")
+        .space(Space::periodic_cube(5.0))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"));
     refused(one.particle("A", Vector::repeat(0.5), Vector::repeat(1.0)), scaling, "two or more moving particles");
     let flat = Space {
         size: Vector::new(9.0, 9.0, 0.0),
         boundary: [Boundary::Periodic, Boundary::Periodic, Boundary::Flat],
         ..Space::periodic_cube(9.0)
     };
-    let disks = SceneBuilder::new("disks").space(flat).species("A", 1.0, 1.0).interaction("A", "A", hard(), 1.0);
+    let disks = SceneBuilder::new("disks")
+        .space(flat)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"));
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, false, true] };
-    refused(disks.add_fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
+    refused(disks.fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
 }
 
 /// Pressures of an inelastic gas with a rescaling thermostat. The pressure tensor is averaged over blocks of length
@@ -140,11 +141,11 @@ fn scaled_gas(block: f64) -> Vec<(String, f64)> {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.25 };
     let tensor = plan::PressureTensor { interval: Some(block) };
     let builder = SceneBuilder::new("gas")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", hard(), 0.8)
-        .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.2))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.8))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(256).packing_fraction(0.2))
         .temperature(1.0)
-        .run(RunPlan { limit: Limit::time(20.0), thermostat: Some(scaling), ..RunPlan::default() })
+        .run(RunPlan { limit: Until::time(20.0), thermostat: Some(scaling), ..RunPlan::default() })
         .measure(MeasurementPlan { pressure_tensor: Some(tensor), ..MeasurementPlan::default() });
     let finished = finish(builder.build().unwrap());
     let is_pressure = |name: &str| name.starts_with("pressure");
@@ -165,7 +166,7 @@ fn pressure_includes_rescaling_whatever_the_block_length() {
 #[test]
 fn scaling_holds_the_temperature_and_its_energy_is_counted() {
     let scaling = Thermostat::Rescaling { temperature: 3.0, interval: 0.7 };
-    let run = RunPlan { limit: Limit::time(5.0), thermostat: Some(scaling), ..RunPlan::default() };
+    let run = RunPlan { limit: Until::time(5.0), thermostat: Some(scaling), ..RunPlan::default() };
     let finished = finish(fluid("scaling", 256, 0.4).run(run).build().unwrap());
     assert!((finished.audit.event_counts.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
 }
@@ -215,13 +216,13 @@ fn sheared_box_misses_no_contact() {
 #[test]
 fn gas_between_equal_thermal_walls_takes_their_temperature() {
     let walls = carom::model::space::Boundary::walls(1.0);
-    let fill = Fill::new(Lattice::SimpleCubic, "A").count(216).amount(Amount::PackingFraction(0.05));
-    let run = RunPlan { equilibration: Limit::time(200.0), limit: Limit::time(1500.0), ..RunPlan::default() };
+    let fill = Fill::new(Lattice::SimpleCubic, "A").count(216).packing_fraction(0.05);
+    let run = RunPlan { equilibration: Until::time(200.0), limit: Until::time(1500.0), ..RunPlan::default() };
     let scene = SceneBuilder::new("walls")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", hard(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"))
         .boundary([walls; 3])
-        .add_fill(fill)
+        .fill(fill)
         .temperature(5.0)
         .wall_temperature(0, 1.5)
         .wall_temperature(2, 1.5)
@@ -241,12 +242,12 @@ fn means_of_a_rescaled_gas_do_not_depend_on_the_row_interval() {
     let measured = |interval: f64| {
         let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let scene = SceneBuilder::new("granular")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", hard(), 0.8)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.15))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.8))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.15))
             .temperature(1.0)
             .output(OutputPlan { thermo_interval: Some(interval), ..OutputPlan::default() })
-            .run(RunPlan { limit: Limit::time(50.0), thermostat, ..RunPlan::default() });
+            .run(RunPlan { limit: Until::time(50.0), thermostat, ..RunPlan::default() });
         let finished = finish(scene.build().unwrap());
         let of = |name: &str| finished.observable(name).unwrap().mean;
         [of("temperature"), of("pressure"), of("compressibility_factor")]
@@ -267,12 +268,12 @@ fn samples_of_a_rescaled_gas_cover_the_time_between_scalings() {
         plan::Profile { name: "all".into(), bins: [1; 3], lower: None, upper: None, interval: None, species: None };
     let speeds = plan::Speeds { windows: Some(1), ..plan::Speeds::default() };
     let scene = SceneBuilder::new("granular")
-        .species("A", 2.3, 1.0)
-        .interaction("A", "A", hard(), 0.8)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.15))
+        .species(SpeciesDraft::new("A").mass(2.3).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.8))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.15))
         .temperature(1.0)
         // At equal intervals, each of the 200 default samples would be taken just after a rescaling.
-        .run(RunPlan { limit: Limit::time(200.0), thermostat: Some(scaling), ..RunPlan::default() })
+        .run(RunPlan { limit: Until::time(200.0), thermostat: Some(scaling), ..RunPlan::default() })
         .measure(MeasurementPlan { profiles: vec![profile], speeds: Some(speeds), ..MeasurementPlan::default() });
     let finished = finish(scene.build().unwrap());
     let exact = finished.observables[0].1.mean;
@@ -290,12 +291,12 @@ fn net_momentum_left_by_a_heat_bath_counts_in_no_temperature() {
         gravity: None,
         barostat: None,
         name: "heat".into(),
-        limit: Limit::time(3.0),
+        limit: Until::time(3.0),
         thermostat: Some(bath),
         growth: None,
         measured: None,
     };
-    let run = RunPlan { stages: vec![stage], limit: Limit::time(5.0), ..RunPlan::default() };
+    let run = RunPlan { stages: vec![stage], limit: Until::time(5.0), ..RunPlan::default() };
     let finished = finish(fluid("moving", 32, 0.3).run(run).build().unwrap());
     let energy = finished.simulation.energy();
     let common = energy.momentum.norm_squared() / 64.0;
@@ -309,7 +310,7 @@ fn net_momentum_left_by_a_heat_bath_counts_in_no_temperature() {
 #[test]
 fn vanishing_shear_rate_gives_the_pressure_at_rest() {
     let pressure = |rate: Option<f64>| {
-        let fluid = fluid("slow", 32, 0.1).run(RunPlan { limit: Limit::time(200.0), ..RunPlan::default() });
+        let fluid = fluid("slow", 32, 0.1).run(RunPlan { limit: Until::time(200.0), ..RunPlan::default() });
         let scene = rate.map_or(fluid.clone(), |rate| fluid.shear(rate));
         let finished = finish(
             scene
@@ -346,12 +347,12 @@ fn passages_after_the_last_sample_are_counted() {
     };
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(3.0))
-        .species("A", 1.0, 0.1)
-        .no_interaction("A", "A")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(0.1))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.0, 0.0))
         .particle("A", Vector::new(2.0, 2.0, 2.0), Vector::new(1.0, 0.0, 0.0))
         .measure(MeasurementPlan { flows: vec![gate], ..MeasurementPlan::default() })
-        .run(RunPlan { limit: Limit::time(30.2), ..RunPlan::default() });
+        .run(RunPlan { limit: Until::time(30.2), ..RunPlan::default() });
     let finished = finish(scene.build().unwrap());
     // One particle crosses the gate at the times 0.5 + 3 k, the other at 2 + 3 k: each of them ten times before 30.2.
     assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
@@ -379,10 +380,16 @@ fn different_state_points_with_one_seed_have_different_random_numbers() {
     let pair = || fluid("pair", 108, 0.2);
     let first = bath_collisions(pair(), 1.0);
     assert_eq!(first, bath_collisions(fluid("another_name", 108, 0.2), 1.0), "names change nothing");
-    assert_eq!(first, bath_collisions(pair().species("unused", 0.7, 0.3), 1.0), "nor do species without particles");
+    assert_eq!(
+        first,
+        bath_collisions(pair().species(SpeciesDraft::new("unused").mass(0.7).diameter(0.3)), 1.0),
+        "nor do species without particles"
+    );
     let well = Potential::square_well(1.0, 1.5, 0.4).unwrap();
-    let wells = SceneBuilder::new("pair").species("A", 1.0, 1.0).interaction("A", "A", well, 1.0);
-    let wells = wells.fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2)).temperature(1.0);
+    let wells = SceneBuilder::new("pair")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(well).between("A", "A"));
+    let wells = wells.fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2)).temperature(1.0);
     let others = [
         ("temperature", bath_collisions(pair(), 1.1)),
         ("packing fraction", bath_collisions(fluid("pair", 108, 0.21), 1.0)),

@@ -5,9 +5,9 @@ use carom::analysis::statistics::Estimate;
 use carom::model::measurement_plan::{Diffusion, FreePaths, MeasurementPlan, PressureTensor};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Scene, Thermostat};
+use carom::model::{RunPlan, Scene, Thermostat, Until};
 use carom::run;
-use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use carom::scene::{Amount, Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 /// For each observable and measured number: the scatter of its value between runs, divided by the standard error that
 /// the runs report.
@@ -41,17 +41,17 @@ fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
 fn spheres(seed: u64, potential: Potential, restitution: f64, count: u64, amount: Amount) -> SceneBuilder {
     SceneBuilder::new("errors")
         .seed(seed)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", potential, restitution)
-        .fill(Lattice::FaceCentredCubic, "A", count, amount)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential).between("A", "A").restitution(restitution))
+        .fill(Fill { amount: Some(amount), ..Fill::new(Lattice::FaceCentredCubic, "A").count(count) })
         .temperature(1.0)
 }
 
 fn lasting(equilibration: f64, time: f64, bath: Option<(f64, f64)>) -> RunPlan {
     let andersen = |(temperature, rate)| Thermostat::Andersen { temperature, rate, axes: [true; 3] };
     RunPlan {
-        equilibration: Limit::time(equilibration),
-        limit: Limit::time(time),
+        equilibration: Until::time(equilibration),
+        limit: Until::time(time),
         thermostat: bath.map(andersen),
         ..RunPlan::default()
     }
@@ -109,9 +109,9 @@ fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
     SceneBuilder::new("slit")
         .seed(seed)
         .space(space)
-        .species("A", 1.7, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .add_fill(fill)
+        .species(SpeciesDraft::new("A").mass(1.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(fill)
         .measure(plan)
         .run(lasting(5.0, 160.0, None))
         .build()

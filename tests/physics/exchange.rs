@@ -8,8 +8,8 @@ use carom::Vector;
 use carom::analysis::statistics::Estimate;
 use carom::exchange::{Exchange, ExchangeResults, PotentialEnergies, ThermalCurves};
 use carom::model::exchange_plan::{ExchangeEnsemble, ExchangePlan};
-use carom::model::{Limit, Potential, RunPlan, Scene, Space};
-use carom::scene::SceneBuilder;
+use carom::model::{Potential, RunPlan, Scene, Space, Until};
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 pub const TEMPERATURES: [f64; 4] = [0.3, 0.42, 0.63, 1.1];
 const LENGTH: f64 = 4.0;
@@ -30,7 +30,7 @@ pub fn in_ensemble(
     attempts: [u32; 2],
 ) -> Scene {
     let plan = ExchangePlan { temperatures: temperatures.to_vec(), interval, rate: 0.7, ensemble, umbrella: None };
-    let [equilibration, limit] = attempts.map(|count| Limit::time(f64::from(count) * interval));
+    let [equilibration, limit] = attempts.map(|count| Until::time(f64::from(count) * interval));
     builder.exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
 }
 
@@ -94,11 +94,11 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
 pub fn pair() -> SceneBuilder {
     SceneBuilder::new("pair")
         .space(Space::periodic_cube(LENGTH))
-        .species("A", 1.3, 1.0)
-        .species("B", 0.37, 1.0)
-        .no_interaction("A", "A")
-        .no_interaction("B", "B")
-        .interaction("A", "B", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.37).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("B", "B"))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, LAMBDA, DEPTH).unwrap()).between("A", "B"))
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .particle("B", Vector::new(2.7, 2.7, 2.7), Vector::zeros())
 }
@@ -230,12 +230,12 @@ pub fn volumes(points: u32) -> [f64; 4] {
 pub fn chain_of_four() -> SceneBuilder {
     let builder = SceneBuilder::new("chain")
         .space(Space::periodic_cube(9.0))
-        .species("bead", 1.3, 1.0)
-        .interaction("bead", "bead", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
-        .bond_interaction("bond", Potential::bond(1.0, BOND).unwrap(), 1.0);
+        .species(SpeciesDraft::new("bead").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, LAMBDA, DEPTH).unwrap()).between("bead", "bead"))
+        .interaction(InteractionDraft::new(Potential::bond(1.0, BOND).unwrap()).named("bond"));
     (0..4).fold(builder, |builder, bead| {
         let builder = builder.particle("bead", Vector::new(1.0 + 1.1 * f64::from(bead), 4.0, 4.0), Vector::zeros());
-        if bead > 0 { builder.bond(bead - 1, bead, "bond") } else { builder }
+        if bead > 0 { builder.bond([bead - 1, bead], "bond") } else { builder }
     })
 }
 
@@ -329,14 +329,14 @@ fn squares_of_three(temperature: f64) -> [f64; 2] {
 fn chain_of_three_has_exact_gyration_and_end_to_end_distances() {
     let builder = SceneBuilder::new("chain")
         .space(Space::periodic_cube(7.0))
-        .species("bead", 1.3, 1.0)
-        .interaction("bead", "bead", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
-        .bond_interaction("bond", Potential::bond(1.0, BOND).unwrap(), 1.0);
+        .species(SpeciesDraft::new("bead").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, LAMBDA, DEPTH).unwrap()).between("bead", "bead"))
+        .interaction(InteractionDraft::new(Potential::bond(1.0, BOND).unwrap()).named("bond"));
     let builder = (0..3).fold(builder, |builder, bead| {
         // The chain lies across a periodic side of the box.
         let builder =
             builder.particle("bead", Vector::new((5.5 + 1.1 * f64::from(bead)) % 7.0, 4.0, 4.0), Vector::zeros());
-        if bead > 0 { builder.bond(bead - 1, bead, "bond") } else { builder }
+        if bead > 0 { builder.bond([bead - 1, bead], "bond") } else { builder }
     });
     let (results, curves) = results_and_curves(scene(builder, 3, &[0.35, 0.6, 1.2], 2.0, 8000));
     let names = ["mean_square_radius_of_gyration", "mean_square_end_to_end_distance"];

@@ -7,11 +7,10 @@ use carom::Vector;
 use carom::analysis::observables::Observer;
 use carom::analysis::statistics::Estimate;
 use carom::engine::Simulation;
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Scene, Thermostat};
+use carom::model::{RunPlan, Scene, Thermostat, Until};
 use carom::run;
-use carom::scene::{Arrangement, Fill, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 use super::measure::Mean;
 
@@ -20,11 +19,11 @@ fn spheres(count: u64, edge: f64, events: u64) -> Scene {
     SceneBuilder::new("few")
         .seed(3)
         .space(Space::periodic_cube(edge))
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(count))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Arrangement::Random, "A").count(count))
         .temperature(1.0)
-        .run(RunPlan { equilibration: Limit::events(1000 * count), limit: Limit::events(events), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::events(1000 * count), limit: Until::events(events), ..RunPlan::default() })
         .build()
         .unwrap()
 }
@@ -177,11 +176,11 @@ fn disks(boundary: [Boundary; 2], thermostat: Option<Thermostat>) -> Scene {
     };
     SceneBuilder::new("disks")
         .space(space)
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(40))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Arrangement::Random, "A").count(40))
         .temperature(1.0)
-        .run(RunPlan { limit: Limit::events(2_000), thermostat, ..RunPlan::default() })
+        .run(RunPlan { limit: Until::events(2_000), thermostat, ..RunPlan::default() })
         .build()
         .unwrap()
 }

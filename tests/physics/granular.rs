@@ -4,16 +4,15 @@ use crate::measure::Mean;
 use carom::Vector;
 use carom::engine::event::EventKind;
 use carom::engine::{Reason, Simulation, Standstill, Until};
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
     let mut builder = SceneBuilder::new("gas")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), restitution)
-        .fill(Lattice::FaceCentredCubic, "A", 1372, Amount::PackingFraction(0.10))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(restitution))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(1372).packing_fraction(0.10))
         .temperature(1.0);
     if let Some(time) = contact_time {
         builder = builder.contact_time(time);
@@ -73,12 +72,10 @@ fn drifting_line(restitution: f64, contact_time: Option<f64>, drift: f64) -> Sim
         size: Vector::new(20.0, 0.0, 0.0),
         boundary: [Boundary::OPEN, Boundary::Flat, Boundary::Flat],
     };
-    let mut builder = SceneBuilder::new("collapse").space(space).species("A", 1.0, 1.0).interaction(
-        "A",
-        "A",
-        Potential::hard_sphere(1.0).unwrap(),
-        restitution,
-    );
+    let mut builder = SceneBuilder::new("collapse")
+        .space(space)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(restitution));
     for (x, v) in [(-2.0, 1.0), (0.0, 0.01), (2.5, -1.0)] {
         builder = builder.particle("A", Vector::new(x, 0.0, 0.0), Vector::new(v + drift, 0.0, 0.0));
     }
@@ -137,8 +134,8 @@ fn column(restitution: f64, contact_time: Option<f64>) -> Simulation {
     let mut builder = SceneBuilder::new("column")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), restitution);
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(restitution));
     for k in 0..6 {
         builder = builder.particle("A", Vector::new(2.0, 2.0, 0.6 + 1.1 * f64::from(k)), Vector::zeros());
     }
@@ -175,8 +172,8 @@ fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
     let ball = SceneBuilder::new("ball")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
     let arrest = Simulation::without_plan(ball.clone().build().unwrap())
         .advance(Until::time(5.0))

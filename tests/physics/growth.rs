@@ -1,8 +1,8 @@
 //! Growing diameters reach requested packing fractions and pressures without an overlap on the way.
 
 use carom::model::potential::Potential;
-use carom::model::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
-use carom::scene::{Amount, Arrangement, Fill, SceneBuilder};
+use carom::model::{Growth, GrowthTarget, RunPlan, StagePlan, Thermostat, Until};
+use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft};
 
 use super::driven::{assert_no_overlap, finish, hard};
 
@@ -14,7 +14,7 @@ fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
         gravity: None,
         barostat: None,
         name: "compress".into(),
-        limit: Limit::default(),
+        limit: Until::default(),
         thermostat: Some(scaling),
         growth: Some(growth),
         measured: None,
@@ -23,16 +23,16 @@ fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
     let mixture = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
         temperature: Some(1.0),
-        ..Fill::new(Arrangement::Random, "A").count(400).amount(Amount::PackingFraction(0.2))
+        ..Fill::new(Arrangement::Random, "A").count(400).packing_fraction(0.2)
     };
     let scene = SceneBuilder::new("mixture")
-        .species("A", 1.0, 1.0)
-        .species("B", 2.0, 1.4)
-        .interaction("A", "A", between(1.0, 1.0), 1.0)
-        .interaction("A", "B", between(1.0, 1.4), 1.0)
-        .interaction("B", "B", between(1.4, 1.4), 1.0)
-        .add_fill(mixture)
-        .run(RunPlan { stages: vec![stage], limit: Limit::events(20_000), ..RunPlan::default() })
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(2.0).diameter(1.4))
+        .interaction(InteractionDraft::new(between(1.0, 1.0)).between("A", "A"))
+        .interaction(InteractionDraft::new(between(1.0, 1.4)).between("A", "B"))
+        .interaction(InteractionDraft::new(between(1.4, 1.4)).between("B", "B"))
+        .fill(mixture)
+        .run(RunPlan { stages: vec![stage], limit: Until::events(20_000), ..RunPlan::default() })
         .build()
         .unwrap();
     let finished = finish(scene);
@@ -55,18 +55,18 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
         gravity: None,
         barostat: None,
         name: "jam".into(),
-        limit: Limit::default(),
+        limit: Until::default(),
         thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
         growth: Some(growth),
         measured: None,
     };
-    let fill = Fill::new(Arrangement::Random, "A").count(500).amount(Amount::PackingFraction(0.2));
+    let fill = Fill::new(Arrangement::Random, "A").count(500).packing_fraction(0.2);
     let scene = SceneBuilder::new("jam")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", hard(), 1.0)
-        .add_fill(fill)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .fill(fill)
         .temperature(1.0)
-        .run(RunPlan { stages: vec![stage], limit: Limit::events(50_000), ..RunPlan::default() })
+        .run(RunPlan { stages: vec![stage], limit: Until::events(50_000), ..RunPlan::default() })
         .build()
         .unwrap();
     let finished = finish(scene);
@@ -90,19 +90,19 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
             gravity: None,
             barostat: None,
             name: "compress".into(),
-            limit: Limit::default(),
+            limit: Until::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
             growth: Some(Growth { rate, until: GrowthTarget::CompressibilityFactor(target) }),
             measured: None,
         };
-        let fill = Fill::new(Arrangement::Random, "A").count(count).amount(Amount::PackingFraction(0.3));
+        let fill = Fill::new(Arrangement::Random, "A").count(count).packing_fraction(0.3);
         let scene = SceneBuilder::new("pressure")
             .seed(seed)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", hard(), 1.0)
-            .add_fill(fill)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(hard()).between("A", "A"))
+            .fill(fill)
             .temperature(1.0)
-            .run(RunPlan { stages: vec![stage], limit: Limit::events(contacts), ..RunPlan::default() })
+            .run(RunPlan { stages: vec![stage], limit: Until::events(contacts), ..RunPlan::default() })
             .build()
             .unwrap();
         let measured = finish(scene).measurement;

@@ -2,9 +2,8 @@
 
 use crate::measure::{Fluid, Mean};
 use carom::engine::{Simulation, Until};
-use carom::model::potential::Potential;
 use carom::model::space::Boundary;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Amount, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::f64::consts::PI;
 
 const BULK: [Boundary; 3] = [Boundary::Periodic; 3];
@@ -14,9 +13,9 @@ const LINE: [Boundary; 3] = [Boundary::Periodic, Boundary::Flat, Boundary::Flat]
 fn hard_spheres(boundary: [Boundary; 3], lattice: Lattice, count: u64, amount: Amount) -> Simulation {
     let scene = SceneBuilder::new("hard_spheres")
         .boundary(boundary)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(lattice, "A", count, amount)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill { amount: Some(amount), ..Fill::new(lattice, "A").count(count) })
         .temperature(1.0)
         .build()
         .unwrap();

@@ -5,12 +5,12 @@ use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::analysis::statistics::Estimate;
-use carom::engine::{Simulation, Until};
+use carom::engine::Simulation;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Limit, RunPlan};
+use carom::model::{ContactLaw, RunPlan, Until};
 use carom::run::{self, Finished};
-use carom::scene::{Arrangement, Fill, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 fn hard(distance: f64) -> Potential {
     Potential::hard_sphere(distance).unwrap()
@@ -48,18 +48,18 @@ fn collisionless_gas_carries_the_exact_heat_flux() {
         let mut scene = SceneBuilder::new("collisionless").space(space).wall_temperatures(0, temperatures.map(Some));
         let mut expected = 0.0;
         for (name, mass, diameter, count) in species {
-            scene = scene.species(name, mass, diameter);
+            scene = scene.species(SpeciesDraft::new(name).mass(mass).diameter(diameter));
             let slowness: f64 = temperatures.iter().map(|t| (PI * mass / (2.0 * t)).sqrt()).sum();
             let energy = 0.5 * (dimensions + 1.0) * (temperatures[0] - temperatures[1]);
             expected += f64::from(count) * energy / ((9.0 - diameter) * slowness * area);
         }
         for pair in [["A", "A"], ["A", "B"], ["B", "B"]] {
-            scene = scene.no_interaction(pair[0], pair[1]);
+            scene = scene.interaction(InteractionDraft::new(Model::None).between(pair[0], pair[1]));
         }
         for (name, _, _, count) in species {
-            scene = scene.add_fill(Fill::new(Arrangement::Random, name).count(u64::from(count)));
+            scene = scene.fill(Fill::new(Arrangement::Random, name).count(u64::from(count)));
         }
-        let run = RunPlan { equilibration: Limit::events(20_000), limit: Limit::events(200_000), ..RunPlan::default() };
+        let run = RunPlan { equilibration: Until::events(20_000), limit: Until::events(200_000), ..RunPlan::default() };
         let finished = finish(&scene.temperature(1.0).run(run));
         for (wall, expected) in [("lower_x", expected), ("upper_x", -expected)] {
             let flux = flux(&finished, wall).unwrap();
@@ -75,11 +75,11 @@ fn gas(temperatures: [Option<f64>; 2]) -> SceneBuilder {
     SceneBuilder::new("gas")
         .space(plates([12.0, 10.0, 10.0]))
         .wall_temperatures(0, temperatures)
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", hard(1.0), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(120))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
+        .fill(Fill::new(Arrangement::Random, "A").count(120))
         .temperature(1.3)
-        .run(RunPlan { equilibration: Limit::events(10_000), limit: Limit::events(150_000), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::events(10_000), limit: Until::events(150_000), ..RunPlan::default() })
 }
 
 #[test]
@@ -119,13 +119,13 @@ fn heat_through_all_walls_equals_the_energy_change() {
         .space(Space { boundary, ..Space::periodic_cube(9.0) })
         .wall_temperatures(0, [Some(3.1), Some(0.4)])
         .wall_temperatures(2, [Some(1.7), None])
-        .species("A", 0.7, 1.0)
-        .species("B", 3.0, 1.6);
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(3.0).diameter(1.6));
     for (pair, diameter) in [(["A", "A"], 1.0), (["A", "B"], 1.3), (["B", "B"], 1.6)] {
-        scene = scene.interaction(pair[0], pair[1], hard(diameter), 0.85);
+        scene = scene.interaction(InteractionDraft::new(hard(diameter)).between(pair[0], pair[1]).restitution(0.85));
     }
     for (name, count) in [("A", 40), ("B", 20)] {
-        scene = scene.add_fill(Fill::new(Arrangement::Random, name).count(count));
+        scene = scene.fill(Fill::new(Arrangement::Random, name).count(count));
     }
     let mut simulation = Simulation::without_plan(scene.temperature(1.3).build().unwrap());
     let start = simulation.energy().kinetic;
@@ -161,10 +161,10 @@ fn each_wall_of_a_line_dissipates_by_its_own_restitution() {
     let space = Space { boundary: [walls, Boundary::Flat, Boundary::Flat], ..plates([11.0, 0.0, 0.0]) };
     let scene = SceneBuilder::new("line")
         .space(space)
-        .species("A", 0.7, 1.0)
-        .no_interaction("A", "A")
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0))
-        .run(RunPlan { limit: Limit::time(20.0), ..RunPlan::default() });
+        .run(RunPlan { limit: Until::time(20.0), ..RunPlan::default() });
     let finished = finish(&scene);
     // The particle travels 7.5 to the upper wall at speed 2, 10 to the lower wall at speed 1, and then continues at
     // 0.9. A third contact would come at 3.75 + 10 + 11.1, after the end of the run.

@@ -4,12 +4,14 @@
 use std::ops::ControlFlow;
 
 use carom::Vector;
-use carom::engine::{Simulation, Until};
+use carom::engine::Simulation;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, MeasurementPlan, RunPlan, measurement_plan as plan};
+use carom::model::{MeasurementPlan, RunPlan, Until, measurement_plan as plan};
 use carom::run;
-use carom::scene::{Arrangement, BoxSide, Fill, SceneBuilder, Surface, SurfaceFill};
+use carom::scene::{
+    Arrangement, BoxSide, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft, Surface, SurfaceFill,
+};
 
 fn plane() -> Space {
     let boundary = [Boundary::OPEN, Boundary::Flat, Boundary::OPEN];
@@ -29,16 +31,16 @@ fn held(surfaces: Vec<SurfaceFill>) -> SceneBuilder {
     let fill = |species| Fill::new(Arrangement::Random, species).region(at(7.5, 7.5), at(12.5, 12.5));
     let scene = SceneBuilder::new("held")
         .space(plane())
-        .species("small", 0.7, 0.6)
-        .species("large", 3.0, 1.1)
-        .static_species("wall", 0.9)
-        .interaction("small", "small", hard(0.6), 1.0)
-        .interaction("small", "large", hard(0.85), 1.0)
-        .interaction("large", "large", hard(1.1), 1.0)
-        .interaction("small", "wall", hard(0.75), 1.0)
-        .interaction("large", "wall", hard(1.0), 1.0)
-        .add_fill(fill("small").count(12))
-        .add_fill(fill("large").count(6))
+        .species(SpeciesDraft::new("small").mass(0.7).diameter(0.6))
+        .species(SpeciesDraft::new("large").mass(3.0).diameter(1.1))
+        .species(SpeciesDraft::new("wall").diameter(0.9).fixed())
+        .interaction(InteractionDraft::new(hard(0.6)).between("small", "small"))
+        .interaction(InteractionDraft::new(hard(0.85)).between("small", "large"))
+        .interaction(InteractionDraft::new(hard(1.1)).between("large", "large"))
+        .interaction(InteractionDraft::new(hard(0.75)).between("small", "wall"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("large", "wall"))
+        .fill(fill("small").count(12))
+        .fill(fill("large").count(6))
         .speed(1.3);
     surfaces.into_iter().fold(scene, SceneBuilder::static_surface)
 }
@@ -97,12 +99,12 @@ fn equal_speeds_relax_to_maxwells_distribution_at_constant_energy() {
     let measure = plan::Speeds { windows: Some(2), window: Some(20.0), bins: Some(60), ..plan::Speeds::default() };
     let scene = SceneBuilder::new("maxwell")
         .space(Space { boundary, ..plane() })
-        .species("disk", 0.7, 1.0)
-        .interaction("disk", "disk", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "disk").count(151))
+        .species(SpeciesDraft::new("disk").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("disk", "disk"))
+        .fill(Fill::new(Arrangement::Random, "disk").count(151))
         .speed(1.3)
         .measure(MeasurementPlan { speeds: Some(measure), ..MeasurementPlan::default() })
-        .run(RunPlan { limit: Limit::time(300.0), ..RunPlan::default() })
+        .run(RunPlan { limit: Until::time(300.0), ..RunPlan::default() })
         .build()
         .unwrap();
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();

@@ -6,14 +6,14 @@ use carom::engine::{Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 fn lattice(boundary: [Boundary; 3], lattice: Lattice, count: u64, density: f64) -> Scene {
     SceneBuilder::new("lattice")
         .boundary(boundary)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(lattice, "A", count, Amount::NumberDensity(density))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(lattice, "A").count(count).number_density(density))
         .temperature(1.0)
         .build()
         .unwrap()
@@ -23,8 +23,8 @@ fn listed(space: &Space, potential: &Potential, particles: &[(Vector, Vector)]) 
     let mut builder = SceneBuilder::new("listed")
         .space(space.clone())
         .allow_invalid_start(true)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", potential.clone(), 1.0);
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential.clone()).between("A", "A"));
     for (position, velocity) in particles {
         builder = builder.particle("A", *position, *velocity);
     }

@@ -9,9 +9,9 @@ use carom::Vector;
 use carom::analysis::statistics::Estimate;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Barostat, Limit, RunPlan, Scene, Thermostat};
+use carom::model::{Barostat, RunPlan, Scene, Thermostat, Until};
 use carom::run::Finished;
-use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 use super::driven::{finish, hard};
 
@@ -24,8 +24,8 @@ fn bath(rate: f64) -> Option<Thermostat> {
 fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
     let duration = interval * f64::from(moves);
     RunPlan {
-        equilibration: Limit::time(0.02 * duration),
-        limit: Limit::time(duration),
+        equilibration: Until::time(0.02 * duration),
+        limit: Until::time(duration),
         thermostat: bath(1.0),
         barostat: Some(Barostat { pressure, interval, amplitude: Some(amplitude) }),
         ..RunPlan::default()
@@ -76,12 +76,12 @@ fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
     let length: f64 = 2.0 * rods.iter().map(|(_, length)| length).sum::<f64>();
     let mut scene = SceneBuilder::new("rods").seed(5).space(space(length, 1));
     for (name, (mass, length)) in names.iter().zip(rods) {
-        scene = scene.species(name, *mass, *length);
+        scene = scene.species(SpeciesDraft::new(name).mass(*mass).diameter(*length));
     }
     for (index, (name, (_, length))) in names.iter().zip(rods).enumerate() {
         for (other, (_, other_length)) in names.iter().zip(rods).skip(index) {
             let contact = Potential::hard_sphere(0.5 * (length + other_length)).unwrap();
-            scene = scene.interaction(name, other, contact, 1.0);
+            scene = scene.interaction(InteractionDraft::new(contact).between(name, other));
         }
         let x = 1.5 * index as f64 + 0.5;
         scene.insert_particle(name, Vector::new(x, 0.0, 0.0), Vector::new(0.3 - 0.4 * index as f64, 0.0, 0.0));
@@ -118,8 +118,8 @@ fn two_disks_have_exact_volumes_down_to_the_smallest_box() {
     let scene = SceneBuilder::new("disks")
         .seed(2)
         .space(space(3.0, 2))
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", hard(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"))
         .particle("A", Vector::new(0.5, 0.5, 0.0), Vector::new(0.4, 0.3, 0.0))
         .particle("A", Vector::new(2.0, 2.1, 0.0), Vector::new(-0.2, 0.9, 0.0))
         .run(plan(pressure, 0.4, 1.2, 50_000));
@@ -137,8 +137,8 @@ fn a_square_well_pair_has_its_exact_volume_and_energy() {
     let scene = SceneBuilder::new("pair")
         .seed(4)
         .space(space(3.5, 3))
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", well, 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(well).between("A", "A"))
         .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(0.4, 0.3, 0.1))
         .particle("A", Vector::new(2.0, 2.1, 1.9), Vector::new(-0.2, 0.9, 0.2))
         .run(plan(pressure, 0.4, 1.2, 60_000));
@@ -165,7 +165,10 @@ fn ideal_gas_has_the_volume_of_one_particle_more() {
     // The configuration integral is Q = V^N, so the volume has the mean (N + 1) T / P and the variance (N + 1) (T /
     // P)^2.
     let (count, pressure) = (5, 0.8);
-    let mut scene = SceneBuilder::new("gas").space(space(3.0, 2)).species("A", 1.3, 1.0).no_interaction("A", "A");
+    let mut scene = SceneBuilder::new("gas")
+        .space(space(3.0, 2))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"));
     for index in 0..count {
         let x = f64::from(index);
         scene.insert_particle("A", Vector::new(0.5 * x, 0.3 * x, 0.0), Vector::new(0.2, 0.1 * x, 0.0));
@@ -182,9 +185,9 @@ fn ideal_gas_has_the_volume_of_one_particle_more() {
 fn too_few_volume_samples_give_an_error_for_temperature_only() {
     let scene = SceneBuilder::new("spheres")
         .seed(4)
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", hard(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
         .temperature(TEMPERATURE)
         .run(plan(3.4, 0.02, 0.02, 2_000));
     let finished = finish(scene.build().unwrap());
@@ -219,20 +222,20 @@ fn dimer_and_disk_have_the_exact_volume_of_two_molecules() {
     let scene = SceneBuilder::new("dimer")
         .seed(6)
         .space(space(4.0, 2))
-        .species("A", 0.7, 0.5)
-        .species("B", 1.9, 0.7)
-        .species("C", 1.1, 0.6)
-        .no_interaction("A", "A")
-        .no_interaction("B", "B")
-        .no_interaction("C", "C")
-        .no_interaction("A", "B")
-        .interaction("A", "C", Potential::hard_sphere(contact).unwrap(), 1.0)
-        .interaction("B", "C", Potential::hard_sphere(contact).unwrap(), 1.0)
-        .bond_interaction("link", Potential::bond(shortest, longest).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.5))
+        .species(SpeciesDraft::new("B").mass(1.9).diameter(0.7))
+        .species(SpeciesDraft::new("C").mass(1.1).diameter(0.6))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("B", "B"))
+        .interaction(InteractionDraft::new(Model::None).between("C", "C"))
+        .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+        .interaction(InteractionDraft::new(Potential::hard_sphere(contact).unwrap()).between("A", "C"))
+        .interaction(InteractionDraft::new(Potential::hard_sphere(contact).unwrap()).between("B", "C"))
+        .interaction(InteractionDraft::new(Potential::bond(shortest, longest).unwrap()).named("link"))
         .particle("A", Vector::new(0.2, 0.5, 0.0), Vector::new(0.4, 0.3, 0.0))
         .particle("B", Vector::new(3.5, 0.4, 0.0), Vector::new(0.1, -0.3, 0.0))
         .particle("C", Vector::new(2.0, 2.1, 0.0), Vector::new(-0.2, 0.9, 0.0))
-        .bond(0, 1, "link")
+        .bond([0, 1], "link")
         .run(plan(pressure, 0.4, 1.1, 50_000));
     let finished = finish(scene.build().unwrap());
     let steps = 2_000;
@@ -252,21 +255,21 @@ fn virial_pressure_equals_the_barostat_pressure() {
     let pressure = 3.0;
     let mut run = plan(pressure, 0.05, 0.05, 12_000);
     run.barostat = Some(Barostat { amplitude: None, ..run.barostat.unwrap() });
-    run.equilibration = Limit::time(60.0);
+    run.equilibration = Until::time(60.0);
     let mixture = Fill {
         composition: vec![("A".to_owned(), 0.5), ("B".to_owned(), 0.5)],
         temperature: Some(TEMPERATURE),
-        ..Fill::new(Arrangement::Random, "A").count(40).amount(Amount::PackingFraction(0.2))
+        ..Fill::new(Arrangement::Random, "A").count(40).packing_fraction(0.2)
     };
     let between = |a: f64, b: f64| Potential::square_well(0.5 * (a + b), 1.3, 0.4).unwrap();
     let scene = SceneBuilder::new("mixture")
         .seed(8)
-        .species("A", 1.3, 1.0)
-        .species("B", 0.6, 0.8)
-        .interaction("A", "A", between(1.0, 1.0), 1.0)
-        .interaction("A", "B", between(1.0, 0.8), 1.0)
-        .interaction("B", "B", between(0.8, 0.8), 1.0)
-        .add_fill(mixture)
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.6).diameter(0.8))
+        .interaction(InteractionDraft::new(between(1.0, 1.0)).between("A", "A"))
+        .interaction(InteractionDraft::new(between(1.0, 0.8)).between("A", "B"))
+        .interaction(InteractionDraft::new(between(0.8, 0.8)).between("B", "B"))
+        .fill(mixture)
         .run(run);
     let finished = finish(scene.build().unwrap());
     let (virial, error) = observable(&finished, "pressure");

@@ -1,12 +1,10 @@
 //! Moving surfaces, and gravity that changes from stage to stage.
 
 use carom::engine::Simulation;
-use carom::engine::Until;
-use carom::model::potential::Potential;
 use carom::model::run_plan::StagePlan;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Limit, MotionKind, RunPlan, SurfaceMotion, SurfaceShape};
-use carom::scene::{SceneBuilder, SurfaceDraft};
+use carom::model::{ContactLaw, MotionKind, RunPlan, SurfaceMotion, SurfaceShape, Until};
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use carom::{Run, Vector};
 
 #[test]
@@ -14,13 +12,13 @@ fn gravity_of_each_stage_acts_in_turn() {
     let (down, aside) = (Vector::new(0.0, 0.0, -1.5), Vector::new(0.7, 0.0, 0.2));
     let stage = |name: &str, time: f64, gravity: Option<Vector>| StagePlan {
         name: name.to_owned(),
-        limit: Limit::time(time),
+        limit: Until::time(time),
         gravity,
         ..StagePlan::default()
     };
     let plan = RunPlan {
         stages: vec![stage("first", 2.0, None), stage("aside", 3.0, Some(aside)), stage("again", 1.0, None)],
-        limit: Limit::time(0.5),
+        limit: Until::time(0.5),
         gravity: Some(Vector::zeros()),
         ..RunPlan::default()
     };
@@ -29,8 +27,8 @@ fn gravity_of_each_stage_acts_in_turn() {
     let scene = SceneBuilder::new("turning")
         .space(space)
         .gravity(down)
-        .species("A", 0.7, 0.5)
-        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", place, velocity)
         .particle("A", place + Vector::y() * 4.0, velocity)
         .run(plan)
@@ -58,8 +56,8 @@ fn changes(speed: f64) -> Vec<f64> {
     let motion = SurfaceMotion { from: 3.0, until: 3.0 + 4.7 / speed, kind };
     let mut scene = SceneBuilder::new("piston")
         .space(space)
-        .species("A", 0.7, 0.6)
-        .no_interaction("A", "A")
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.6))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .surface(SurfaceDraft::new("piston", piston).motion(motion));
     for k in 0..20 {
         let k = f64::from(k);

@@ -7,9 +7,9 @@ use carom::io::Summary;
 use carom::io::rates::Rate;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Scene, Thermostat};
+use carom::model::{RunPlan, Scene, Thermostat, Until};
 use carom::run::{self, Finished};
-use carom::scene::{Arrangement, Fill, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 fn finish(scene: Scene) -> Finished {
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
@@ -25,12 +25,12 @@ fn collision_rate(finished: &Finished) -> f64 {
 fn a_ball_among_fixed_spheres_counts_each_contact_once() {
     let mut builder = SceneBuilder::new("lorentz")
         .space(Space::periodic_cube(6.0))
-        .species("ball", 0.7, 1.0)
-        .static_species("fixed", 1.4)
-        .interaction("ball", "ball", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .interaction("ball", "fixed", Potential::hard_sphere(1.2).unwrap(), 1.0)
+        .species(SpeciesDraft::new("ball").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("fixed").diameter(1.4).fixed())
+        .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "ball"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "fixed"))
         .particle("ball", Vector::repeat(0.1), Vector::new(1.0, 0.3, 0.2))
-        .run(RunPlan { limit: Limit::events(5_000), ..RunPlan::default() });
+        .run(RunPlan { limit: Until::events(5_000), ..RunPlan::default() });
     for (x, y, z) in [(3.01, 3.02, 3.03), (3.01, 0.02, 1.03), (1.01, 3.02, 5.03), (5.0, 2.1, 0.4)] {
         builder = builder.particle("fixed", Vector::new(x, y, z), Vector::zeros());
     }
@@ -55,20 +55,20 @@ fn rates_by_kind_and_species_add_up_to_all_events() {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
             ..Space::periodic_cube(7.0)
         })
-        .species("A", 0.7, 1.0)
-        .species("B", 3.0, 0.8)
-        .interaction("A", "A", well(1.0), 1.0)
-        .interaction("A", "B", Potential::hard_sphere(0.9).unwrap(), 1.0)
-        .interaction("B", "B", well(0.8), 1.0)
-        .bond_interaction("link", Potential::bond(0.8, 1.2).unwrap(), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(40))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(3.0).diameter(0.8))
+        .interaction(InteractionDraft::new(well(1.0)).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "B"))
+        .interaction(InteractionDraft::new(well(0.8)).between("B", "B"))
+        .interaction(InteractionDraft::new(Potential::bond(0.8, 1.2).unwrap()).named("link"))
+        .fill(Fill::new(Arrangement::Random, "A").count(40))
         .particle("B", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .particle("B", Vector::new(2.0, 1.0, 1.0), Vector::zeros())
-        .bond(40, 41, "link")
+        .bond([40, 41], "link")
         .temperature(1.0)
         .run(RunPlan {
-            equilibration: Limit::events(1_000),
-            limit: Limit::events(20_000),
+            equilibration: Until::events(1_000),
+            limit: Until::events(20_000),
             thermostat: Some(bath),
             ..RunPlan::default()
         })

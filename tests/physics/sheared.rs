@@ -1,14 +1,14 @@
 //! Sheared boxes compared with searches over all images.
 
 use carom::Vector;
-use carom::engine::{Simulation, Snapshot, Until};
+use carom::engine::{Simulation, Snapshot};
 use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Thermostat};
+use carom::model::{RunPlan, Thermostat, Until};
 use carom::run::{self, Finished};
-use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, SceneBuilder};
+use carom::scene::{Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 
@@ -42,9 +42,9 @@ fn fluid(space: &Space, potential: Potential, rate: f64) -> Simulation {
     let fill = Fill::new(Arrangement::Random, "A").count(count);
     let scene = SceneBuilder::new("fluid")
         .space(space.clone())
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", potential, 1.0)
-        .add_fill(fill)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential).between("A", "A"))
+        .fill(fill)
         .temperature(1.0)
         .shear(rate);
     Simulation::without_plan(scene.build().unwrap())
@@ -112,9 +112,9 @@ fn chains_hold_together_across_the_sides_that_slide() {
         let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.1 };
         let scene = SceneBuilder::new("polymer")
             .space(space.clone())
-            .species("bead", 1.0, 1.0)
-            .interaction("bead", "bead", Potential::square_well(1.0, 1.4, 0.5).unwrap(), 1.0)
-            .bond_interaction("link", Potential::bond(0.9, 1.3).unwrap(), 1.0)
+            .species(SpeciesDraft::new("bead").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.4, 0.5).unwrap()).between("bead", "bead"))
+            .interaction(InteractionDraft::new(Potential::bond(0.9, 1.3).unwrap()).named("link"))
             .chain(Chain {
                 species: "bead".into(),
                 length: 8,
@@ -126,7 +126,7 @@ fn chains_hold_together_across_the_sides_that_slide() {
                 speed: None,
             })
             .shear(rate)
-            .run(RunPlan { limit: Limit::time(10.0), thermostat: Some(bath), ..RunPlan::default() });
+            .run(RunPlan { limit: Until::time(10.0), thermostat: Some(bath), ..RunPlan::default() });
         let plan = MeasurementPlan {
             chains: Some(plan::Chains { interval: Some(0.5), bins: None }),
             ..MeasurementPlan::default()
@@ -160,8 +160,8 @@ fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2])
     let mut scene = SceneBuilder::new("pair")
         .space(Space::periodic_cube(24.0))
         .allow_invalid_start(true)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .shear(rate);
     for (position, velocity) in positions.into_iter().zip(velocities) {
         scene = scene.particle("A", position, velocity);
@@ -207,17 +207,14 @@ fn contact_is_found_after_many_images_have_slid_past() {
 #[test]
 fn common_velocity_along_the_gradient_adds_no_pressure() {
     let base = || {
-        SceneBuilder::new("fluid").species("A", 1.0, 1.0).interaction(
-            "A",
-            "A",
-            Potential::hard_sphere(1.0).unwrap(),
-            1.0,
-        )
+        SceneBuilder::new("fluid")
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
     };
-    let fill = Fill::new(Lattice::FaceCentredCubic, "A").count(108).amount(Amount::PackingFraction(0.2));
-    let still = base().add_fill(fill).temperature(1.0).build().unwrap();
+    let fill = Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2);
+    let still = base().fill(fill).temperature(1.0).build().unwrap();
     let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
-    let limit = Limit::time(40.0);
+    let limit = Until::time(40.0);
     let measured = |speed: f64| {
         let mut builder = base().space(still.space().clone()).shear(0.5);
         for particle in still.particles() {
@@ -225,7 +222,7 @@ fn common_velocity_along_the_gradient_adds_no_pressure() {
         }
         let plan =
             MeasurementPlan { pressure_tensor: Some(plan::PressureTensor::default()), ..MeasurementPlan::default() };
-        let run = RunPlan { equilibration: Limit::time(2.0), limit, thermostat: Some(bath), ..RunPlan::default() };
+        let run = RunPlan { equilibration: Until::time(2.0), limit, thermostat: Some(bath), ..RunPlan::default() };
         finish(builder.measure(plan).run(run)).measured
     };
     let (rest, moving) = (measured(0.0), measured(0.8));
@@ -242,13 +239,13 @@ fn common_velocity_along_the_gradient_adds_no_pressure() {
 #[test]
 fn a_slow_shear_changes_neither_diffusion_nor_structure() {
     let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
-    let limit = Limit::time(40.0);
+    let limit = Until::time(40.0);
     let measured = |rate: Option<f64>| {
-        let run = RunPlan { equilibration: Limit::time(5.0), limit, thermostat: Some(bath), ..RunPlan::default() };
+        let run = RunPlan { equilibration: Until::time(5.0), limit, thermostat: Some(bath), ..RunPlan::default() };
         let fluid = SceneBuilder::new("fluid")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.3))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(256).packing_fraction(0.3))
             .temperature(1.0)
             .measure(MeasurementPlan {
                 diffusion: Some(plan::Diffusion { span: Some(2.5), ..plan::Diffusion::default() }),

@@ -6,12 +6,12 @@ use carom::engine::{Reason, Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use std::f64::consts::PI;
 
 fn body(boundary: [Boundary; 3]) -> SceneBuilder {
     let space = Space { lower: Vector::new(-1.0, 0.0, 2.0), size: Vector::new(4.0, 5.0, 7.0), boundary };
-    SceneBuilder::new("one_body").space(space).species("A", 2.0, 1.0)
+    SceneBuilder::new("one_body").space(space).species(SpeciesDraft::new("A").mass(2.0).diameter(1.0))
 }
 
 #[test]
@@ -20,7 +20,7 @@ fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
     // and 16, and all contact times are exact floating-point numbers.
     let start = (Vector::new(0.25, 1.25, 7.0), Vector::new(0.375, -1.0, 0.75));
     let scene = body([Boundary::walls(1.0); 3])
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .interaction(InteractionDraft::new(Potential::hard_sphere(1.0).unwrap()).between("A", "A"))
         .particle("A", start.0, start.1)
         .build()
         .unwrap();
@@ -43,7 +43,7 @@ fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
 fn a_body_in_a_periodic_box_returns_after_its_length_over_its_speed() {
     let start = (Vector::new(0.0, 1.25, 7.5), Vector::new(0.5, -1.0, 0.875));
     let scene = body([Boundary::Periodic; 3])
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .interaction(InteractionDraft::new(Potential::hard_sphere(1.0).unwrap()).between("A", "A"))
         .particle("A", start.0, start.1)
         .build()
         .unwrap();
@@ -65,7 +65,7 @@ fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulati
     let scene = Scene::from_file_with("configs/bouncing_ball.toml", &overrides).unwrap();
     let mut simulation = Simulation::without_plan(scene);
     let (mut times, mut peaks, mut speed) = (Vec::new(), Vec::new(), 0.0);
-    let _ = simulation.advance_with(Until { time: f64::INFINITY, events: 200 }, |event| {
+    let _ = simulation.advance_with(Until::events(200), |event| {
         // Gravity and the ball's mass are 1. The ball returns to the floor at the speed with which it left.
         let arrival = if times.is_empty() { 2.0_f64.sqrt() } else { speed };
         speed = event.normal_impulse() - arrival;
@@ -124,14 +124,14 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
     let scene = SceneBuilder::new("pendulum")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
-        .static_species("pivot", 0.1)
-        .species("bob", 1.0, 0.1)
-        .no_interaction("pivot", "bob")
-        .interaction("bob", "bob", Potential::hard_sphere(0.1).unwrap(), 1.0)
-        .bond_interaction("string", Potential::bond(1.0 - width, 1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("pivot").diameter(0.1).fixed())
+        .species(SpeciesDraft::new("bob").mass(1.0).diameter(0.1))
+        .interaction(InteractionDraft::new(Model::None).between("pivot", "bob"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("bob", "bob"))
+        .interaction(InteractionDraft::new(Potential::bond(1.0 - width, 1.0).unwrap()).named("string"))
         .particle("pivot", Vector::zeros(), Vector::zeros())
         .particle("bob", Vector::new(1.0 - 0.5 * width, 0.0, 0.0), Vector::zeros())
-        .bond(0, 1, "string")
+        .bond([0, 1], "string")
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
@@ -178,7 +178,7 @@ fn a_thrown_body_follows_its_parabola_off_a_floor() {
     ];
     let scene = body(boundary)
         .gravity(Vector::new(0.0, 0.0, -0.5))
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .interaction(InteractionDraft::new(Potential::hard_sphere(1.0).unwrap()).between("A", "A"))
         .particle("A", Vector::new(0.0, 1.0, 2.0 + 0.5 + 4.0), Vector::new(1.0, 0.25, 0.0))
         .build()
         .unwrap();

@@ -10,14 +10,14 @@ use carom::engine::Simulation;
 use carom::engine::event::EventKind;
 use carom::model::potential::Potential;
 use carom::physics::response::Outcome;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 use std::f64::consts::PI;
 
 fn fluid(potential: &Potential, count: u64, density: f64, temperature: f64) -> Simulation {
     let scene = SceneBuilder::new("steps")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", potential.clone(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", count, Amount::NumberDensity(density))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential.clone()).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).number_density(density))
         .temperature(temperature)
         .build()
         .unwrap();

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use carom::Vector;
 use carom::exchange::{Distances, Exchange, ExchangeResults, MeanForce, MeanForcePoint};
 use carom::model::space::Boundary;
-use carom::model::{ExchangeEnsemble, ExchangePlan, Limit, ParticleId, Potential, RunPlan, Scene, Space, UmbrellaPlan};
-use carom::scene::SceneBuilder;
+use carom::model::{ExchangeEnsemble, ExchangePlan, ParticleId, Potential, RunPlan, Scene, Space, UmbrellaPlan, Until};
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 use super::exchange::{DEPTH, deviation, pair};
 
@@ -22,7 +22,7 @@ fn in_windows(builder: SceneBuilder, between: [&[u32]; 2], windows: &[[f64; 2]],
         ensemble: ExchangeEnsemble::Umbrella,
         umbrella: Some(umbrella),
     };
-    let [equilibration, limit] = attempts.map(|count| Limit::time(f64::from(count)));
+    let [equilibration, limit] = attempts.map(|count| Until::time(f64::from(count)));
     builder.exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
 }
 
@@ -118,11 +118,11 @@ fn potential_of_mean_force_is_exact_in_two_dimensions_and_in_one() {
         let y = if dimensions > 1 { 2.0 } else { 0.0 };
         let scene = SceneBuilder::new("pair")
             .space(Space { lower: Vector::zeros(), size, boundary })
-            .species("A", 1.3, 1.0)
-            .species("B", 0.37, 1.0)
-            .no_interaction("A", "A")
-            .no_interaction("B", "B")
-            .interaction("A", "B", Potential::square_well(1.0, 1.5, DEPTH).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(0.37).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+            .interaction(InteractionDraft::new(Model::None).between("B", "B"))
+            .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, DEPTH).unwrap()).between("A", "B"))
             .particle("A", Vector::new(1.0, y, 0.0), Vector::zeros())
             .particle("B", Vector::new(3.3, y, 0.0), Vector::zeros());
         let windows = [[1.0, 1.6], [1.4, 2.0], [1.5, 2.4]];
@@ -139,18 +139,18 @@ fn potential_between_centres_of_mass_averages_over_the_bond() {
     let (shortest, longest) = (0.9, 1.3);
     let scene = SceneBuilder::new("molecules")
         .space(Space::periodic_cube(8.0))
-        .species("A", masses[0], 1.0)
-        .species("B", masses[1], 1.0)
-        .species("C", 0.45, 1.0)
-        .interaction("A", "C", Potential::square_well(0.8, 1.5 / 0.8, DEPTH).unwrap(), 1.0)
-        .bond_interaction("bond", Potential::bond(shortest, longest).unwrap(), 1.0);
+        .species(SpeciesDraft::new("A").mass(masses[0]).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(masses[1]).diameter(1.0))
+        .species(SpeciesDraft::new("C").mass(0.45).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(0.8, 1.5 / 0.8, DEPTH).unwrap()).between("A", "C"))
+        .interaction(InteractionDraft::new(Potential::bond(shortest, longest).unwrap()).named("bond"));
     let scene = [("A", "A"), ("A", "B"), ("B", "B"), ("B", "C"), ("C", "C")]
         .into_iter()
-        .fold(scene, |scene, (a, b)| scene.no_interaction(a, b))
+        .fold(scene, |scene, (a, b)| scene.interaction(InteractionDraft::new(Model::None).between(a, b)))
         .particle("A", Vector::new(7.8, 4.0, 4.0), Vector::zeros())
         .particle("B", Vector::new(0.8, 4.0, 4.0), Vector::zeros())
         .particle("C", Vector::new(1.8, 5.5, 4.0), Vector::zeros())
-        .bond(0, 1, "bond");
+        .bond([0, 1], "bond");
     let windows = [[0.6, 1.2], [0.9, 2.0], [1.7, 2.8]];
     let (_, found) = results(in_windows(scene, [&[1, 0], &[2]], &windows, [400, 20_000]));
     let weight = |distance: f64| -> f64 {
@@ -195,11 +195,11 @@ fn large_spheres_have_the_exact_depletion_potential() {
     let mut scene = SceneBuilder::new("depletion")
         .seed(4)
         .space(Space::periodic_cube(length))
-        .species("large", 5.3, 2.0)
-        .species("small", 0.7, 1.0)
-        .interaction("large", "large", Potential::hard_sphere(2.0).unwrap(), 1.0)
-        .interaction("large", "small", Potential::hard_sphere(radius).unwrap(), 1.0)
-        .no_interaction("small", "small")
+        .species(SpeciesDraft::new("large").mass(5.3).diameter(2.0))
+        .species(SpeciesDraft::new("small").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("large", "large"))
+        .interaction(InteractionDraft::new(Potential::hard_sphere(radius).unwrap()).between("large", "small"))
+        .interaction(InteractionDraft::new(Model::None).between("small", "small"))
         .particle("large", Vector::new(2.0, 3.3, 3.3), Vector::zeros())
         .particle("large", Vector::new(4.7, 3.3, 3.3), Vector::zeros());
     let places = (0..216).map(|k| Vector::new(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36)) * 1.1);

@@ -3,8 +3,7 @@
 use crate::sheared::boxes;
 use carom::Vector;
 use carom::engine::{Simulation, Until};
-use carom::model::potential::Potential;
-use carom::scene::{Fill, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 /// Spheres with velocities, whose images form a sheared lattice. Nothing is ever wrapped.
 struct Unbounded {
@@ -72,9 +71,9 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
     for (space, rate) in boxes().into_iter().take(2).zip([2.0, -0.4]) {
         let scene = SceneBuilder::new("few")
             .space(space.clone())
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .add_fill(Fill::new(Lattice::SimpleCubic, "A").count(27))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::SimpleCubic, "A").count(27))
             .temperature(1.0)
             .shear(rate)
             .build()

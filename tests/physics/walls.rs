@@ -2,16 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use carom::Vector;
 use carom::engine::event::EventKind;
 use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan, Thermostat};
+use carom::model::{RunPlan, Thermostat, Until};
 use carom::run::{self, Finished};
-use carom::scene::{Arrangement, Fill, SceneBuilder};
-use carom::{Simulation, Until};
+use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft};
+use carom::{Simulation, Vector};
 
 fn hard(distance: f64) -> Potential {
     Potential::hard_sphere(distance).unwrap()
@@ -21,19 +20,19 @@ fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished 
     let scene = SceneBuilder::new("mixture")
         .seed(11)
         .space(Space { lower: Vector::zeros(), size, boundary })
-        .species("A", 0.7, 1.0)
-        .species("B", 3.0, 1.6)
-        .interaction("A", "A", hard(1.0), 1.0)
-        .interaction("A", "B", hard(1.3), 1.0)
-        .interaction("B", "B", hard(1.6), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "B").count(counts[1]))
-        .add_fill(Fill::new(Arrangement::Random, "A").count(counts[0]))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(3.0).diameter(1.6))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.3)).between("A", "B"))
+        .interaction(InteractionDraft::new(hard(1.6)).between("B", "B"))
+        .fill(Fill::new(Arrangement::Random, "B").count(counts[1]))
+        .fill(Fill::new(Arrangement::Random, "A").count(counts[0]))
         .temperature(1.3)
         .measure(MeasurementPlan {
             pressure_tensor: Some(plan::PressureTensor::default()),
             ..MeasurementPlan::default()
         })
-        .run(RunPlan { equilibration: Limit::events(20_000), limit: Limit::events(150_000), ..RunPlan::default() })
+        .run(RunPlan { equilibration: Until::events(20_000), limit: Until::events(150_000), ..RunPlan::default() })
         .build()
         .unwrap();
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
@@ -89,17 +88,17 @@ fn driven_granular_slit_has_equal_wall_and_virial_pressures() {
     let scene = SceneBuilder::new("driven")
         .seed(1)
         .space(Space { lower: Vector::zeros(), size: Vector::new(20.0, 20.0, 0.0), boundary: slit })
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", hard(1.0), 0.5)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(120))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A").restitution(0.5))
+        .fill(Fill::new(Arrangement::Random, "A").count(120))
         .temperature(1.0)
         .measure(MeasurementPlan {
             pressure_tensor: Some(plan::PressureTensor::default()),
             ..MeasurementPlan::default()
         })
         .run(RunPlan {
-            equilibration: Limit::events(20_000),
-            limit: Limit::events(100_000),
+            equilibration: Until::events(20_000),
+            limit: Until::events(100_000),
             thermostat: Some(Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [false, true, false] }),
             ..RunPlan::default()
         })
@@ -126,12 +125,12 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
         SceneBuilder::new("weight")
             .seed(2)
             .space(Space { lower: Vector::zeros(), size: Vector::new(10.0, 12.0, 0.0), boundary })
-            .species("A", 0.7, 1.0)
-            .interaction("A", "A", hard(1.0), 1.0)
+            .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+            .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
             .gravity(Vector::new(0.0, -0.3, 0.0))
-            .add_fill(Fill::new(Arrangement::Random, "A").count(20))
+            .fill(Fill::new(Arrangement::Random, "A").count(20))
             .temperature(1.0)
-            .run(RunPlan { equilibration: Limit::events(5_000), limit: Limit::events(100_000), ..RunPlan::default() })
+            .run(RunPlan { equilibration: Until::events(5_000), limit: Until::events(100_000), ..RunPlan::default() })
             .build()
             .unwrap()
     };
@@ -158,8 +157,12 @@ fn thermal_wall_velocities_do_not_depend_on_the_order_of_contacts() {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
             ..Space::periodic_cube(10.0)
         };
-        let mut scene = SceneBuilder::new("three").seed(3).space(slit).wall_temperature(0, 1.3).species("A", 0.7, 1e-3);
-        scene = scene.interaction("A", "A", hard(1e-3), 1.0);
+        let mut scene = SceneBuilder::new("three")
+            .seed(3)
+            .space(slit)
+            .wall_temperature(0, 1.3)
+            .species(SpeciesDraft::new("A").mass(0.7).diameter(1e-3));
+        scene = scene.interaction(InteractionDraft::new(hard(1e-3)).between("A", "A"));
         for (k, speed) in [1.1, others, 3.0 * others].into_iter().enumerate() {
             scene = scene.particle("A", Vector::new(3.0, 2.0 + k as f64, 5.0), Vector::new(speed, 0.3, 0.0));
         }

@@ -4,7 +4,7 @@ use std::fs;
 use std::ops::ControlFlow;
 
 use carom::io::{Existing, Folder};
-use carom::model::{Limit, Scene};
+use carom::model::{Scene, Until};
 use carom::run::{Ending, Progress, Run, run};
 
 use super::place::{FLUID, Place, begun, code, contents, ended, errors, killed, line, when_free, words};
@@ -233,9 +233,9 @@ fn new_end_is_stored_before_the_run_continues() {
     folder.complete(&finished, "").unwrap();
     let events = 8_000;
     // `Folder::resume` stores the new end. The folder is dropped at once, which has the same effect as killing the run.
-    drop(when_free(|| Folder::resume(&path, Some(Limit::events(events)))));
+    drop(when_free(|| Folder::resume(&path, Some(Until::events(events)))));
     let (_, checkpoint) = when_free(|| Folder::resume(&path, None));
-    assert_eq!(checkpoint.simulation.scene().run().limit, Limit::events(events));
+    assert_eq!(checkpoint.simulation.scene().run().limit, Until::events(events));
     let kept = fs::read_to_string(path.join("scene.toml.partial")).unwrap();
     assert!(kept.contains(&format!("until_events = {events}")), "{kept}");
 }
@@ -262,7 +262,7 @@ fn run_stopped_early_and_given_a_nearer_end_has_enough_rows() {
     assert_eq!(finished.ending, Ending::Interrupted);
     folder.complete(&finished, "").unwrap();
     let events = finished.simulation.event_counts().physical() + 50_000;
-    let (mut folder, checkpoint) = when_free(|| Folder::resume(&path, Some(Limit::events(events))));
+    let (mut folder, checkpoint) = when_free(|| Folder::resume(&path, Some(Until::events(events))));
     let finished = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
     // A run planned to this length has two hundred rows. The extended run has about a third as many.

@@ -29,8 +29,8 @@ fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
 fn events(scene: &Scene, most: u64) -> Vec<Event> {
     let mut events = Vec::new();
     let time = scene.run().limit.time.unwrap_or(f64::INFINITY);
-    let _ =
-        Simulation::without_plan(scene.clone()).advance_with(Until { time, events: most }, |event| events.push(*event));
+    let _ = Simulation::without_plan(scene.clone())
+        .advance_with(Until::time(time).or_events(most), |event| events.push(*event));
     events
 }
 
@@ -222,7 +222,7 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
 fn splitting_a_run_by_time_or_by_events_changes_no_bit() {
     for (seed, _, scene) in scenes() {
         let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
-        let by_events = events_of(&scene, [Until { time: limit, events: 100 }]);
+        let by_events = events_of(&scene, [Until::time(limit).or_events(100)]);
         let (Some(last), 100) = (by_events.last(), by_events.len()) else { continue };
         // The reported time of an event is rounded, so the time limit is the next larger floating-point number.
         let time = last.time.next_up();
@@ -232,7 +232,7 @@ fn splitting_a_run_by_time_or_by_events_changes_no_bit() {
         };
         assert_eq!(cut(events_of(&scene, [Until::time(time)])), by_events, "seed {seed}");
         let looks = (1..=37).map(|k| Until::time(time * f64::from(k) / 37.5));
-        let stretches = (1..=50).map(|k| Until { time, events: 2 * k });
+        let stretches = (1..=50).map(|k| Until::time(time).or_events(2 * k));
         let many = looks.chain(stretches).chain([Until::time(time)]);
         assert_eq!(cut(events_of(&scene, many)), by_events, "seed {seed}");
     }

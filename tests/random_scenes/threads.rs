@@ -52,7 +52,7 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     let mut events = Vec::new();
     let (until, most) = match stretch {
         Stretch::Time(time) => (Until::time(time), usize::MAX),
-        Stretch::Events(events) => (Until { time: f64::INFINITY, events }, usize::MAX),
+        Stretch::Events(events) => (Until::events(events), usize::MAX),
         Stretch::Shown(most) => (Until::time(f64::INFINITY), most),
     };
     for _ in 0..PATIENCE {
@@ -60,7 +60,7 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
             events.push(*event);
             if events.len() == most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        match simulation.advance_for(STEPS, until, Some(&mut see)) {
+        match simulation.advance_for_with(STEPS, until, &mut see) {
             Ok(None) => {}
             Ok(Some(reason)) => return Some((events, Ok(reason))),
             Err(error) => return Some((events, Err(error.to_string()))),

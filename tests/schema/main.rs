@@ -8,10 +8,10 @@ use std::collections::BTreeSet;
 use std::process::Command;
 
 use carom::model::Scene;
-use carom::scene::{SceneError, SceneErrorKind, schema};
+use carom::scene::{SceneError, SceneErrorKind};
 use cases::cases;
 use serde_json::{Value, json};
-use validator::mistakes;
+use validator::{mistakes, schema};
 
 const EVERY_KEY: &str = include_str!("every_key.toml");
 

@@ -2,6 +2,10 @@
 
 use serde_json::Value;
 
+pub fn schema() -> Value {
+    serde_json::from_str(&carom::scene::schema()).unwrap()
+}
+
 pub fn mistakes(schema: &Value, value: &Value) -> Vec<String> {
     let mut found = Vec::new();
     check(schema, value, "scene", &mut found);

@@ -5,7 +5,7 @@ use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
@@ -43,13 +43,13 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
 fn scene(space: &Space, rate: Option<f64>, own: Potential, states: [(Vector, Vector); 2], others: u32) -> Scene {
     let mut builder = SceneBuilder::new("apart")
         .space(space.clone())
-        .species("A", 1.0, 1.0)
-        .species("B", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .no_interaction("A", "B")
-        .no_interaction("B", "B")
-        .bond_interaction("own", own, 1.0)
-        .bond(0, 1, "own");
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+        .interaction(InteractionDraft::new(Model::None).between("B", "B"))
+        .interaction(InteractionDraft::new(own).named("own"))
+        .bond([0, 1], "own");
     for (position, velocity) in states {
         builder = builder.particle("A", position, velocity);
     }
@@ -70,7 +70,7 @@ fn well(range: f64) -> Potential {
 
 fn first_event(scene: Scene, until: f64) -> Option<f64> {
     let mut found = None;
-    let until = Until { time: until, events: 1 };
+    let until = Until::time(until).or_events(1);
     Simulation::without_plan(scene).advance_with(until, |event| found = found.or(Some(event.time))).unwrap();
     found
 }
@@ -182,13 +182,13 @@ fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
     for others in [0, 30, 200] {
         let mut builder = SceneBuilder::new("overstretched")
             .space(Space::periodic_cube(20.0))
-            .species("A", 1.0, 1.0)
-            .species("B", 1.0, 0.1)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .no_interaction("A", "B")
-            .no_interaction("B", "B")
-            .bond_interaction("link", Potential::bond(0.9, 1.3).unwrap(), 1.0)
-            .bond(0, 1, "link")
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(1.0).diameter(0.1))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+            .interaction(InteractionDraft::new(Model::None).between("B", "B"))
+            .interaction(InteractionDraft::new(Potential::bond(0.9, 1.3).unwrap()).named("link"))
+            .bond([0, 1], "link")
             .allow_invalid_start(true);
         for (position, velocity) in [at(7.0, -1.0), at(19.0, 1.0)] {
             builder = builder.particle("A", position, velocity);

@@ -3,13 +3,15 @@
 use crate::fingerprints::fingerprint;
 use crate::listed::{fluid, hard_sphere, listed, particles, well};
 use carom::Vector;
+use carom::engine::Simulation;
 use carom::engine::event::{Event, EventKind};
-use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Limit, OutputPlan, RunPlan, Scene, Thermostat};
+use carom::model::{ContactLaw, OutputPlan, RunPlan, Scene, Thermostat, Until};
 use carom::run;
-use carom::scene::{Amount, Arrangement, Chain, Fill, SceneBuilder, Surface, SurfaceFill};
+use carom::scene::{
+    Amount, Arrangement, Chain, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft, Surface, SurfaceFill,
+};
 use std::ops::ControlFlow;
 
 pub fn named(name: &str) -> Scene {
@@ -19,20 +21,22 @@ pub fn named(name: &str) -> Scene {
 fn mixture(builder: SceneBuilder) -> SceneBuilder {
     let steps = Potential::stepped_lennard_jones(1.1, 1.0, 2.5, 5, 50.0).unwrap();
     builder
-        .species("A", 1.0, 1.0)
-        .species("B", 2.5, 1.2)
-        .species("C", 0.5, 0.8)
-        .static_species("S", 1.0)
-        .interaction("A", "A", well(), 0.9)
-        .interaction("A", "B", steps, 0.9)
-        .interaction("B", "B", Potential::square_shoulder(1.2, 1.3, 0.4).unwrap(), 1.0)
-        .interaction("A", "C", Potential::penetrable(0.9, 0.7).unwrap(), 1.0)
-        .interaction("B", "C", Potential::hard_sphere(1.0).unwrap(), 0.5)
-        .interaction("C", "C", Potential::hard_sphere(0.8).unwrap(), 0.9)
-        .interaction("A", "S", Potential::hard_sphere(1.0).unwrap(), 0.7)
-        .interaction("B", "S", Potential::square_well(1.1, 1.4, 0.5).unwrap(), 0.7)
-        .interaction("C", "S", Potential::hard_sphere(0.9).unwrap(), 1.0)
-        .bond_interaction("link", Potential::bond(0.8, 1.0).unwrap(), 0.95)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(2.5).diameter(1.2))
+        .species(SpeciesDraft::new("C").mass(0.5).diameter(0.8))
+        .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+        .interaction(InteractionDraft::new(well()).between("A", "A").restitution(0.9))
+        .interaction(InteractionDraft::new(steps).between("A", "B").restitution(0.9))
+        .interaction(InteractionDraft::new(Potential::square_shoulder(1.2, 1.3, 0.4).unwrap()).between("B", "B"))
+        .interaction(InteractionDraft::new(Potential::penetrable(0.9, 0.7).unwrap()).between("A", "C"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("B", "C").restitution(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("C", "C").restitution(0.9))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "S").restitution(0.7))
+        .interaction(
+            InteractionDraft::new(Potential::square_well(1.1, 1.4, 0.5).unwrap()).between("B", "S").restitution(0.7),
+        )
+        .interaction(InteractionDraft::new(Model::HardSphere).between("C", "S"))
+        .interaction(InteractionDraft::new(Potential::bond(0.8, 1.0).unwrap()).named("link").restitution(0.95))
 }
 
 pub fn everything() -> Scene {
@@ -67,8 +71,8 @@ pub fn everything() -> Scene {
         .gravity(Vector::new(0.1, 0.0, -1.0))
         .contact_time(1e-3)
         .static_surface(dish)
-        .add_fill(fill("A", 60, 5.0, 12.0))
-        .add_fill(fill("B", 40, 12.5, 19.0))
+        .fill(fill("A", 60, 5.0, 12.0))
+        .fill(fill("B", 40, 12.5, 19.0))
         .chain(chain)
         .temperature(1.0)
         .build()
@@ -86,7 +90,7 @@ fn where_a_simulation_pauses_changes_nothing() {
             seen += 1;
             ControlFlow::Continue(())
         };
-        while paused.advance_for(7, until, Some(&mut count)).unwrap().is_none() {
+        while paused.advance_for_with(7, until, &mut count).unwrap().is_none() {
             assert!(paused.event_counts().physical() + paused.event_counts().transition <= 7 * (pauses + 1));
             let _ = (paused.snapshot(), paused.energy());
             pauses += 1;
@@ -116,7 +120,7 @@ fn observers_change_no_bit() {
         assert_eq!(fingerprint(&watched.snapshot()), fingerprint(&expected), "{name}");
 
         let mut parts = named(name).into_parts();
-        parts.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000), ..RunPlan::default() };
+        parts.run = RunPlan { equilibration: Until::events(1_000), limit: Until::events(9_000), ..RunPlan::default() };
         parts.output = OutputPlan {
             thermo_interval: Some(expected.time / 300.0),
             frame_interval: Some(expected.time / 70.0),
@@ -132,9 +136,13 @@ fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
     let fill = Fill::new(Arrangement::Random, "A").count(count);
     let mut builder = SceneBuilder::new("driven")
         .space(Space::periodic_cube(6.0))
-        .species("A", 1.7, 1.0)
-        .interaction("A", "A", hard_sphere(), if is_sheared { 0.9 } else { 1.0 })
-        .add_fill(fill)
+        .species(SpeciesDraft::new("A").mass(1.7).diameter(1.0))
+        .interaction(InteractionDraft::new(hard_sphere()).between("A", "A").restitution(if is_sheared {
+            0.9
+        } else {
+            1.0
+        }))
+        .fill(fill)
         .temperature(1.0);
     if is_sheared {
         builder = builder.shear(0.3);

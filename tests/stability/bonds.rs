@@ -8,18 +8,20 @@ use carom::engine::{Reason, Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::physics::response::Outcome;
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 fn pair(space: &Space, range: f64, is_at_end: bool, restitution: f64, velocity: Vector) -> SceneBuilder {
     let distance = if is_at_end { 1.0 + range } else { 1.0 };
     SceneBuilder::new("bond")
         .space(space.clone())
-        .species("A", 1.0, 1.0)
-        .no_interaction("A", "A")
-        .bond_interaction("link", Potential::bond(1.0, 1.0 + range).unwrap(), restitution)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(
+            InteractionDraft::new(Potential::bond(1.0, 1.0 + range).unwrap()).named("link").restitution(restitution),
+        )
         .particle("A", along(0.0), -velocity)
         .particle("A", along(distance), velocity)
-        .bond(0, 1, "link")
+        .bond([0, 1], "link")
 }
 
 #[test]
@@ -81,14 +83,16 @@ fn hanging(range: f64, position: Vector, restitution: f64) -> SceneBuilder {
     SceneBuilder::new("pendulum")
         .space(open_box(8.0))
         .gravity(Vector::new(0.0, 0.0, -1.0))
-        .static_species("P", 1.0)
-        .species("A", 1.0, 1.0)
-        .no_interaction("P", "A")
-        .no_interaction("A", "A")
-        .bond_interaction("link", Potential::bond(1.0, 1.0 + range).unwrap(), restitution)
+        .species(SpeciesDraft::new("P").diameter(1.0).fixed())
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("P", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(
+            InteractionDraft::new(Potential::bond(1.0, 1.0 + range).unwrap()).named("link").restitution(restitution),
+        )
         .particle("P", Vector::zeros(), Vector::zeros())
         .particle("A", position, Vector::zeros())
-        .bond(0, 1, "link")
+        .bond([0, 1], "link")
 }
 
 /// A pendulum that starts at an angle to the vertical, in the middle between the ends of the bond.

@@ -4,7 +4,7 @@ use crate::listed::{hard_sphere, open_box};
 use crate::watched::Watched;
 use carom::Vector;
 use carom::engine::{Arrest, Reason, Simulation, Until};
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
 /// The height of an equilateral triangle with edge 1, `sqrt(3) / 2`.
 const TRIANGLE: f64 = 0.866_025_403_784_438_6;
@@ -15,10 +15,10 @@ fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocit
     let mut builder = SceneBuilder::new("corner")
         .space(open_box(8.0))
         .gravity(Vector::new(0.0, 0.0, -1.0))
-        .static_species("S", 1.0)
-        .species("A", 1.0, 1.0)
-        .interaction("S", "A", hard_sphere(), restitution)
-        .interaction("A", "A", hard_sphere(), restitution);
+        .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard_sphere()).between("S", "A").restitution(restitution))
+        .interaction(InteractionDraft::new(hard_sphere()).between("A", "A").restitution(restitution));
     for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.5, TRIANGLE)] {
         builder = builder.particle("S", Vector::new(x, y, 0.0), Vector::zeros());
     }

@@ -6,7 +6,7 @@ use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::Boundary;
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
 /// A row of five spheres. The first `strikers` of them are in contact, come from the left at a speed of 1 and arrive at
 /// time 1. The others are at rest: the leftmost at `first`, and each further one at the position that `next` returns
@@ -25,8 +25,8 @@ fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: us
 fn cradle(diameter: f64, boundary: Boundary, particles: &[State]) -> Simulation {
     let mut builder = SceneBuilder::new("cradle")
         .space(line(16.0, boundary))
-        .species("A", 1.0, diameter)
-        .interaction("A", "A", Potential::hard_sphere(diameter).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(diameter))
+        .interaction(InteractionDraft::new(Potential::hard_sphere(diameter).unwrap()).between("A", "A"))
         // Because of rounding, spheres in contact may overlap by one floating-point number.
         .allow_invalid_start(true);
     for (position, velocity) in particles {
@@ -103,11 +103,11 @@ fn of_masses(masses: [f64; 5], restitution: f64) -> SceneBuilder {
     let mut builder = SceneBuilder::new("masses").space(line(64.0, Boundary::OPEN));
     let names = ["A", "B", "C", "D", "E"];
     for (name, mass) in names.iter().zip(masses) {
-        builder = builder.species(name, mass, 1.0);
+        builder = builder.species(SpeciesDraft::new(name).mass(mass).diameter(1.0));
     }
     for (k, a) in names.iter().enumerate() {
         for b in &names[k..] {
-            builder = builder.interaction(a, b, hard_sphere(), restitution);
+            builder = builder.interaction(InteractionDraft::new(hard_sphere()).between(a, b).restitution(restitution));
         }
     }
     for (k, name) in names.iter().enumerate() {

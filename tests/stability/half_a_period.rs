@@ -3,16 +3,15 @@
 use carom::Vector;
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
-use carom::model::potential::Potential;
 use carom::model::space::Space;
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 /// A ball among static spheres, whose centres are on faces of the cells.
 fn lorentz_gas(velocity: [f64; 3]) -> Scene {
     let mut scene = SceneBuilder::new("lorentz")
-        .species("ball", 0.7, 1.0)
-        .static_species("fixed", 1.4)
-        .interaction("ball", "fixed", Potential::hard_sphere(1.2).unwrap(), 1.0)
+        .species(SpeciesDraft::new("ball").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("fixed").diameter(1.4).fixed())
+        .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "fixed"))
         .space(Space::periodic_cube(6.0))
         .particle("ball", Vector::repeat(0.1), Vector::from(velocity));
     for at in [[3.0, 3.0, 3.0], [3.0, 0.0, 1.0], [1.0, 3.0, 5.0], [5.0, 2.0, 0.5]] {

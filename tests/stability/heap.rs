@@ -6,7 +6,7 @@ use carom::Vector;
 use carom::engine::{Reason, Until};
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
-use carom::scene::{Arrangement, Fill, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft};
 use std::time::Instant;
 
 /// Contact time of the TC model, in units in which gravity, masses and diameters are 1.
@@ -26,9 +26,9 @@ fn grains(restitution: f64) -> Scene {
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
         .contact_time(CONTACT_TIME)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", hard_sphere(), restitution)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(COUNT).region(lower, upper))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard_sphere()).between("A", "A").restitution(restitution))
+        .fill(Fill::new(Arrangement::Random, "A").count(COUNT).region(lower, upper))
         .temperature(0.1)
         .build()
         .unwrap()

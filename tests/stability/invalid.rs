@@ -6,7 +6,7 @@ use carom::engine::{Reason, Simulation, Snapshot, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
@@ -93,17 +93,20 @@ fn random_start(recipe: &Recipe, seed: u64) -> Scene {
         .space(Space::periodic_cube(length))
         .allow_invalid_start(true)
         .gravity(Vector::new(0.0, 0.0, recipe.gravity))
-        .species("A", 1.0, recipe.diameters[0])
-        .interaction("A", "A", (recipe.potential)(recipe.diameters[0]), recipe.restitution)
-        .interaction("A", "B", (recipe.potential)(mean), recipe.restitution);
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(recipe.diameters[0]))
+        .interaction(
+            InteractionDraft::new((recipe.potential)(recipe.diameters[0]))
+                .between("A", "A")
+                .restitution(recipe.restitution),
+        )
+        .interaction(InteractionDraft::new((recipe.potential)(mean)).between("A", "B").restitution(recipe.restitution));
     if recipe.has_static {
-        builder = builder.static_species("B", recipe.diameters[1]);
+        builder = builder.species(SpeciesDraft::new("B").diameter(recipe.diameters[1]).fixed());
     } else {
-        builder = builder.species("B", 1.0, recipe.diameters[1]).interaction(
-            "B",
-            "B",
-            (recipe.potential)(recipe.diameters[1]),
-            recipe.restitution,
+        builder = builder.species(SpeciesDraft::new("B").mass(1.0).diameter(recipe.diameters[1])).interaction(
+            InteractionDraft::new((recipe.potential)(recipe.diameters[1]))
+                .between("B", "B")
+                .restitution(recipe.restitution),
         );
     }
     if let Some(time) = recipe.contact_time {
@@ -223,8 +226,8 @@ fn two_particles_at_the_same_point_part_if_they_move_and_stay_if_not() {
         let scene = SceneBuilder::new("same")
             .space(open_box(8.0))
             .allow_invalid_start(true)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", hard_sphere(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(hard_sphere()).between("A", "A"))
             .particle("A", Vector::zeros(), Vector::zeros())
             .particle("A", Vector::zeros(), Vector::new(velocity, 0.0, 0.0));
         let mut simulation = Simulation::without_plan(scene.build().unwrap());

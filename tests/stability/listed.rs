@@ -3,7 +3,7 @@ use carom::engine::Snapshot;
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Amount, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 /// Position and velocity.
 pub type State = (Vector, Vector);
@@ -21,12 +21,10 @@ pub fn open_box(length: f64) -> Space {
 }
 
 pub fn listed(space: &Space, potential: &Potential, restitution: f64, particles: &[State]) -> SceneBuilder {
-    let mut builder = SceneBuilder::new("listed").space(space.clone()).species("A", 1.0, 1.0).interaction(
-        "A",
-        "A",
-        potential.clone(),
-        restitution,
-    );
+    let mut builder = SceneBuilder::new("listed")
+        .space(space.clone())
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential.clone()).between("A", "A").restitution(restitution));
     for (position, velocity) in particles {
         builder = builder.particle("A", *position, *velocity);
     }
@@ -35,9 +33,9 @@ pub fn listed(space: &Space, potential: &Potential, restitution: f64, particles:
 
 pub fn fluid(count: u64, amount: Amount) -> Scene {
     SceneBuilder::new("fluid")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", hard_sphere(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", count, amount)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard_sphere()).between("A", "A"))
+        .fill(Fill { amount: Some(amount), ..Fill::new(Lattice::FaceCentredCubic, "A").count(count) })
         .temperature(1.0)
         .build()
         .unwrap()

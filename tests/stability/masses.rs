@@ -6,7 +6,7 @@ use carom::engine::{Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::Space;
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
 fn drift(scene: Scene, events: u64) -> f64 {
     let mut simulation = Simulation::without_plan(scene);
@@ -32,9 +32,9 @@ fn bound(events: u64) -> f64 {
 fn two(masses: [f64; 2], diameters: [f64; 2], size: f64) -> Scene {
     let mean = 0.5 * (diameters[0] + diameters[1]);
     SceneBuilder::new("two")
-        .species("A", masses[0], diameters[0])
-        .species("B", masses[1], diameters[1])
-        .interaction("A", "B", Potential::hard_sphere(mean).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(masses[0]).diameter(diameters[0]))
+        .species(SpeciesDraft::new("B").mass(masses[1]).diameter(diameters[1]))
+        .interaction(InteractionDraft::new(Potential::hard_sphere(mean).unwrap()).between("A", "B"))
         .space(Space::periodic_cube(size))
         .particle("A", Vector::repeat(0.5) * diameters[0], Vector::new(1.0, 0.3, 0.2))
         .particle("B", Vector::new(2.0, 0.6, 0.4) * mean, Vector::new(-1.0, 0.1, -0.4))

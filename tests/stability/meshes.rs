@@ -7,7 +7,7 @@
 use carom::engine::{Simulation, Until};
 use carom::model::space::{Boundary, Space};
 use carom::model::{SurfaceShape, TriangleMesh};
-use carom::scene::{SceneBuilder, SurfaceDraft};
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use carom::{Scene, Vector};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -93,8 +93,8 @@ fn scene(mesh: TriangleMesh, random: &mut ChaCha8Rng, restitution: f64, gravity:
     let mut scene = SceneBuilder::new("cavity")
         .space(space)
         .gravity(Vector::new(0.1, 0.2, -1.0) * gravity)
-        .species("A", 0.7, 0.17)
-        .no_interaction("A", "A")
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.17))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .surface(draft);
     if restitution < 1.0 {
         scene = scene.contact_time(1e-3);
@@ -122,7 +122,7 @@ fn nothing_ever_leaves_a_closed_mesh() {
             let scene = scene(mesh.clone(), &mut random, restitution, gravity, &middle);
             let mut simulation = Simulation::new(scene).unwrap();
             // A ball at rest in a corner may arrest the simulation, which is not an escape.
-            let _ = simulation.advance(Until { time: 1e4, events: (events - here).min(events.div_ceil(10)) });
+            let _ = simulation.advance(Until::time(1e4).or_events((events - here).min(events.div_ceil(10))));
             thrown += 1;
             let snapshot = simulation.snapshot();
             for place in &snapshot.positions {

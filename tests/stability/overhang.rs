@@ -2,10 +2,9 @@
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 /// A ball between two walls, above a row of static spheres along x. The row extends beyond each wall by `overhang`.
 fn over_a_row(overhang: f64) -> Scene {
@@ -13,9 +12,9 @@ fn over_a_row(overhang: f64) -> Scene {
     let mut space = Space::periodic_cube(10.0);
     space.boundary[0] = Boundary::Bounded { lower: wall, upper: wall };
     let mut scene = SceneBuilder::new("row")
-        .species("ball", 0.7, 1.0)
-        .static_species("row", 0.5)
-        .interaction("ball", "row", Potential::hard_sphere(0.75).unwrap(), 1.0)
+        .species(SpeciesDraft::new("ball").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("row").diameter(0.5).fixed())
+        .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "row"))
         .space(space)
         .particle("ball", Vector::new(5.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0));
     // With this many particles, the engine uses cells.

@@ -5,12 +5,12 @@
 //! coordinate 0, one of the particles may have come from the far side of the box, where the error is much larger.
 
 use carom::Vector;
-use carom::engine::{Simulation, Until};
+use carom::engine::Simulation;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{ContactLaw, Growth, GrowthTarget, Limit, RunPlan, Scene, StagePlan, Thermostat};
+use carom::model::{ContactLaw, Growth, GrowthTarget, RunPlan, Scene, StagePlan, Thermostat, Until};
 use carom::run::{Finished, run};
-use carom::scene::{Amount, Arrangement, Fill, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
 fn finished(scene: Scene) -> Finished {
@@ -48,14 +48,14 @@ fn placed(mut builder: SceneBuilder, space: &Space, places: &[Vector]) -> SceneB
 fn chain(space: Space, beads: u32, events: u64) -> Scene {
     let builder = SceneBuilder::new("chain")
         .space(space.clone())
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .bond_interaction("link", Potential::bond(0.9, 1.2).unwrap(), 1.0)
-        .run(RunPlan { limit: Limit::events(events), ..RunPlan::default() });
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .interaction(InteractionDraft::new(Potential::bond(0.9, 1.2).unwrap()).named("link"))
+        .run(RunPlan { limit: Until::events(events), ..RunPlan::default() });
     let places: Vec<Vector> =
         (0..beads).map(|k| Vector::new(1.05 * (f64::from(k) - 0.5 * f64::from(beads)) + 0.4, 0.0, 0.0)).collect();
     let builder = placed(builder, &space, &places);
-    (1..beads).fold(builder, |builder, k| builder.bond(k - 1, k, "link")).build().unwrap()
+    (1..beads).fold(builder, |builder, k| builder.bond([k - 1, k], "link")).build().unwrap()
 }
 
 #[test]
@@ -83,9 +83,9 @@ fn rods_on_a_long_ring_pass_their_audit() {
         let diameter = potential.core().unwrap();
         let builder = SceneBuilder::new("rods")
             .space(space.clone())
-            .species("A", 1.0, diameter)
-            .interaction("A", "A", potential, 1.0)
-            .run(RunPlan { limit: Limit::events(100_000), ..RunPlan::default() });
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(diameter))
+            .interaction(InteractionDraft::new(potential).between("A", "A"))
+            .run(RunPlan { limit: Until::events(100_000), ..RunPlan::default() });
         let places: Vec<Vector> =
             (0..rods).map(|k| Vector::new((f64::from(k) + 0.5) * length / f64::from(rods), 0.0, 0.0)).collect();
         let finished = finished(placed(builder, &space, &places).build().unwrap());
@@ -104,13 +104,13 @@ fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
         space.size.y = 2.0 * height;
         let scene = SceneBuilder::new("balls")
             .space(space)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 0.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(0.0))
             .gravity(Vector::new(0.0, -1.0, 0.0))
             .contact_time(1e-3)
             .particle("A", Vector::new(0.7, height, 0.0), Vector::new(0.0, 0.1, 0.0))
             .particle("A", Vector::new(0.8, height + 3.0, 0.0), Vector::new(0.0, -0.1, 0.0))
-            .run(RunPlan { limit: Limit::events(3_000), ..RunPlan::default() })
+            .run(RunPlan { limit: Until::events(3_000), ..RunPlan::default() })
             .build()
             .unwrap();
         assert_eq!(finished(scene).audit.faults(), [], "from {height}");
@@ -122,12 +122,10 @@ fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
 #[test]
 fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     let build = |length: f64, depth: f64| {
-        let scene = SceneBuilder::new("again").space(periodic(1, 0.0, length)).species("A", 1.0, 1.0).interaction(
-            "A",
-            "A",
-            Potential::hard_sphere(1.0).unwrap(),
-            1.0,
-        );
+        let scene = SceneBuilder::new("again")
+            .space(periodic(1, 0.0, length))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"));
         let at = |x: f64| Vector::new(x, 0.0, 0.0);
         scene.particle("A", at(0.5), Vector::zeros()).particle("A", at(1.5 - depth), Vector::zeros()).build()
     };
@@ -139,12 +137,12 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
         let at = |x: f64| Vector::new(x, 0.0, 0.0);
         SceneBuilder::new("bonded")
             .space(periodic(1, 0.0, length))
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .bond_interaction("link", Potential::bond(0.9, 1.2).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .interaction(InteractionDraft::new(Potential::bond(0.9, 1.2).unwrap()).named("link"))
             .particle("A", at(0.5), Vector::zeros())
             .particle("A", at(1.7 + excess), Vector::zeros())
-            .bond(0, 1, "link")
+            .bond([0, 1], "link")
             .build()
     };
     assert!(bonded(1e6, 1e6 * f64::EPSILON).is_ok());
@@ -162,11 +160,11 @@ fn growth_much_faster_than_the_thermal_speed_passes_its_audit() {
         let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let name = "grow".to_owned();
         let stage = StagePlan { name, thermostat, growth: Some(growth), ..StagePlan::default() };
-        let plan = RunPlan { stages: vec![stage], limit: Limit::events(1_000), ..RunPlan::default() };
+        let plan = RunPlan { stages: vec![stage], limit: Until::events(1_000), ..RunPlan::default() };
         let scene = SceneBuilder::new("growth")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .add_fill(Fill::new(Arrangement::Random, "A").count(108).amount(Amount::PackingFraction(0.05)))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Arrangement::Random, "A").count(108).packing_fraction(0.05))
             .temperature(1.0)
             .run(plan);
         let finished = finished(scene.build().unwrap());
@@ -183,8 +181,8 @@ fn few_particles_in_a_long_box_have_few_transitions() {
         let at = |x: f64| Vector::new(x, 5e8, 5e8);
         let scene = SceneBuilder::new("long")
             .space(space)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", at(3e8), Vector::new(1.0, 0.0, 0.0))
             .particle("A", at(3e8 + 1e6), Vector::new(-1.0, 0.0, 0.0))
             .build()

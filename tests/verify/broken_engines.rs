@@ -1,7 +1,7 @@
 //! Imitates engines with one error: events are recorded in one scene and verified in a slightly different scene.
 
 use carom::check::verify::{Fault, Quantity};
-use carom::model::{Limit, Scene, SceneParts};
+use carom::model::{Scene, SceneParts, Until};
 
 use crate::FLUID;
 use crate::Recording;
@@ -94,7 +94,7 @@ fn a_missing_wall_misses_contacts() {
     let open = changed(&text, "\"walls\"", "\"open\"");
     let found = fault(&open, scene(&text));
     assert!(matches!(found, Fault::Missed { contact: carom::check::verify::Contact::Wall { .. }, .. }), "{found:?}");
-    let short = scene(&text).with_limit(Limit::events(10)).unwrap();
+    let short = scene(&text).with_limit(Until::events(10)).unwrap();
     assert!(matches!(fault(&short, open), Fault::Unknown { .. }));
 }
 

@@ -39,7 +39,7 @@ impl Recording {
         simulation.states(&mut start);
         let mut events = Vec::new();
         while events.len() < count {
-            let Some(event) = simulation.events(Until::events(u64::MAX)).next().transpose().unwrap() else { break };
+            let Some(event) = simulation.events(Until::default()).next().transpose().unwrap() else { break };
             let mut states = States::default();
             simulation.states(&mut states);
             events.push((event, states));

@@ -54,7 +54,7 @@ fn proof_may_start_within_a_run() {
 
 #[test]
 fn the_end_of_the_run_ends_the_proof() {
-    let fluid = scene(FLUID).with_limit(carom::model::Limit::time(0.5)).unwrap();
+    let fluid = scene(FLUID).with_limit(carom::model::Until::time(0.5)).unwrap();
     let certificate = prove(fluid, 0, 1_000_000);
     assert_eq!(certificate.end, End::RunEnded);
     assert!((certificate.duration - 0.5).abs() < 1e-12, "{certificate:?}");
@@ -64,7 +64,7 @@ fn the_end_of_the_run_ends_the_proof() {
 fn proof_covers_all_stages_of_the_run() {
     let stages = "[[stage]]\nname = \"a\"\nuntil_time = 0.25\n\
         [[stage]]\nname = \"b\"\nmeasure = true\nequilibration_time = 0.125\nuntil_time = 0.5\n";
-    let fluid = scene(&format!("{FLUID}{stages}")).with_limit(carom::model::Limit::time(0.5)).unwrap();
+    let fluid = scene(&format!("{FLUID}{stages}")).with_limit(carom::model::Until::time(0.5)).unwrap();
     let certificate = prove(fluid, 0, 1_000_000);
     assert_eq!(certificate.end, End::RunEnded);
     assert!((certificate.duration - 1.375).abs() < 1e-12, "{certificate:?}");

@@ -11,7 +11,7 @@ use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::model::{Scene, SurfaceShape, TriangleMesh};
 use carom::nalgebra::Rotation3;
-use carom::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
+use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
 use crate::scenes::assert_proven;
 use crate::{config, prove, scene};
@@ -24,11 +24,11 @@ pub fn grains(seed: u32, count: u32) -> SceneBuilder {
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
     let mut scene = SceneBuilder::new("grains")
         .space(space)
-        .species("A", 0.7, 0.5)
-        .species("B", 3.1, 0.8)
-        .interaction("A", "A", hard(0.5), 0.97)
-        .interaction("A", "B", hard(0.65), 0.97)
-        .interaction("B", "B", hard(0.8), 0.97);
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.5))
+        .species(SpeciesDraft::new("B").mass(3.1).diameter(0.8))
+        .interaction(InteractionDraft::new(hard(0.5)).between("A", "A").restitution(0.97))
+        .interaction(InteractionDraft::new(hard(0.65)).between("A", "B").restitution(0.97))
+        .interaction(InteractionDraft::new(hard(0.8)).between("B", "B").restitution(0.97));
     for k in 0..count {
         let at = |n: u32| 1.1 * (f64::from(n % 3) - 1.0);
         let place = MIDDLE + Vector::new(at(k), at(k / 3), at(k / 9));
@@ -258,7 +258,7 @@ fn surfaces_in_periodic_boxes_are_proven_in_all_images() {
     // cells.
     for (count, gravity) in [(3, 0.0), (3, 0.3), (40, 0.0), (40, 0.3)] {
         let gas = grains(0, 0).space(Space::periodic_cube(7.0)).gravity(Vector::new(0.1, 0.2, -1.0) * gravity);
-        let gas = gas.add_fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
+        let gas = gas.fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
         let shapes = if count == 3 { [&rod, &ball, &other] } else { [&rod, &ball, &block] };
         let scene = with(gas, shapes.map(SurfaceShape::clone).to_vec(), 1.0);
         let met = assert_surfaces("periodic", scene, 2000);

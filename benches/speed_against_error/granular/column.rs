@@ -6,10 +6,9 @@ use crate::Outcome;
 use crate::sheet::number;
 use carom::Vector;
 use carom::engine::{Simulation, Until};
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 pub const SHEET: &str = "granular_column";
 
@@ -63,8 +62,8 @@ fn scene(contact_time: f64) -> Outcome<Scene> {
         .space(space)
         .gravity(-Vector::z())
         .contact_time(contact_time)
-        .species("grain", 1.0, 1.0)
-        .interaction("grain", "grain", Potential::hard_sphere(1.0)?, RESTITUTION);
+        .species(SpeciesDraft::new("grain").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("grain", "grain").restitution(RESTITUTION));
     for position in positions() {
         builder = builder.particle("grain", position, Vector::zeros());
     }

@@ -6,9 +6,8 @@ use crate::Outcome;
 use crate::clock::Stopwatch;
 use crate::sheet::number;
 use carom::engine::{Simulation, Until};
-use carom::model::potential::Potential;
 use carom::model::space::Space;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::f64::consts::PI;
 
 pub const SHEET: &str = "granular_cooling";
@@ -70,9 +69,9 @@ fn haff() -> f64 {
 fn start(seed: u64) -> Outcome<Start> {
     let scene = SceneBuilder::new("elastic")
         .seed(seed)
-        .species("grain", 1.0, 1.0)
-        .interaction("grain", "grain", Potential::hard_sphere(1.0)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "grain", GRAINS, Amount::PackingFraction(PACKING_FRACTION))
+        .species(SpeciesDraft::new("grain").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("grain", "grain"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "grain").count(GRAINS).packing_fraction(PACKING_FRACTION))
         .temperature(1.0)
         .build()?;
     let mut simulation = Simulation::without_plan(scene);
@@ -94,8 +93,8 @@ fn cost(stopwatch: &Stopwatch) -> f64 {
 fn carom(start: &Start) -> Outcome<Run> {
     let mut builder = SceneBuilder::new("gas")
         .space(Space::periodic_cube(start.periods.x))
-        .species("grain", 1.0, 1.0)
-        .interaction("grain", "grain", Potential::hard_sphere(1.0)?, RESTITUTION)
+        .species(SpeciesDraft::new("grain").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("grain", "grain").restitution(RESTITUTION))
         // The start is valid, except that spheres in contact may overlap by round-off.
         .allow_invalid_start(true);
     for (position, velocity) in start.positions.iter().zip(&start.velocities) {

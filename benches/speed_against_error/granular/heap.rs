@@ -8,9 +8,8 @@ use crate::sheet::number;
 use carom::Vector;
 use carom::engine::{Simulation, Until};
 use carom::model::ContactLaw;
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::scene::{Arrangement, Fill, SceneBuilder};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 pub const SHEET: &str = "granular_heap";
 
@@ -72,9 +71,9 @@ fn simulation(seed: u64, contact_time: f64) -> Outcome<Simulation> {
         .space(space)
         .gravity(-Vector::z())
         .contact_time(contact_time)
-        .species("grain", 1.0, 1.0)
-        .interaction("grain", "grain", Potential::hard_sphere(1.0)?, RESTITUTION)
-        .add_fill(Fill::new(Arrangement::Random, "grain").count(GRAINS).region(region.0, region.1))
+        .species(SpeciesDraft::new("grain").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("grain", "grain").restitution(RESTITUTION))
+        .fill(Fill::new(Arrangement::Random, "grain").count(GRAINS).region(region.0, region.1))
         .temperature(0.1)
         .build()?;
     Ok(Simulation::without_plan(scene))

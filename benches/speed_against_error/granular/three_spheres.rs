@@ -7,9 +7,8 @@ use crate::sheet::number;
 use carom::Vector;
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 pub const SHEET: &str = "granular_three_spheres";
 
@@ -68,8 +67,8 @@ fn scene(middle: f64) -> Outcome<Scene> {
     let mut builder = SceneBuilder::new("three-spheres")
         .space(space)
         .allow_invalid_start(true)
-        .species("sphere", 1.0, 1.0)
-        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0);
+        .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("sphere", "sphere"));
     for (position, velocity) in positions(middle).into_iter().zip(VELOCITIES) {
         builder = builder.particle("sphere", Vector::x() * position, Vector::x() * velocity);
     }

@@ -7,7 +7,7 @@ use carom::engine::{Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::Space;
-use carom::scene::SceneBuilder;
+use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
 /// Energy at the hard core. Its Boltzmann weight of exp(-50/1.5) is so small that no pair reaches the core.
 const CORE_ENERGY: f64 = 50.0;
@@ -44,8 +44,8 @@ fn potential(steps: usize) -> Outcome<Potential> {
 fn scene(state: &State, potential: &Potential, scale: f64) -> Outcome<Scene> {
     let mut builder = SceneBuilder::new("stepped-lennard-jones")
         .space(Space::periodic_cube(state.box_length))
-        .species("atom", 1.0, 1.0)
-        .interaction("atom", "atom", potential.clone(), 1.0);
+        .species(SpeciesDraft::new("atom").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential.clone()).between("atom", "atom"));
     for (position, velocity) in state.positions.iter().zip(&state.velocities) {
         builder = builder.particle("atom", *position, velocity * scale);
     }

@@ -6,7 +6,7 @@ use crate::neighbours::{List, Periods};
 use carom::Vector;
 use carom::engine::Simulation;
 use carom::model::potential::Potential;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 const PARTICLES: u64 = 864;
 
@@ -129,9 +129,11 @@ impl Fluid for Verlet {
 /// Returns a fluid near the planned temperature. It starts from a lattice, with velocities that are scaled at first.
 pub fn equilibrate(plan: &Plan) -> State {
     let scene = SceneBuilder::new("start")
-        .species("atom", 1.0, 1.0)
-        .interaction("atom", "atom", Potential::hard_sphere(0.5).expect("a valid potential"), 1.0)
-        .fill(Lattice::FaceCentredCubic, "atom", PARTICLES, Amount::NumberDensity(plan.density))
+        .species(SpeciesDraft::new("atom").mass(1.0).diameter(1.0))
+        .interaction(
+            InteractionDraft::new(Potential::hard_sphere(0.5).expect("a valid potential")).between("atom", "atom"),
+        )
+        .fill(Fill::new(Lattice::FaceCentredCubic, "atom").count(PARTICLES).number_density(plan.density))
         .temperature(plan.temperature);
     let simulation = Simulation::without_plan(scene.build().expect("a valid scene"));
     let snapshot = simulation.snapshot();

@@ -212,9 +212,8 @@ mod tests {
     use crate::analysis::published::HardSphereFluid;
     use crate::engine::Simulation;
     use crate::model::measurement_plan as plan;
-    use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn free_paths(simulation: &Simulation, system: &SystemDescription) -> FreePaths {
         instrument(simulation, system, 1.0, |setup| FreePaths::new(&plan::FreePaths { bins: Some(40) }, setup))
@@ -251,8 +250,8 @@ mod tests {
         let scene = |gravity: f64| {
             SceneBuilder::new("line")
                 .space(walls.clone())
-                .species("A", 1.0, 1.0)
-                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+                .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
                 .gravity(Vector::new(gravity, 0.0, 0.0))
                 .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(1.0, 0.0, 0.0))
                 .particle("A", Vector::new(7.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0))
@@ -281,11 +280,11 @@ mod tests {
             let flat = Space { boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat], ..line() };
             let scene = SceneBuilder::new("line")
                 .space(flat)
-                .species("A", 1.0, 1.0)
-                .species("B", 3.0, 1.0)
-                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-                .interaction("A", "B", Potential::hard_sphere(1.0).unwrap(), 1.0)
-                .interaction("B", "B", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+                .species(SpeciesDraft::new("B").mass(3.0).diameter(1.0))
+                .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+                .interaction(InteractionDraft::new(Model::HardSphere).between("A", "B"))
+                .interaction(InteractionDraft::new(Model::HardSphere).between("B", "B"))
                 .particle("A", Vector::new(2.0, 0.0, 0.0), Vector::new(1.5 + drift, 0.0, 0.0))
                 .particle("B", Vector::new(7.0, 0.0, 0.0), Vector::new(-0.5 + drift, 0.0, 0.0));
             let (system, mut simulation) = start(scene.build().unwrap());
@@ -306,8 +305,8 @@ mod tests {
         let walls = Space { boundary: [Boundary::walls(1.0), Boundary::Flat, Boundary::Flat], ..line() };
         let scene = SceneBuilder::new("line")
             .space(walls)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(1.0, 0.0, 0.0))
             .particle("A", Vector::new(7.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0));
         let (system, mut simulation) = start(scene.build().unwrap());

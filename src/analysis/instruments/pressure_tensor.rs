@@ -221,9 +221,8 @@ mod tests {
     };
     use crate::analysis::observables::Observer;
     use crate::engine::Simulation;
-    use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn tensor(simulation: &Simulation, system: &SystemDescription, duration: f64) -> PressureTensor {
         instrument(simulation, system, duration, |setup| PressureTensor::new(&Plan::default(), setup))
@@ -286,8 +285,8 @@ mod tests {
         let (system, mut simulation) = start(
             SceneBuilder::new("box")
                 .space(walls)
-                .species("A", 2.0, 1.0)
-                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .species(SpeciesDraft::new("A").mass(2.0).diameter(1.0))
+                .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
                 .particle("A", Vector::new(3.0, 5.0, 0.0), Vector::new(3.0, 1.0, 0.0))
                 .build()
                 .unwrap(),
@@ -312,11 +311,11 @@ mod tests {
     fn open_box_has_no_pressure_and_falling_particle_a_sampled_mean() {
         let open = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(10.0) };
         let scene = |space| {
-            SceneBuilder::new("fall").space(space).species("A", 1.0, 1.0).gravity(Vector::new(0.0, 0.0, -1.0)).particle(
-                "A",
-                Vector::repeat(5.0),
-                Vector::zeros(),
-            )
+            SceneBuilder::new("fall")
+                .space(space)
+                .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+                .gravity(Vector::new(0.0, 0.0, -1.0))
+                .particle("A", Vector::repeat(5.0), Vector::zeros())
         };
         for (space, pressure) in [(open, None), (Space::periodic_cube(10.0), Some(0.001 / 3.0))] {
             let (system, mut simulation) = start(scene(space).build().unwrap());
@@ -339,11 +338,11 @@ mod tests {
         let slit = Space { size: Vector::new(8.0, 8.0, 0.0), ..slit };
         let scene = SceneBuilder::new("slit")
             .space(slit)
-            .species("A", 1.0, 1.0)
-            .species("B", 10.0, 5.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .no_interaction("A", "B")
-            .interaction("B", "B", Potential::hard_sphere(5.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(10.0).diameter(5.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("B", "B"))
             .particle("A", Vector::new(2.0, 2.0, 0.0), Vector::new(1.0, 8.0, 0.0))
             .particle("B", Vector::new(4.0, 6.0, 0.0), Vector::new(0.0, 2.5, 0.0))
             .build()

@@ -1,16 +1,16 @@
 //! Instruments that a user registers with a run, and their state in its checkpoints.
 
 use std::any::Any;
+use std::error::Error;
 use std::fmt;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize, Serializer, ser};
-use thiserror::Error;
 
 use super::instrument::{Instrument, Setup};
 
 /// Why a run cannot start or continue with the registered instruments.
-#[derive(Debug, Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum InstrumentError {
     /// Two instruments have the same name.
@@ -36,8 +36,8 @@ pub enum InstrumentError {
     State {
         /// Its name.
         name: String,
-        /// The error of the decoder, `postcard`.
-        source: postcard::Error,
+        /// The error of the decoder.
+        source: Box<dyn Error + Send + Sync>,
     },
 }
 
@@ -136,7 +136,8 @@ impl Registry {
             let name = || one.name.clone();
             let entry = self.entries.iter().find(|entry| entry.name == one.name);
             let entry = entry.ok_or_else(|| InstrumentError::NotRegistered { name: name() })?;
-            let read = (entry.read)(bytes).map_err(|source| InstrumentError::State { name: name(), source })?;
+            let read =
+                (entry.read)(bytes).map_err(|error| InstrumentError::State { name: name(), source: error.into() })?;
             one.content = Content::Live(read);
         }
         Ok(())

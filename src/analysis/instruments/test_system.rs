@@ -9,17 +9,16 @@ use super::system::{Sample, SystemDescription};
 use crate::engine::event::Event;
 use crate::engine::{Simulation, Until};
 use crate::model::Scene;
-use crate::model::potential::Potential;
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 /// Hard spheres of diameter, mass and temperature 1 in a periodic cube, starting from a crystal.
 pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (SystemDescription, Simulation) {
     start(
         SceneBuilder::new("fluid")
             .seed(5)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(packing_fraction))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(packing_fraction))
             .temperature(1.0)
             .build()
             .unwrap(),

@@ -7,7 +7,7 @@ use crate::engine::{Simulation, Until};
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{Scene, Thermostat};
-use crate::scene::{Arrangement, Fill, SceneBuilder};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 fn mixture(space: Space) -> SceneBuilder {
     let well = |diameter, depth| Potential::square_well(diameter, 1.4, depth).unwrap();
@@ -15,13 +15,13 @@ fn mixture(space: Space) -> SceneBuilder {
         |species: &str, count| Fill { temperature: Some(1.3), ..Fill::new(Arrangement::Random, species).count(count) };
     SceneBuilder::new("mixture")
         .space(space)
-        .species("A", 0.7, 1.0)
-        .species("B", 3.1, 1.2)
-        .interaction("A", "A", well(1.0, 0.9), 0.8)
-        .interaction("A", "B", well(1.1, -0.3), 0.9)
-        .interaction("B", "B", well(1.2, 0.5), 0.7)
-        .add_fill(fill("A", 12))
-        .add_fill(fill("B", 7))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(3.1).diameter(1.2))
+        .interaction(InteractionDraft::new(well(1.0, 0.9)).between("A", "A").restitution(0.8))
+        .interaction(InteractionDraft::new(well(1.1, -0.3)).between("A", "B").restitution(0.9))
+        .interaction(InteractionDraft::new(well(1.2, 0.5)).between("B", "B").restitution(0.7))
+        .fill(fill("A", 12))
+        .fill(fill("B", 7))
 }
 
 /// Means of the kinetic energy and of the pair energy: from two rows of an observer, and summed from event to event.
@@ -77,9 +77,9 @@ fn elastic(space: Space, count: u64) -> SceneBuilder {
     let fill = Fill { temperature: Some(1.3), ..Fill::new(Arrangement::Random, "A").count(count) };
     SceneBuilder::new("elastic")
         .space(space)
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .add_fill(fill)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(fill)
 }
 
 fn of_temperature(
@@ -142,10 +142,10 @@ fn on_a_line(mass: f64, potential: &Potential) -> SceneBuilder {
     let space = Space { boundary, size: Vector::new(9.0, 0.0, 0.0), ..Space::periodic_cube(9.0) };
     let mut builder = SceneBuilder::new("line").space(space);
     for (name, mass) in [("A", 1.3), ("B", mass)] {
-        builder = builder.species(name, mass, 1.0);
+        builder = builder.species(SpeciesDraft::new(name).mass(mass).diameter(1.0));
     }
     for pair in [["A", "A"], ["A", "B"], ["B", "B"]] {
-        builder = builder.interaction(pair[0], pair[1], potential.clone(), 1.0);
+        builder = builder.interaction(InteractionDraft::new(potential.clone()).between(pair[0], pair[1]));
     }
     for (name, x, v) in [("A", 1.0, 0.9), ("A", 4.0, -0.4), ("B", 7.0, 0.2)] {
         builder = builder.particle(name, Vector::new(x, 0.0, 0.0), Vector::new(v, 0.0, 0.0));

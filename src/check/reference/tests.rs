@@ -6,7 +6,7 @@ use super::rules::{Discontinuity, seen};
 use super::*;
 use crate::engine::event as engine;
 use crate::engine::{Simulation, Until};
-use crate::scene::{Fill, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::RefCell;
@@ -67,15 +67,21 @@ impl Recipe {
                 ..crate::model::space::Space::periodic_cube(8.0)
             })
             .gravity(Vector::new(0.0, 0.3 * self.gravity, -self.gravity))
-            .species("A", self.masses[0], 1.0)
-            .species("B", self.masses[1], 0.9)
-            .static_species("S", 1.0)
-            .interaction("A", "A", steps(f64::INFINITY), self.restitution)
-            .interaction("A", "B", steps(w), self.restitution)
-            .interaction("B", "B", Potential::hard_sphere(0.9).unwrap(), self.restitution)
-            .interaction("A", "S", Potential::square_well(1.0, 1.5, v).unwrap(), self.restitution)
-            .interaction("B", "S", Potential::hard_sphere(0.95).unwrap(), self.restitution)
-            .bond_interaction("link", Potential::bond(0.7, 1.9).unwrap(), self.restitution);
+            .species(SpeciesDraft::new("A").mass(self.masses[0]).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(self.masses[1]).diameter(0.9))
+            .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+            .interaction(InteractionDraft::new(steps(f64::INFINITY)).between("A", "A").restitution(self.restitution))
+            .interaction(InteractionDraft::new(steps(w)).between("A", "B").restitution(self.restitution))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("B", "B").restitution(self.restitution))
+            .interaction(
+                InteractionDraft::new(Potential::square_well(1.0, 1.5, v).unwrap())
+                    .between("A", "S")
+                    .restitution(self.restitution),
+            )
+            .interaction(InteractionDraft::new(Model::HardSphere).between("B", "S").restitution(self.restitution))
+            .interaction(
+                InteractionDraft::new(Potential::bond(0.7, 1.9).unwrap()).named("link").restitution(self.restitution),
+            );
         if let Some(time) = self.contact_time {
             builder = builder.contact_time(time);
         }
@@ -85,13 +91,13 @@ impl Recipe {
                 .particle("S", Vector::new(x, 1.0, 1.0), Vector::zeros())
                 .particle("A", Vector::new(x, 3.0, 1.0), Vector::new(0.3 * x, -1.1, 0.9))
                 .particle("B", Vector::new(x, 4.5, 1.0), Vector::new(-0.7, 0.4 * x, 0.8))
-                .bond(3 * k + 1, 3 * k + 2, "link");
+                .bond([3 * k + 1, 3 * k + 2], "link");
         }
         let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(24);
         fill.composition = vec![("A".into(), 0.5), ("B".into(), 0.5)];
         fill.temperature = Some(1.0);
         let fill = fill.region(Vector::new(0.1, 0.1, 2.6), Vector::new(7.9, 7.9, 7.9));
-        builder.add_fill(fill).build().unwrap()
+        builder.fill(fill).build().unwrap()
     }
 }
 
@@ -227,7 +233,7 @@ fn every_engine_event_matches_the_reference() {
         let mut simulation = Simulation::without_plan(scene);
         let mut verdict = Ok(());
         // The result is ignored, because a scene may collapse or run out of events.
-        let _ = simulation.advance_with(Until { time: 1e3, events: EVENTS }, |event| {
+        let _ = simulation.advance_with(Until::time(1e3).or_events(EVENTS), |event| {
             if verdict.is_ok() {
                 verdict = match (event.kind, event.partner()) {
                     (engine::EventKind::Pair(outcome), Some(partner)) => judge.pair(event, partner, outcome),

@@ -7,7 +7,7 @@ use crate::engine::{Simulation, Until};
 use crate::model::ContactLaw;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space};
-use crate::scene::SceneBuilder;
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
 
 pub(super) const BALL: &[&str] = &["time of rest"];
@@ -39,14 +39,14 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
         .contact_time(CONTACT_TIME)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
     let mut simulation = Simulation::without_plan(build(&scene)?);
     let expected = SQRT_2 * (1.0 + restitution) / (1.0 - restitution);
     // `rest` is the time of the first contact after which the next flight would be shorter than the contact time.
     let (mut last, mut rest, mut bounces) = (f64::NEG_INFINITY, None, 0.0);
-    simulation.advance_with(Until { time: 2.0 * expected, events: MOST_BOUNCES }, |event| {
+    simulation.advance_with(Until::time(2.0 * expected).or_events(MOST_BOUNCES), |event| {
         if rest.is_none() {
             bounces += 1.0;
             rest = (restitution * (event.time - last) < CONTACT_TIME).then_some(event.time);
@@ -70,8 +70,8 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
     let mut builder = SceneBuilder::new("validate")
         .space(space)
         .allow_invalid_start(true)
-        .species("A", 1.0, 0.5)
-        .interaction("A", "A", Potential::hard_sphere(0.5)?, 1.0);
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"));
     for (x, v) in [(0.0, 2.0), (0.49, -1.0), (2.0, 1.0)] {
         builder = builder.particle("A", Vector::new(x, 0.0, 0.0), Vector::new(v, 0.0, 0.0));
     }
@@ -103,14 +103,14 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     let scene = SceneBuilder::new("validate")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
-        .static_species("pivot", 0.1)
-        .species("bob", 1.0, 0.1)
-        .no_interaction("pivot", "bob")
-        .interaction("bob", "bob", Potential::hard_sphere(0.1)?, 1.0)
-        .bond_interaction("string", Potential::bond(1.0 - SLACK, 1.0)?, 1.0)
+        .species(SpeciesDraft::new("pivot").diameter(0.1).fixed())
+        .species(SpeciesDraft::new("bob").mass(1.0).diameter(0.1))
+        .interaction(InteractionDraft::new(Model::None).between("pivot", "bob"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("bob", "bob"))
+        .interaction(InteractionDraft::new(Potential::bond(1.0 - SLACK, 1.0)?).named("string"))
         .particle("pivot", Vector::zeros(), Vector::zeros())
         .particle("bob", Vector::new(1.0 - 0.5 * SLACK, 0.0, 0.0), Vector::zeros())
-        .bond(0, 1, "string");
+        .bond([0, 1], "string");
     let passages = passages(Simulation::without_plan(build(&scene)?), watch)?;
     let period = passages.get(2 * PERIODS).zip(passages.first()).map(|(last, first)| (last - first) / PERIODS as f64);
     let expected = 4.0 * elliptic_integral(FRAC_1_SQRT_2);

@@ -7,7 +7,7 @@ use super::state_point::{Compared, Watch, advance, build, mean, one_species};
 use super::{Comparison, Effort, Source};
 use crate::engine::Simulation;
 use crate::model::potential::Potential;
-use crate::scene::{Amount, Lattice};
+use crate::scene::{Fill, Lattice};
 
 pub(super) const COUNT: u64 = 4000;
 /// Contacts per particle before the measurement, to destroy the lattice, and during it. Clusters form much later.
@@ -41,7 +41,7 @@ pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) 
 /// Returns the decrease of the logarithm of the temperature in each block of one contact per particle.
 fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::StatePointError> {
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, restitution)
-        .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(COUNT).packing_fraction(0.10))
         .temperature(1.0);
     let mut simulation = Simulation::without_plan(build(&scene)?);
     let block = COUNT / 2;

@@ -5,8 +5,8 @@ use super::{Comparison, Effort, Source};
 use crate::analysis::published::{second_virial_of_square_well, third_virial_of_square_well};
 use crate::analysis::statistics::Estimate;
 use crate::model::potential::Potential;
-use crate::model::{Limit, RunPlan};
-use crate::scene::{Amount, Lattice};
+use crate::model::{RunPlan, Until};
+use crate::scene::{Fill, Lattice};
 
 pub(super) const NUMBER_DENSITY: f64 = 0.01;
 const WELL_RATIO: f64 = 1.5;
@@ -24,9 +24,9 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
     // coefficient would be uncertain by 4 to 8 %, but a verdict needs less than 5 %.
     let events = effort.events() * if effort == Effort::Brief { 4 } else { 1 };
     let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(effort.particles()).number_density(NUMBER_DENSITY))
         .temperature(temperature)
-        .run(RunPlan { limit: Limit::events(events), ..plan(effort) });
+        .run(RunPlan { limit: Until::events(events), ..plan(effort) });
     let finished = finish(build(&scene)?, watch)?;
     let z = finished.observable("compressibility_factor");
     let warmed = finished.observable("temperature").map_or(f64::NAN, |estimate| estimate.mean);

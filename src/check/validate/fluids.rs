@@ -9,7 +9,7 @@ use crate::model::measurement_plan::{Diffusion, RadialDistribution};
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
 use crate::run::Finished;
-use crate::scene::{Amount, Lattice};
+use crate::scene::{Amount, Fill, Lattice};
 
 const MKLM: Source = Source {
     short: "mKLM 2019",
@@ -58,7 +58,7 @@ fn run(
     let third = if is_plane { Boundary::Flat } else { Boundary::Periodic };
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, 1.0)
         .boundary([Boundary::Periodic, Boundary::Periodic, third])
-        .fill(lattice, "A", effort.particles(), amount)
+        .fill(Fill { amount: Some(amount), ..Fill::new(lattice, "A").count(effort.particles()) })
         .temperature(1.0)
         .measure(measure)
         .run(plan(effort));

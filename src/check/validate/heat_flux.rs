@@ -8,7 +8,7 @@ use crate::Vector;
 use crate::analysis::published::GasBetweenPlates;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{Limit, RunPlan};
+use crate::model::{RunPlan, Until};
 use crate::scene::{Arrangement, Fill};
 
 pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
@@ -44,9 +44,9 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, 1.0)
         .space(Space { lower: Vector::zeros(), size, boundary })
         .wall_temperatures(0, TEMPERATURES.map(Some))
-        .add_fill(Fill::new(Arrangement::Random, "A").count(count))
+        .fill(Fill::new(Arrangement::Random, "A").count(count))
         .temperature(START)
-        .run(RunPlan { limit: Limit::events(effort.events().max(FEWEST_EVENTS)), ..plan(effort) });
+        .run(RunPlan { limit: Until::events(effort.events().max(FEWEST_EVENTS)), ..plan(effort) });
     let finished = finish(build(&scene)?, watch)?;
     let gas = GasBetweenPlates {
         distance: distance - 1.0,

@@ -8,8 +8,8 @@ use super::{Comparison, Effort, Source};
 use crate::analysis::statistics::Estimate;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
-use crate::model::{Limit, RunPlan, Thermostat};
-use crate::scene::{Amount, Lattice};
+use crate::model::{RunPlan, Thermostat, Until};
+use crate::scene::{Fill, Lattice};
 
 pub(super) const COUNT: u64 = 256;
 const NUMBER_DENSITY: f64 = 0.75;
@@ -58,11 +58,11 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
 fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::StatePointError> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
     let scene = one_species(seed, shifted(steps)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::NumberDensity(NUMBER_DENSITY))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(COUNT).number_density(NUMBER_DENSITY))
         .temperature(TEMPERATURE)
         .run(RunPlan {
-            equilibration: Limit::time(TIMES[0]),
-            limit: Limit::time(TIMES[1]),
+            equilibration: Until::time(TIMES[0]),
+            limit: Until::time(TIMES[1]),
             thermostat: Some(bath),
             ..RunPlan::default()
         });

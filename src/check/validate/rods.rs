@@ -11,7 +11,7 @@ use crate::analysis::published;
 use crate::engine::Simulation;
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
-use crate::scene::{Amount, Lattice};
+use crate::scene::{Fill, Lattice};
 
 pub(super) const COUNT: u64 = 50;
 /// Number of contacts: about four hundred for each pair of velocities.
@@ -33,7 +33,7 @@ const ROUNDED: &str = "one contact for each pair of rods";
 pub(super) fn compare(number_density: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, 1.0)
         .boundary([Boundary::Periodic, Boundary::Flat, Boundary::Flat])
-        .fill(Lattice::Line, "A", COUNT, Amount::NumberDensity(number_density))
+        .fill(Fill::new(Lattice::Line, "A").count(COUNT).number_density(number_density))
         .temperature(1.0);
     let mut simulation = Simulation::without_plan(build(&scene)?);
     let scene = simulation.scene();

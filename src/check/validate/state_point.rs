@@ -6,12 +6,12 @@ use thiserror::Error;
 
 use super::{Comparison, Effort};
 use crate::analysis::statistics::Estimate;
-use crate::engine::{EngineError, Simulation, Until};
+use crate::engine::{EngineError, Simulation};
 use crate::model::error::PotentialError;
-use crate::model::{Limit, Potential, RunPlan, Scene};
+use crate::model::{Potential, RunPlan, Scene, Until};
 use crate::run::audit;
 use crate::run::{self, Ending, Finished};
-use crate::scene::{SceneBuilder, SceneError};
+use crate::scene::{InteractionDraft, SceneBuilder, SceneError, SpeciesDraft};
 
 /// A callback, called every few hundredths of a second. A break ends the run.
 pub type Watch<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
@@ -38,13 +38,13 @@ pub enum StatePointError {
 }
 
 pub(super) fn one_species(seed: u64, potential: Potential, restitution: f64) -> SceneBuilder {
-    let builder = SceneBuilder::new("validate").seed(seed).species("A", 1.0, 1.0);
-    builder.interaction("A", "A", potential, restitution)
+    let builder = SceneBuilder::new("validate").seed(seed).species(SpeciesDraft::new("A").mass(1.0).diameter(1.0));
+    builder.interaction(InteractionDraft::new(potential).between("A", "A").restitution(restitution))
 }
 
 pub(super) fn plan(effort: Effort) -> RunPlan {
-    let equilibration = Limit::events(equilibration(effort));
-    RunPlan { equilibration, limit: Limit::events(effort.events()), ..RunPlan::default() }
+    let equilibration = Until::events(equilibration(effort));
+    RunPlan { equilibration, limit: Until::events(effort.events()), ..RunPlan::default() }
 }
 
 pub(super) fn build(builder: &SceneBuilder) -> Result<Scene, StatePointError> {

@@ -8,7 +8,7 @@ use crate::engine::Simulation;
 use crate::engine::event::EventKind;
 use crate::model::potential::Potential;
 use crate::physics::response::Outcome;
-use crate::scene::{Amount, Lattice};
+use crate::scene::{Fill, Lattice};
 
 /// Number of blocks, whose scatter gives the standard errors. Wells empty and fill within about ten contacts per
 /// particle; a block is longer.
@@ -34,7 +34,7 @@ struct Block {
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let scene = one_species(seed, Potential::square_well(1.0, 1.5, DEPTH)?, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(0.5))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(effort.particles()).number_density(0.5))
         .temperature(temperature);
     let mut simulation = Simulation::without_plan(build(&scene)?);
     let freedom = 3.0 * (simulation.moving() as f64 - 1.0);

@@ -155,13 +155,13 @@ impl Replay<'_> {
             Some(recorded) => Some(self.left_of(&recorded)?),
             None => None,
         };
-        while self.ends.is_none_or(|ends| self.events() >= ends.events) {
+        while self.ends.is_none_or(|ends| self.events() >= ends.last_event()) {
             let Some(stretch) = self.stretches.pop() else { return recorded };
             let Stretch { stage, gravity, limit } = &stretch;
             let events = self.events();
             self.ends = Some(Until {
-                time: limit.time.map_or(f64::INFINITY, |time| self.simulation.time() + time),
-                events: limit.events.map_or(u64::MAX, |more| events.saturating_add(more)),
+                time: limit.time.map(|time| self.simulation.time() + time),
+                events: limit.events.map(|more| events.saturating_add(more)),
             });
             self.simulation.set_stage_of_surfaces(stage);
             if let Some(gravity) = gravity {
@@ -169,9 +169,7 @@ impl Replay<'_> {
             }
             self.begun = Some(stretch);
         }
-        let first =
-            |one: Until, other: Until| Until { time: one.time.min(other.time), events: one.events.min(other.events) };
-        self.ends.map(|ends| recorded.map_or(ends, |recorded| first(ends, recorded)))
+        self.ends.map(|ends| recorded.map_or(ends, |recorded| ends.or(recorded)))
     }
 
     /// Returns how far the replay may advance in its next step, or `None` at the recorded end of the run. The replay
@@ -182,9 +180,9 @@ impl Replay<'_> {
         let events = recorded.events.unwrap_or(u64::MAX);
         match self.events() {
             _ if self.has_run_out => None,
-            done if done < events => Some(Until { time: recorded.time + rounding, events }),
+            done if done < events => Some(Until::time(recorded.time + rounding).or_events(events)),
             done if done == events && self.simulation.time() < recorded.time - rounding => {
-                Some(Until { time: recorded.time, events: u64::MAX })
+                Some(Until::time(recorded.time))
             }
             _ => None,
         }
@@ -210,7 +208,7 @@ impl Replay<'_> {
 
     /// Called if the replay reaches `time` without an event, at the end of the current interval or of the recorded run.
     fn end_at(&mut self, time: f64) {
-        if self.ends.is_some_and(|ends| ends.time <= time) {
+        if self.ends.is_some_and(|ends| ends.last_time() <= time) {
             self.ends = None;
         } else {
             self.has_run_out = true;
@@ -228,10 +226,10 @@ impl Replay<'_> {
             }
             let Some(stretch) = self.stretch() else { return Err(self.ended()) };
             let chunk = self.events().saturating_add(CHUNK);
-            let until = Until { events: stretch.events.min(self.range.from).min(chunk), ..stretch };
-            match self.simulation.advance_for(STEPS, until, None)? {
+            let until = stretch.or(Until::events(self.range.from.min(chunk)));
+            match self.simulation.advance_for(STEPS, until)? {
                 None | Some(Reason::Events | Reason::Observer) => {}
-                Some(Reason::Time) => self.end_at(until.time),
+                Some(Reason::Time) => self.end_at(until.last_time()),
                 Some(Reason::Idle) => return Err(End::Idle),
             }
         }
@@ -297,16 +295,13 @@ impl Replay<'_> {
         };
         self.tell_stage(verifier).map_err(|fault| self.violated(fault))?;
         let progress = self.progress(true);
-        let until = Until { time: stretch.time, events: self.events().saturating_add(1) };
+        let until = stretch.or_events(self.events().saturating_add(1));
         let Self { simulation, states, watch, .. } = self;
         let mut watch = || watch(&progress);
         let mut event = None;
         let reason = loop {
-            let mut show = |executed: &Event| {
-                event = Some(*executed);
-                ControlFlow::Continue(())
-            };
-            if let Some(reason) = simulation.advance_for(STEPS, until, Some(&mut show))? {
+            let see = |executed: &Event| event = Some(*executed);
+            if let Some(reason) = simulation.advance_for_with(STEPS, until, see)? {
                 break reason;
             }
             if watch().is_break() {
@@ -318,7 +313,7 @@ impl Replay<'_> {
             return verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violated(fault));
         }
         verifier.witness_quiet(states, &mut watch).map_err(|fault| self.violated(fault))?;
-        self.end_at(until.time);
+        self.end_at(until.last_time());
         if reason == Reason::Idle { Err(self.idle(verifier)) } else { Ok(()) }
     }
 

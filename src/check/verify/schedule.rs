@@ -2,7 +2,7 @@
 
 use crate::Vector;
 use crate::model::run_plan::MEASUREMENT;
-use crate::model::{Equilibration, Limit, RunPlan, SceneSurface, StagePlan};
+use crate::model::{Equilibration, RunPlan, SceneSurface, StagePlan, Until};
 
 /// A time interval of a run: the equilibration or the measurement of a stage.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,7 +11,7 @@ pub(super) struct Stretch {
     pub stage: String,
     /// Gravitational acceleration in the interval; `None` keeps the previous value `[length / time^2]`.
     pub gravity: Option<Vector>,
-    pub limit: Limit,
+    pub limit: Until,
 }
 
 /// Returns the intervals of a run in reverse order. `None` if surfaces or gravity change after an equilibration that
@@ -29,10 +29,10 @@ pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<
         }
     }
     let planned = all.iter().take(first_open.unwrap_or(all.len())).map(|(stretch, _)| stretch);
-    let mut ends: Vec<Stretch> = planned.filter(|stretch| stretch.limit != Limit::default()).cloned().collect();
+    let mut ends: Vec<Stretch> = planned.filter(|stretch| stretch.limit != Until::default()).cloned().collect();
     // The last interval has no limit if it ends when no observable drifts, or if no interval has a limit.
     let open = first_open.and_then(|at| all.get(at)).or(if ends.is_empty() { all.last() } else { None });
-    ends.extend(open.map(|(stretch, _)| Stretch { limit: Limit::default(), ..stretch.clone() }));
+    ends.extend(open.map(|(stretch, _)| Stretch { limit: Until::default(), ..stretch.clone() }));
     ends.reverse();
     Some(ends)
 }
@@ -40,7 +40,7 @@ pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<
 /// Returns the equilibration and the measurement of each stage in order, with or without a limit. The flag is set for
 /// an equilibration that ends as soon as no observable drifts.
 fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
-    let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Limit| {
+    let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Until| {
         let stretch = |limit| Stretch { stage: name.to_owned(), gravity, limit };
         [(stretch(before.limit), before.until_stationary), (stretch(limit), false)]
     };
@@ -59,7 +59,7 @@ mod tests {
     fn of(stages: &[(&str, bool)], gate: &[&str]) -> Option<Vec<Stretch>> {
         let stage = |&(name, until_stationary): &(&str, bool)| StagePlan {
             name: name.to_owned(),
-            limit: Limit::events(7),
+            limit: Until::events(7),
             measured: until_stationary.then_some(Equilibration { until_stationary, ..Equilibration::default() }),
             ..StagePlan::default()
         };
@@ -67,7 +67,7 @@ mod tests {
         let mut surface = SceneSurface::new("gate", shape, SurfaceLaw::Reflecting(ContactLaw::smooth(1.0)));
         surface.stages = gate.iter().map(|name| (*name).to_owned()).collect();
         let stages = stages.iter().map(stage).collect();
-        schedule(&RunPlan { stages, limit: Limit::time(2.0), ..RunPlan::default() }, &[surface])
+        schedule(&RunPlan { stages, limit: Until::time(2.0), ..RunPlan::default() }, &[surface])
     }
 
     #[test]
@@ -75,17 +75,17 @@ mod tests {
         let found = of(&[("a", false), ("b", false)], &["a"]).unwrap();
         let stretch = |stage: &str, limit| Stretch { stage: stage.to_owned(), gravity: None, limit };
         let expected =
-            [stretch(MEASUREMENT, Limit::time(2.0)), stretch("b", Limit::events(7)), stretch("a", Limit::events(7))];
+            [stretch(MEASUREMENT, Until::time(2.0)), stretch("b", Until::events(7)), stretch("a", Until::events(7))];
         assert_eq!(found, expected);
     }
 
     #[test]
     fn stage_of_measured_length_must_not_precede_surface_changes() {
         let open = |gate: &[&str]| of(&[("a", false), ("b", true)], gate);
-        let expected = [("b", Limit::default()), ("a", Limit::events(7))];
+        let expected = [("b", Until::default()), ("a", Until::events(7))];
         for gate in [&[][..], &["a"], &["b", MEASUREMENT]] {
             let found = open(gate).unwrap();
-            let found: Vec<(&str, Limit)> = found.iter().map(|it| (it.stage.as_str(), it.limit)).collect();
+            let found: Vec<(&str, Until)> = found.iter().map(|it| (it.stage.as_str(), it.limit)).collect();
             assert_eq!(found, expected, "{gate:?}");
         }
         assert_eq!(open(&["b"]), None);
@@ -97,7 +97,7 @@ mod tests {
         let found = |open: Option<Vector>, later: Option<Vector>| {
             let measured = Some(Equilibration { until_stationary: true, ..Equilibration::default() });
             let first = StagePlan { name: "a".to_owned(), gravity: open, measured, ..StagePlan::default() };
-            let plan = RunPlan { stages: vec![first], gravity: later, limit: Limit::time(2.0), ..RunPlan::default() };
+            let plan = RunPlan { stages: vec![first], gravity: later, limit: Until::time(2.0), ..RunPlan::default() };
             let found = schedule(&plan, &[]);
             found.map(|all| all.iter().map(|it| it.gravity).collect::<Vec<_>>())
         };

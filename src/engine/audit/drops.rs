@@ -129,7 +129,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
 ) -> Result<Dropped, &'static str> {
     let broken = "run that breaks off";
     let warm_up = engine.counts.executed + 1 + dice.below(200) as u64;
-    engine.advance(Until { time: 200.0, events: warm_up }, &mut None).map_err(|_| broken)?;
+    engine.advance(Until::time(200.0).or_events(warm_up), &mut None).map_err(|_| broken)?;
     let passing = next(engine).ok_or("no contact ahead")?;
     let late = (dice.power(-11.5, -0.3) * passing.distance / passing.speed).min(0.7 * passing.deepens_for);
     let due = passing.time + late;
@@ -162,7 +162,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
         ControlFlow::Break(())
     };
     let soon = engine.time() + 2.0 * (due - engine.clock.now) + 1.0;
-    let until = Until { time: soon, events: engine.counts.executed + 2_000 };
+    let until = Until::time(soon).or_events(engine.counts.executed + 2_000);
     engine.advance(until, &mut Some(&mut see)).map_err(|_| broken)?;
     if engine.clock.epochs != epochs {
         return Err("new epoch");
@@ -175,7 +175,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
     // present time.
     let depth = (passing.depth)(engine.clock.now - passing.time);
     if is_disturbed {
-        let rest = Until { time: engine.time() + 10.0, events: engine.counts.executed + 1_000 };
+        let rest = Until::time(engine.time() + 10.0).or_events(engine.counts.executed + 1_000);
         engine.advance(rest, &mut None).map_err(|_| broken)?;
     }
     Ok(Dropped {

@@ -12,7 +12,7 @@ use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
-use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
 /// Returns the events, final state and counts of a run. The particles are shuffled after every `every` events.
@@ -37,7 +37,7 @@ fn run<const FALLING: bool, const TABLE: bool>(
     let mut done = 0;
     while done < EVENTS {
         done = (done + every).min(EVENTS);
-        let _ = engine.advance(Until { time: 200.0, events: done }, &mut Some(&mut see));
+        let _ = engine.advance(Until::time(200.0).or_events(done), &mut Some(&mut see));
         if every < EVENTS {
             shuffle(&mut engine, &mut random);
         }
@@ -86,20 +86,18 @@ fn is_the_same_in_any_order<const FALLING: bool, const TABLE: bool>(name: &str, 
 
 pub(in crate::engine) fn spheres(potential: Potential, packing_fraction: f64, count: u64) -> SceneBuilder {
     SceneBuilder::new("spheres")
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", potential, 0.9)
-        .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(packing_fraction))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(potential).between("A", "A").restitution(0.9))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(packing_fraction))
         .temperature(1.3)
 }
 
 /// Lattice particles that fly along the axes with equal speeds, so that many contacts are due at once.
 fn at_once() -> Scene {
-    let mut scene = SceneBuilder::new("lattice").space(Space::periodic_cube(12.0)).species("A", 1.0, 1.0).interaction(
-        "A",
-        "A",
-        Potential::square_well(1.0, 1.5, 0.5).unwrap(),
-        1.0,
-    );
+    let mut scene = SceneBuilder::new("lattice")
+        .space(Space::periodic_cube(12.0))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 0.5).unwrap()).between("A", "A"));
     for k in 0..216 {
         let at = |n: u32| 1.0 + 2.0 * f64::from(n % 6);
         let velocity = Vector::ith((k % 3) as usize, if k / 3 % 2 == 0 { 1.0 } else { -1.0 });
@@ -114,10 +112,10 @@ fn against_static_spheres() -> Scene {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let mut scene = SceneBuilder::new("static-spheres")
         .space(Space::periodic_cube(12.0))
-        .static_species("S", 1.0)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "S", hard(), 1.0)
-        .interaction("A", "A", hard(), 1.0);
+        .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "S"))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"));
     let places = (0..64).map(|k| Vector::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16)) * 3.0);
     let (fixed, moving): (Vec<_>, Vec<_>) = places.partition(|place| place.iter().sum::<f64>() % 6.0 == 0.0);
     for place in fixed {
@@ -134,12 +132,12 @@ pub(in crate::engine) fn mixture() -> SceneBuilder {
     fill.composition = vec![("A".to_owned(), 2.0), ("B".to_owned(), 1.0)];
     let well = |diameter| Potential::square_well(diameter, 1.4, 0.8).unwrap();
     SceneBuilder::new("mixture")
-        .species("A", 0.7, 1.0)
-        .species("B", 3.1, 1.4)
-        .interaction("A", "A", well(1.0), 1.0)
-        .interaction("A", "B", well(1.2), 1.0)
-        .interaction("B", "B", well(1.4), 1.0)
-        .add_fill(fill.count(256).amount(Amount::PackingFraction(0.25)))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(3.1).diameter(1.4))
+        .interaction(InteractionDraft::new(well(1.0)).between("A", "A"))
+        .interaction(InteractionDraft::new(well(1.2)).between("A", "B"))
+        .interaction(InteractionDraft::new(well(1.4)).between("B", "B"))
+        .fill(fill.count(256).packing_fraction(0.25))
         .temperature(1.0)
 }
 
@@ -159,9 +157,9 @@ fn results_do_not_depend_on_memory_order_buckets_or_copying() {
     let walled = SceneBuilder::new("walls")
         .space(space)
         .wall_temperatures(0, [Some(2.0), None])
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", hard(), 0.9)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(200))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.9))
+        .fill(Fill::new(Arrangement::Random, "A").count(200))
         .temperature(1.3);
     is_the_same_in_any_order::<false, false>("walls", &walled.build().unwrap());
 }

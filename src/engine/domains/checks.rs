@@ -32,7 +32,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.settle(whole);
         let Some(cut) = &self.cut else { return };
         let time = whole.clock.start + (whole.clock.epoch + cut.now);
-        let result = other.advance(Until { time, ..until }, &mut None);
+        let result = other.advance(Until { time: Some(time), ..until }, &mut None);
         // Because of rounding, the other engine may stop at a slightly different time. The two engines may also be in
         // different epochs. The states cannot be compared then.
         if other.clock.epoch != whole.clock.epoch || other.since_epoch(time) != cut.now || cut.now <= 0.0 {

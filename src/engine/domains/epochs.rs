@@ -10,7 +10,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// Ends the epoch. The single engine does this if all particles must be examined. Otherwise the domains do it.
     pub(super) fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
-        let is_proof_due = until.time == f64::INFINITY && whole.is_proof_due();
+        let is_proof_due = until.last_time() == f64::INFINITY && whole.is_proof_due();
         let Some(cut) = &mut self.cut else { return Next::Done };
         let next = self.team.all(self.team.each(cut.domains.iter().collect(), |domain| domain.next_due()));
         let next = next.into_iter().fold(whole.sources.next_global, f64::min);
@@ -36,7 +36,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let Some(cut) = &mut self.cut else { return Next::Done };
         // If no event follows, the run ends at the time of the last step.
         whole.clock.now = cut.latest;
-        if until.time == f64::INFINITY && whole.is_shown_to_be_over() {
+        if until.last_time() == f64::INFINITY && whole.is_shown_to_be_over() {
             return Next::Return(Reason::Idle);
         }
         whole.schedule.queue.resume(cut.now, cut.steps);
@@ -44,10 +44,10 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             self.cut = None;
             return Next::Done;
         }
-        if until.time == f64::INFINITY {
+        if until.last_time() == f64::INFINITY {
             return Next::Return(Reason::Idle);
         }
-        whole.clock.now = whole.since_epoch(until.time);
+        whole.clock.now = whole.since_epoch(until.last_time());
         Next::Return(Reason::Time)
     }
 }

@@ -1,7 +1,7 @@
 //! The threads that domains run on, in this process and in others that simulate the same system.
 
 use crate::base::numbers::trunc_to_u32;
-use crate::engine::transport::Transport;
+use crate::engine::communicator::Communicator;
 use crate::model::Threads;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct Team {
     /// Worker threads; `None` if all work is done in the calling thread.
     pool: Option<Arc<ThreadPool>>,
-    transport: Option<Arc<dyn Transport>>,
+    communicator: Option<Arc<dyn Communicator>>,
     /// Number of domains of each process.
     share: usize,
     /// Number of bytes sent to other processes.
@@ -27,12 +27,12 @@ pub struct Team {
 impl Team {
     /// Creates a team with `domains` domains in each process, up to 64 in all, and `threads` threads in this
     /// process.
-    pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
-        let processes = transport.as_ref().map_or(1, |transport| transport.size());
+    pub fn new(domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) -> Self {
+        let processes = communicator.as_ref().map_or(1, |communicator| communicator.size());
         let share = domains.clamp(1, (Threads::MOST / processes).max(1));
         // If the operating system cannot start more threads, the calling thread does all work.
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
-        Self { pool: pool.map(Arc::new), transport, share, sent: Arc::default() }
+        Self { pool: pool.map(Arc::new), communicator, share, sent: Arc::default() }
     }
 
     pub fn sent(&self) -> u64 {
@@ -45,12 +45,12 @@ impl Team {
 
     /// Number of domains in all processes.
     pub fn domains(&self) -> usize {
-        self.share * self.transport.as_ref().map_or(1, |transport| transport.size())
+        self.share * self.communicator.as_ref().map_or(1, |communicator| communicator.size())
     }
 
     /// The numbers of the domains of this process.
     pub fn numbers(&self) -> Range<usize> {
-        let rank = self.transport.as_ref().map_or(0, |transport| transport.rank());
+        let rank = self.communicator.as_ref().map_or(0, |communicator| communicator.rank());
         rank * self.share..(rank + 1) * self.share
     }
 
@@ -59,7 +59,7 @@ impl Team {
     }
 
     pub fn has_others(&self) -> bool {
-        self.transport.is_some()
+        self.communicator.is_some()
     }
 
     pub fn busy_threads(&self, domains: usize) -> u32 {
@@ -85,36 +85,36 @@ impl Team {
 
     /// Collects the items of all processes, ordered by process. Every process receives all items.
     pub fn all<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>) -> Vec<T> {
-        let Some(transport) = &self.transport else { return mine };
-        let message = encode(&**transport, &mine);
-        self.count_sent(message.len() * (transport.size() - 1));
-        let shared = transport.share(message);
-        shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
+        let Some(communicator) = &self.communicator else { return mine };
+        let message = encode(&**communicator, &mine);
+        self.count_sent(message.len() * (communicator.size() - 1));
+        let shared = communicator.share(message);
+        shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**communicator, bytes)).collect()
     }
 
     /// Exchanges messages between processes. Returns the messages to the domains of this process, ordered by the
     /// sending process. `to` returns the set of domains that receive a message.
     pub fn deliver<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>, to: impl Fn(&T) -> u64) -> Vec<T> {
-        let Some(transport) = &self.transport else { return mine };
+        let Some(communicator) = &self.communicator else { return mine };
         let of_rank = |rank: usize| {
             let domains = self.domains_of(rank);
             let messages: Vec<&T> = mine.iter().filter(|message| to(message) & domains != 0).collect();
-            encode(&**transport, &messages)
+            encode(&**communicator, &messages)
         };
-        let messages: Vec<Vec<u8>> = (0..transport.size()).map(of_rank).collect();
-        self.count_sent(messages.iter().map(Vec::len).sum::<usize>() - messages[transport.rank()].len());
-        let received = transport.exchange(messages);
-        received.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
+        let messages: Vec<Vec<u8>> = (0..communicator.size()).map(of_rank).collect();
+        self.count_sent(messages.iter().map(Vec::len).sum::<usize>() - messages[communicator.rank()].len());
+        let received = communicator.exchange(messages);
+        received.iter().flat_map(|bytes| decode::<Vec<T>>(&**communicator, bytes)).collect()
     }
 }
 
-fn encode<T: Serialize>(transport: &dyn Transport, message: &T) -> Vec<u8> {
+fn encode<T: Serialize>(communicator: &dyn Communicator, message: &T) -> Vec<u8> {
     postcard::to_stdvec(message)
-        .unwrap_or_else(|error| transport.abort(&format!("a message cannot be written: {error}")))
+        .unwrap_or_else(|error| communicator.abort(&format!("a message cannot be written: {error}")))
 }
 
-fn decode<T: DeserializeOwned>(transport: &dyn Transport, bytes: &[u8]) -> T {
+fn decode<T: DeserializeOwned>(communicator: &dyn Communicator, bytes: &[u8]) -> T {
     postcard::from_bytes(bytes).unwrap_or_else(|error| {
-        transport.abort(&format!("cannot read the message of another process, which is out of step: {error}"))
+        communicator.abort(&format!("cannot read the message of another process, which is out of step: {error}"))
     })
 }

@@ -4,15 +4,15 @@ use super::*;
 use crate::Vector;
 use crate::engine::Snapshot;
 use crate::engine::columns::tests::{mixture, spheres};
+use crate::engine::communicator::tests::in_processes;
 use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{Prediction, id_of};
 use crate::engine::sources::andersen::Bath;
-use crate::engine::transport::tests::in_processes;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{RunPlan, Scene, Thermostat};
-use crate::scene::{Arrangement, Chain, Fill, SceneBuilder};
+use crate::scene::{Arrangement, Chain, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
 fn begun<const FALLING: bool, const TABLE: bool>(scene: &Scene) -> Engine<FALLING, TABLE> {
@@ -92,8 +92,8 @@ fn multiple_processes_match_one_engine_bitwise() {
     let dense = spheres(hard(), 0.45, 4_000).build().unwrap();
     let one = advance::<false, false>(&dense, Until::events(40_000), None);
     for (processes, each, halo) in [(2, 1, WIDE), (3, 2, WIDE), (2, 2, THIN), (5, 1, WIDE)] {
-        let work = in_processes(processes, |transport| {
-            let team = Team::new(each, 1, Some(transport));
+        let work = in_processes(processes, |communicator| {
+            let team = Team::new(each, 1, Some(communicator));
             compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(40_000), team, halo)
         });
         // All processes must roll back the same windows.
@@ -104,15 +104,15 @@ fn multiple_processes_match_one_engine_bitwise() {
     let small = spheres(hard(), 0.2, 1_000).build().unwrap();
     let one = advance::<false, false>(&small, Until::events(150_000), None);
     assert!(one.2.clock.epochs > 10, "{}", one.2.clock.epochs);
-    in_processes(2, |transport| {
-        let team = Team::new(1, 1, Some(transport));
+    in_processes(2, |communicator| {
+        let team = Team::new(1, 1, Some(communicator));
         compare_with(&one, &small, "small", Until::events(150_000), team, WIDE)
     });
     let mixture = bathed(mixture(), 0.2);
     let one = advance::<false, true>(&mixture, Until::time(3.0), None);
     for (processes, each) in [(2, 1), (4, 2)] {
-        in_processes(processes, |transport| {
-            let team = Team::new(each, 1, Some(transport));
+        in_processes(processes, |communicator| {
+            let team = Team::new(each, 1, Some(communicator));
             compare_with(&one, &mixture, &format!("{processes} x {each}"), Until::time(3.0), team, WIDE)
         });
     }
@@ -141,9 +141,9 @@ fn domains_match_one_engine_bitwise() {
     let flat = [Boundary::Periodic, Boundary::walls(1.0), Boundary::Flat];
     let disks = SceneBuilder::new("disks")
         .space(Space { boundary: flat, size: Vector::new(60.0, 20.0, 0.0), ..Space::periodic_cube(1.0) })
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", hard(), 0.95)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(500))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.95))
+        .fill(Fill::new(Arrangement::Random, "A").count(500))
         .temperature(1.3);
     compare::<false, false>(&disks.build().unwrap(), "disks", Until::time(6.0), (&[2, 5], WIDE));
 }
@@ -161,9 +161,9 @@ fn chains() -> SceneBuilder {
         speed: None,
     };
     SceneBuilder::new("chains")
-        .species("bead", 0.7, 1.0)
-        .interaction("bead", "bead", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .bond_interaction("link", Potential::bond(0.8, 2.6).unwrap(), 1.0)
+        .species(SpeciesDraft::new("bead").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("bead", "bead"))
+        .interaction(InteractionDraft::new(Potential::bond(0.8, 2.6).unwrap()).named("link"))
         .space(Space { size: Vector::new(30.0, 9.0, 8.0), ..Space::periodic_cube(1.0) })
         .chain(chain)
 }
@@ -317,7 +317,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
         assert_eq!(domains.advance_for(&mut whole, 100, end, &mut None).unwrap(), None, "{name}");
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
-        one.advance(Until { time, ..end }, &mut None).unwrap();
+        one.advance(Until { time: Some(time), ..end }, &mut None).unwrap();
         // Because of rounding, the single engine may stop at a slightly different time. The two engines may also be in
         // different epochs. The states cannot be compared then.
         if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {

@@ -74,14 +74,14 @@ mod tests {
     use crate::Vector;
     use crate::engine::Until;
     use crate::model::{Potential, Space};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
     #[test]
     fn reported_step_is_physical_while_weights_decide_its_cost() {
         let scene = SceneBuilder::new("pair")
             .space(Space::periodic_cube(9.0))
-            .species("A", 1.3, 1.0)
-            .interaction("A", "A", Potential::square_well(1.0, 1.5, 0.9).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+            .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 0.9).unwrap()).between("A", "A"))
             .particle("A", Vector::new(1.0, 4.0, 4.0), Vector::new(0.8, 0.0, 0.0))
             .particle("A", Vector::new(4.0, 4.0, 4.0), Vector::zeros())
             .build()

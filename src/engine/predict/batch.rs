@@ -249,14 +249,14 @@ pub(in crate::engine) mod tests {
     use crate::model::Scene;
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
     /// Returns the final state of a fluid after a number of events, for each instruction set of the processor.
     fn ends<const TABLE: bool>(potential: &Potential, packing_fraction: f64) -> Vec<(Vec<Vector>, f64)> {
         let scene = SceneBuilder::new("fluid")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", potential.clone(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(packing_fraction))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(potential.clone()).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(packing_fraction))
             .temperature(1.0)
             .build()
             .unwrap();
@@ -284,10 +284,10 @@ pub(in crate::engine) mod tests {
         let well = Potential::square_well(1.0, 1.5, 0.5).unwrap();
         let mut scene = SceneBuilder::new("falling")
             .gravity(Vector::new(0.0, -1.0, 0.0))
-            .species("grain", 1.0, 1.0)
-            .static_species("floor", 1.0)
-            .interaction("grain", "grain", well.clone(), 0.9)
-            .interaction("grain", "floor", well, 0.9);
+            .species(SpeciesDraft::new("grain").mass(1.0).diameter(1.0))
+            .species(SpeciesDraft::new("floor").diameter(1.0).fixed())
+            .interaction(InteractionDraft::new(well.clone()).between("grain", "grain").restitution(0.9))
+            .interaction(InteractionDraft::new(well).between("grain", "floor").restitution(0.9));
         for k in 0..40 {
             let at = |n: u32| 0.8 + 1.6 * f64::from(n);
             let velocity = Vector::new(0.3 * f64::from(k % 7) - 0.9, 0.1, 0.2 * f64::from(k % 5) - 0.4);
@@ -324,8 +324,8 @@ pub(in crate::engine) mod tests {
     fn first_met(potential: &Potential, others: &[(Vector, Vector)], middle: usize) -> (f64, u32) {
         let mut scene = SceneBuilder::new("middle")
             .space(Space { lower: Vector::zeros(), size: Vector::repeat(16.0), boundary: [Boundary::Periodic; 3] })
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", potential.clone(), 1.0);
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(potential.clone()).between("A", "A"));
         let (before, after) = others.split_at(middle);
         let at_rest = (Vector::zeros(), Vector::zeros());
         for (position, velocity) in before.iter().chain([&at_rest]).chain(after) {

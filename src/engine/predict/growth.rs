@@ -118,7 +118,7 @@ mod tests {
     use crate::model::Scene;
     use crate::model::potential::Potential;
     use crate::physics::detection::lanes::Simd;
-    use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
     /// Creates a mixture of three species with non-additive contact distances.
     fn mixture(packing_fraction: f64) -> Scene {
@@ -126,16 +126,16 @@ mod tests {
         let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
         fill.composition = [("A", 4.0), ("B", 3.0), ("C", 1.0)].map(|(name, share)| (name.to_owned(), share)).to_vec();
         SceneBuilder::new("mixture")
-            .species("A", 1.0, 1.0)
-            .species("B", 0.7, 0.6)
-            .species("C", 1.3, 0.8)
-            .interaction("A", "A", hard_sphere(1.0), 1.0)
-            .interaction("A", "B", hard_sphere(0.8), 1.0)
-            .interaction("B", "B", hard_sphere(0.6), 1.0)
-            .interaction("C", "C", hard_sphere(0.8), 1.0)
-            .interaction("A", "C", hard_sphere(0.9), 1.0)
-            .interaction("B", "C", hard_sphere(0.55), 1.0)
-            .add_fill(fill.count(500).amount(Amount::PackingFraction(packing_fraction)))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(0.7).diameter(0.6))
+            .species(SpeciesDraft::new("C").mass(1.3).diameter(0.8))
+            .interaction(InteractionDraft::new(hard_sphere(1.0)).between("A", "A"))
+            .interaction(InteractionDraft::new(hard_sphere(0.8)).between("A", "B"))
+            .interaction(InteractionDraft::new(hard_sphere(0.6)).between("B", "B"))
+            .interaction(InteractionDraft::new(hard_sphere(0.8)).between("C", "C"))
+            .interaction(InteractionDraft::new(hard_sphere(0.9)).between("A", "C"))
+            .interaction(InteractionDraft::new(hard_sphere(0.55)).between("B", "C"))
+            .fill(fill.count(500).packing_fraction(packing_fraction))
             .temperature(1.0)
             .build()
             .unwrap()

@@ -5,7 +5,7 @@ use crate::engine::Until;
 use crate::engine::event::Event;
 use crate::model::space::{Space, minimum_image};
 use crate::model::{Growth, GrowthTarget, Potential};
-use crate::scene::{Amount, Chain, Lattice, SceneBuilder};
+use crate::scene::{Chain, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 use proptest::prelude::*;
 
 /// Number of events to compare. It is so small that hardly any particle has more than two events. Each event
@@ -13,7 +13,9 @@ use proptest::prelude::*;
 const COMPARED: u64 = 30;
 
 fn fluid(potential: Potential, restitution: f64) -> SceneBuilder {
-    SceneBuilder::new("set").species("A", 1.0, 1.0).interaction("A", "A", potential, restitution)
+    SceneBuilder::new("set")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(potential).between("A", "A").restitution(restitution))
 }
 
 fn hard() -> Potential {
@@ -27,7 +29,10 @@ fn well() -> Potential {
 /// One of seven scenes that need different engines: dilute and dense fluids, wells, walls, gravity, shear and bonds.
 fn scene(which: usize, seed: u64) -> Scene {
     let fill = |builder: SceneBuilder, density: f64| {
-        builder.fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(density)).temperature(1.0).seed(seed)
+        builder
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(density))
+            .temperature(1.0)
+            .seed(seed)
     };
     let in_walls = |builder: SceneBuilder| {
         let space = Space {
@@ -44,7 +49,7 @@ fn scene(which: usize, seed: u64) -> Scene {
         4 => in_walls(fluid(well(), 1.0).gravity(Vector::new(0.1, 0.0, -1.0))),
         5 => fill(fluid(hard(), 0.8).shear(0.5), 0.1),
         _ => fluid(hard(), 1.0)
-            .bond_interaction("rope", Potential::bond(1.0, 1.4).unwrap(), 1.0)
+            .interaction(InteractionDraft::new(Potential::bond(1.0, 1.4).unwrap()).named("rope"))
             .space(Space::periodic_cube(12.0))
             .chain(Chain {
                 species: "A".into(),
@@ -65,7 +70,7 @@ fn fill_region(builder: SceneBuilder, seed: u64) -> SceneBuilder {
     let fill = crate::scene::Fill::new(Lattice::SimpleCubic, "A")
         .count(64)
         .region(Vector::new(0.0, 0.0, 0.6), Vector::new(8.0, 8.0, 7.4));
-    builder.add_fill(fill).temperature(1.0).seed(seed)
+    builder.fill(fill).temperature(1.0).seed(seed)
 }
 
 fn next_events(simulation: &mut Simulation, count: u64) -> Vec<Event> {
@@ -187,8 +192,8 @@ fn a_pair_that_is_taken_apart_keeps_its_state_only_if_that_is_possible() {
 #[test]
 fn invalid_positions_and_velocities_are_rejected() {
     let scene = fluid(hard(), 1.0)
-        .static_species("S", 1.0)
-        .interaction("A", "S", hard(), 1.0)
+        .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+        .interaction(InteractionDraft::new(hard()).between("A", "S"))
         .space(Space {
             boundary: [Boundary::Periodic, Boundary::walls(1.0), Boundary::Flat],
             size: Vector::new(10.0, 10.0, 0.0),

@@ -10,7 +10,7 @@ use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{ContactLaw, Scene, SurfaceLaw, SurfaceShape};
 use crate::physics::detection::never::Doubt;
-use crate::scene::{SceneBuilder, SurfaceDraft};
+use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use std::ops::ControlFlow;
 
 mod meshes;
@@ -23,18 +23,18 @@ fn grains(gravity: f64, count: u32, surfaces: Vec<SurfaceDraft>) -> Scene {
     let mut scene = SceneBuilder::new("grains")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -gravity))
-        .species("A", 0.7, 1.0)
-        .species("B", 3.1, 1.5)
-        .interaction("A", "A", hard(1.0), 0.9)
-        .interaction("A", "B", hard(1.25), 0.9)
-        .interaction("B", "B", hard(1.5), 0.9);
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(3.1).diameter(1.5))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A").restitution(0.9))
+        .interaction(InteractionDraft::new(hard(1.25)).between("A", "B").restitution(0.9))
+        .interaction(InteractionDraft::new(hard(1.5)).between("B", "B").restitution(0.9));
     for k in 0..count {
         let at = |n: u32| 7.0 + 2.0 * f64::from(n % 4);
         let name = if k % 3 == 0 { "B" } else { "A" };
         let velocity = Vector::new(1.3 - f64::from(k % 5), 0.7 * f64::from(k % 3) - 0.6, 0.4 - f64::from(k % 4));
         scene = scene.particle(name, Vector::new(at(k), at(k / 4), at(k / 16)), velocity);
     }
-    surfaces.into_iter().for_each(|surface| scene.insert_surface(surface));
+    scene = surfaces.into_iter().fold(scene, SceneBuilder::surface);
     scene.build().unwrap()
 }
 
@@ -138,8 +138,8 @@ fn a_ball_on_a_slope_bounces_at_the_exact_times() {
     let scene = SceneBuilder::new("slope")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -2.0))
-        .species("ball", 0.7, 1.0)
-        .species("other", 0.7, 1.0)
+        .species(SpeciesDraft::new("ball").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("other").mass(0.7).diameter(1.0))
         .particle("ball", start, Vector::zeros());
     let normal = Vector::new(1.0, 0.0, 1.0).normalize();
     let plane = SurfaceShape::Plane { point: start - normal * 2.5, normal };

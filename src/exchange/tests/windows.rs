@@ -4,8 +4,8 @@ use super::{fluid, ran};
 use crate::Vector;
 use crate::exchange::mean_force::MeanForce;
 use crate::exchange::{Distances, Exchange, ExchangeError};
-use crate::model::{ExchangeEnsemble, ExchangePlan, Limit, ParticleId, Potential, RunPlan, Scene, Space, UmbrellaPlan};
-use crate::scene::SceneBuilder;
+use crate::model::{ExchangeEnsemble, ExchangePlan, ParticleId, Potential, RunPlan, Scene, Space, UmbrellaPlan, Until};
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
@@ -25,7 +25,7 @@ fn plan(windows: &[[f64; 2]], interval: f64) -> ExchangePlan {
 fn window_exchange_resumes_bitwise() {
     let mut parts = fluid(0.2, 12).into_parts();
     parts.exchange = Some(plan(&[[1.0, 1.3], [1.2, 1.6], [1.5, 2.0]], 0.2));
-    parts.run.equilibration = Limit::time(10.0);
+    parts.run.equilibration = Until::time(10.0);
     parts.output.frame_interval = Some(0.4);
     let scene = Scene::new(parts).unwrap();
     let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
@@ -46,17 +46,17 @@ fn window_exchange_resumes_bitwise() {
 fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
     SceneBuilder::new("pair")
         .space(Space::periodic_cube(6.0))
-        .species("A", 1.3, 1.0)
-        .species("B", 0.37, 1.0)
-        .no_interaction("A", "A")
-        .no_interaction("B", "B")
-        .interaction("A", "B", Potential::square_well(1.0, 1.5, 0.9).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.37).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("B", "B"))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 0.9).unwrap()).between("A", "B"))
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .particle("B", Vector::new(3.9, 3.9, 3.9), Vector::zeros())
         .exchange(plan(windows, 1.0))
         .run(RunPlan {
-            equilibration: Limit::time(200.0),
-            limit: Limit::time(f64::from(attempts)),
+            equilibration: Until::time(200.0),
+            limit: Until::time(f64::from(attempts)),
             ..RunPlan::default()
         })
         .build()

@@ -103,7 +103,7 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::Space;
     use crate::model::{Growth, GrowthTarget};
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
     #[test]
     fn frame_radii_after_growth_are_initial_radii() {
@@ -111,8 +111,8 @@ mod tests {
             let diameter = 0.1 * f64::from(k) / 3.0;
             let scene = SceneBuilder::new("two")
                 .space(Space::periodic_cube(10.0))
-                .species("A", 1.0, diameter)
-                .interaction("A", "A", Potential::hard_sphere(diameter).unwrap(), 1.0)
+                .species(SpeciesDraft::new("A").mass(1.0).diameter(diameter))
+                .interaction(InteractionDraft::new(Potential::hard_sphere(diameter).unwrap()).between("A", "A"))
                 .particle("A", Vector::repeat(2.0), Vector::new(0.3, 0.2, 0.1))
                 .particle("A", Vector::repeat(7.0), Vector::new(-0.3, 0.1, 0.2))
                 .build()

@@ -15,7 +15,7 @@ use crate::io::owned::{Owned, is_run};
 use crate::io::partial::PartialFile;
 use crate::io::thermo::Columns;
 use crate::io::{inputs, replacement, scene_copy, surfaces};
-use crate::model::{Limit, Scene};
+use crate::model::{Scene, Until};
 use crate::run::Recorder;
 use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
@@ -31,7 +31,7 @@ impl Folder {
     /// beyond the limit; [`OutputError::Foreign`] if a file that Carom did not write is in the way;
     /// [`OutputError::NotPlain`] if a file of the run is a link or a folder. These errors leave everything unchanged.
     /// [`OutputError::Write`] if a file cannot be changed.
-    pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
+    pub fn resume(target: &Path, limit: Option<Until>) -> Result<(Self, Checkpoint), OutputError> {
         Self::resume_if(target, limit, None)
     }
 
@@ -43,7 +43,7 @@ impl Folder {
     /// error leaves everything unchanged.
     pub fn resume_with(
         target: &Path,
-        limit: Option<Limit>,
+        limit: Option<Until>,
         instruments: &[String],
     ) -> Result<(Self, Checkpoint), OutputError> {
         Self::resume_if(target, limit, Some(instruments))
@@ -51,7 +51,7 @@ impl Folder {
 
     fn resume_if(
         target: &Path,
-        limit: Option<Limit>,
+        limit: Option<Until>,
         instruments: Option<&[String]>,
     ) -> Result<(Self, Checkpoint), OutputError> {
         let (path, mut owned, outer) = locked(target)?;

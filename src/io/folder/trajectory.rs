@@ -144,16 +144,15 @@ fn locked(desk: &Mutex<Desk>) -> MutexGuard<'_, Desk> {
 mod tests {
     use super::*;
     use crate::engine::Until;
-    use crate::model::potential::Potential;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     #[test]
     fn frames_written_in_a_thread_equal_frames_written_directly() {
         for count in [32, 500] {
             let scene = SceneBuilder::new("fluid")
-                .species("A", 1.0, 1.0)
-                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-                .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(0.3))
+                .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+                .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+                .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(0.3))
                 .temperature(1.0)
                 .build()
                 .unwrap();

@@ -4,11 +4,10 @@ use super::*;
 use crate::Vector;
 use crate::io::{Completed, Existing, Folder};
 use crate::mesh::read_mesh;
-use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{Limit, MotionKind, RunPlan, SurfaceShape, TriangleMesh};
+use crate::model::{MotionKind, RunPlan, SurfaceShape, TriangleMesh, Until};
 use crate::run::Run;
-use crate::scene::{SceneBuilder, SurfaceDraft};
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
 fn scene() -> Scene {
     let mesh = TriangleMesh::cuboid(&Vector::repeat(1.0), &Vector::repeat(2.0));
@@ -16,14 +15,14 @@ fn scene() -> Scene {
     let plane = SurfaceShape::Plane { point: Vector::repeat(-5.0), normal: Vector::x() };
     SceneBuilder::new("obstacles")
         .space(Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(10.0) })
-        .species("A", 1.0, 0.5)
-        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .surface(SurfaceDraft::new("a box", SurfaceShape::Mesh(mesh)))
         .surface(SurfaceDraft::new("sphere", sphere))
         .surface(SurfaceDraft::new("beyond", plane))
         .particle("A", Vector::new(5.0, 5.0, 5.0), Vector::new(1.0, 0.7, 0.3))
         .particle("A", Vector::new(3.0, 5.0, 5.0), Vector::new(-1.0, 0.2, 0.1))
-        .run(RunPlan { limit: Limit::time(50.0), ..RunPlan::default() })
+        .run(RunPlan { limit: Until::time(50.0), ..RunPlan::default() })
         .build()
         .unwrap()
 }
@@ -76,7 +75,7 @@ fn a_resumed_run_writes_only_the_files_that_are_missing() {
     fs::write(&first, "as it was").unwrap();
     let before = fs::read(&second).unwrap();
     fs::remove_file(&second).unwrap();
-    let (folder, _) = Folder::resume(&target, Some(Limit::time(60.0))).unwrap();
+    let (folder, _) = Folder::resume(&target, Some(Until::time(60.0))).unwrap();
     assert_eq!(fs::read(&first).unwrap(), b"as it was");
     assert!(fs::read(&second).unwrap() == before);
     drop(folder);

@@ -1,8 +1,7 @@
 use super::*;
-use crate::model::potential::Potential;
 use crate::model::space::{Face, Space};
 use crate::model::{ContactLaw, SceneSurface, SurfaceLaw};
-use crate::scene::{SceneBuilder, SurfaceDraft};
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
 fn region(lower: [f64; 3], upper: [f64; 3], boundary: Boundary) -> Region {
     Region { lower: lower.into(), upper: upper.into(), boundary: [boundary; 3] }
@@ -131,8 +130,8 @@ fn surfaces_extend_past_open_sides_to_the_particles() {
     let wall = SurfaceShape::Plane { point: Vector::new(2.0, 0.0, 0.0), normal: Vector::x() };
     let scene = SceneBuilder::new("tower")
         .space(space)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .surface(SurfaceDraft::new("a wall", wall))
         .particle("A", Vector::new(5.0, 5.0, 19.5), Vector::zeros())
         .build()

@@ -195,7 +195,7 @@ impl Compression<'_> {
         let part = |simulation: &Simulation| libm::pow(factor * simulation.scale(), dimensions);
         for _ in 0..MOST_STRETCHES {
             let (time, before) = (simulation.time(), *simulation.event_counts());
-            let until = Until { time: end, events: before.physical() + STRETCH * count };
+            let until = Until::time(end).or_events(before.physical() + STRETCH * count);
             if simulation.advance(until).is_err() {
                 break;
             }

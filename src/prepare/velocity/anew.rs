@@ -72,15 +72,14 @@ impl Simulation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::potential::Potential;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
     #[test]
     fn thermalized_velocities_are_exact_and_independent_of_the_start() {
         let scene = SceneBuilder::new("fluid")
-            .species("A", 1.3, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
             .temperature(1.0)
             .build()
             .unwrap();

@@ -40,7 +40,7 @@ impl Driver<'_> {
             Ok(reason) => reason,
             Err(ending) => return Ok(Some(ending)),
         };
-        let reached = (reason == Reason::Time && until.time >= time).then_some(Ending::Time);
+        let reached = (reason == Reason::Time && until.last_time() >= time).then_some(Ending::Time);
         let ending = self.quiet(&aim, reason);
         if has_overlaps {
             self.state.ledger.see_overlaps(&self.simulation);
@@ -110,7 +110,7 @@ impl Driver<'_> {
         loop {
             let started = Instant::now();
             let pause = self.pause();
-            let nearer = Until { time: until.time.min(pause.time), events: until.events.min(pause.events) };
+            let nearer = until.or(pause);
             let reached = self.steps(nearer)?;
             self.steps = self.simulation.agreed(steps_after(self.steps, started.elapsed()).min(self.most_steps));
             if self.work() > self.patience {
@@ -118,8 +118,10 @@ impl Driver<'_> {
             }
             match reached {
                 Ok(Some(Reason::Observer)) => return Ok(Err(Ending::Condition)),
-                Ok(Some(Reason::Time)) if pause.time < until.time => return Ok(Err(self.paused(nearer))),
-                Ok(Some(Reason::Events)) if pause.events < until.events => return Ok(Err(self.paused(nearer))),
+                Ok(Some(Reason::Time)) if pause.last_time() < until.last_time() => return Ok(Err(self.paused(nearer))),
+                Ok(Some(Reason::Events)) if pause.last_event() < until.last_event() => {
+                    return Ok(Err(self.paused(nearer)));
+                }
                 Ok(Some(reason)) => {
                     self.state.aim = None;
                     return Ok(Ok(reason));
@@ -138,8 +140,7 @@ impl Driver<'_> {
     }
 
     fn pause(&self) -> Until {
-        let of_caller = self.halt();
-        Until { time: self.pause.time.min(of_caller.time), events: self.pause.events.min(of_caller.events) }
+        self.pause.or(self.halt())
     }
 
     fn halt(&self) -> Until {
@@ -153,7 +154,7 @@ impl Driver<'_> {
     /// [`Ending::Interrupted`] in both cases.
     fn paused(&mut self, at: Until) -> Ending {
         let halt = self.halt();
-        self.is_halted = !self.is_pilot && (halt.time <= at.time || halt.events <= at.events);
+        self.is_halted = !self.is_pilot && (halt.last_time() <= at.last_time() || halt.last_event() <= at.last_event());
         Ending::Interrupted
     }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Driver;
 use crate::analysis::observables::{Observer, is_settled};
-use crate::model::Limit;
+use crate::model::Until;
 use crate::run::Ending;
 
 /// Number of events per particle between two samples of the observables.
@@ -65,7 +65,7 @@ impl Driver<'_> {
     /// after very many samples.
     pub(super) fn check_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
-        let is_limited = self.state.stage.limit != Limit::default();
+        let is_limited = self.state.stage.limit != Until::default();
         let Some(monitor) = self.state.monitor.as_mut().filter(|monitor| events >= monitor.next) else {
             return ControlFlow::Continue(());
         };
@@ -92,22 +92,21 @@ impl Driver<'_> {
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Face, Space};
     use crate::model::{ContactLaw, RunPlan, Scene};
     use crate::run;
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     /// Two particles that bounce to and fro between two walls and never touch each other.
-    fn to_and_fro(restitution: f64, equilibration: Limit) -> Scene {
+    fn to_and_fro(restitution: f64, equilibration: Until) -> Scene {
         let mut space = Space::periodic_cube(5.0);
         let wall = Face::Wall(ContactLaw::smooth(restitution));
         space.boundary[0] = Boundary::Bounded { lower: wall, upper: wall };
-        let run = RunPlan { equilibration, until_stationary: true, limit: Limit::events(10), ..RunPlan::default() };
+        let run = RunPlan { equilibration, until_stationary: true, limit: Until::events(10), ..RunPlan::default() };
         SceneBuilder::new("ball")
             .space(space)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::new(2.0, 1.0, 1.0), Vector::new(1.0, 0.0, 0.0))
             .particle("A", Vector::new(2.0, 3.5, 3.5), Vector::new(-1.0, 0.0, 0.0))
             .run(run)
@@ -126,7 +125,7 @@ mod tests {
 
     #[test]
     fn constant_energy_counts_as_equilibrium() {
-        let (ending, events) = ending(to_and_fro(1.0, Limit::default()), 100_000);
+        let (ending, events) = ending(to_and_fro(1.0, Until::default()), 100_000);
         assert_eq!(ending, Ending::Events);
         assert!(events < 1_000, "{events}");
     }
@@ -134,7 +133,7 @@ mod tests {
     #[test]
     fn cooling_run_is_given_up_unless_it_has_a_limit() {
         let most = 2 * MOST_EVENTS_PER_PARTICLE;
-        assert_eq!(ending(to_and_fro(0.9999, Limit::default()), 2 * most), (Ending::Unsettled, most));
-        assert_eq!(ending(to_and_fro(0.9999, Limit::events(most + 1_000)), 2 * most), (Ending::Events, most + 1_010));
+        assert_eq!(ending(to_and_fro(0.9999, Until::default()), 2 * most), (Ending::Unsettled, most));
+        assert_eq!(ending(to_and_fro(0.9999, Until::events(most + 1_000)), 2 * most), (Ending::Events, most + 1_010));
     }
 }

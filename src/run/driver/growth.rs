@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::Driver;
-use crate::model::{Growth, GrowthTarget, Limit};
+use crate::model::{Growth, GrowthTarget, Until};
 use crate::run::{Ending, Jam};
 
 /// Growth may exceed its target size by this factor, so that rounding cannot stop it below the target.
@@ -41,7 +41,7 @@ impl Driver<'_> {
         self.settings().growth
     }
 
-    pub(super) fn begin_growth(&mut self, growth: &Growth, limit: &mut Limit) {
+    pub(super) fn begin_growth(&mut self, growth: &Growth, limit: &mut Until) {
         let scene = self.simulation.scene();
         let dimensions = scene.space.dimensions();
         let (filled, target) = match growth.until {
@@ -165,18 +165,17 @@ mod tests {
     use super::*;
     use crate::analysis::instruments::Registry;
     use crate::engine::Simulation;
-    use crate::model::potential::Potential;
     use crate::model::{RunPlan, StagePlan, Thermostat};
     use crate::run::driver::KeepsError;
     use crate::run::{Ending, Progress, RunState};
-    use crate::scene::{Amount, Arrangement, SceneBuilder};
+    use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     /// Returns the factor by which the diameters of 32 spheres grow until the target pressure is reached. Each call of
     /// `advance` simulates at most `step` events.
     fn grown(step: u64) -> f64 {
         let stage = StagePlan {
             name: "compress".into(),
-            limit: Limit::default(),
+            limit: Until::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
             gravity: None,
             barostat: None,
@@ -184,11 +183,11 @@ mod tests {
             measured: None,
         };
         let scene = SceneBuilder::new("growing")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Arrangement::Random, "A", 32, Amount::PackingFraction(0.1))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Arrangement::Random, "A").count(32).packing_fraction(0.1))
             .temperature(1.0)
-            .run(RunPlan { stages: vec![stage], limit: Limit::events(1), ..RunPlan::default() })
+            .run(RunPlan { stages: vec![stage], limit: Until::events(1), ..RunPlan::default() })
             .build()
             .unwrap();
         let simulation = Simulation::without_plan(scene);
@@ -209,7 +208,7 @@ mod tests {
     fn disks(packing_fraction: f64, rate: f64, thermostat: Option<Thermostat>) -> Ending {
         let stage = StagePlan {
             name: "compress".into(),
-            limit: Limit::default(),
+            limit: Until::default(),
             thermostat,
             gravity: None,
             barostat: None,
@@ -220,15 +219,15 @@ mod tests {
         (space.size.z, space.boundary[2]) = (0.0, crate::model::space::Boundary::Flat);
         let scene = SceneBuilder::new("disks")
             .space(space)
-            .species("A", 1.0, 0.5)
-            .species("B", 1.0, 0.7)
-            .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
-            .interaction("A", "B", Potential::hard_sphere(0.6).unwrap(), 1.0)
-            .interaction("B", "B", Potential::hard_sphere(0.7).unwrap(), 1.0)
-            .add_fill(crate::scene::Fill::new(Arrangement::Random, "A").count(16))
-            .add_fill(crate::scene::Fill::new(Arrangement::Random, "B").count(16))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(0.5))
+            .species(SpeciesDraft::new("B").mass(1.0).diameter(0.7))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "B"))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("B", "B"))
+            .fill(crate::scene::Fill::new(Arrangement::Random, "A").count(16))
+            .fill(crate::scene::Fill::new(Arrangement::Random, "B").count(16))
             .temperature(1.0)
-            .run(RunPlan { stages: vec![stage], limit: Limit::events(1), ..RunPlan::default() })
+            .run(RunPlan { stages: vec![stage], limit: Until::events(1), ..RunPlan::default() })
             .build()
             .unwrap();
         crate::run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap().ending

@@ -5,7 +5,7 @@ use super::{Driver, Failed};
 use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::base::clock::Instant;
-use crate::model::Limit;
+use crate::model::Until;
 use crate::run::Ending;
 use crate::run::stage::Stage;
 use crate::run::state::{Measurement, NEAR};
@@ -23,7 +23,7 @@ impl Driver<'_> {
             self.state.counts_before = self.simulation.event_counts_by_species();
         }
         self.started = Some(Instant::now());
-        if self.state.stage.limit == Limit::default() {
+        if self.state.stage.limit == Until::default() {
             self.keep()?;
             return Ok(Ending::Events);
         }

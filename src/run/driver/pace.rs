@@ -2,8 +2,7 @@
 
 use super::{Driver, Failed, Monitor, NEVER};
 use crate::analysis::sampling_times::SamplingTimes;
-use crate::engine::Until;
-use crate::model::Limit;
+use crate::model::Until;
 use crate::run::Ending;
 use crate::run::state::Pilot;
 
@@ -77,11 +76,11 @@ impl Driver<'_> {
             return Ok(Some((SamplingTimes::given(start, interval), None)));
         }
         let found = match (limit, self.growth()) {
-            (Limit { time: None, events: None }, Some(growth)) => {
+            (Until { time: None, events: None }, Some(growth)) => {
                 Some(Found { duration: SOME_GROWTH / growth.rate, ending: None })
             }
             // For an automatic equilibration without a limit, the rows are planned for its shortest duration.
-            (Limit { time: None, events: None }, None) => {
+            (Until { time: None, events: None }, None) => {
                 let events = 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest);
                 let expected = self.excursion(None, events, self.first_pilot(events))?;
                 expected.map(|expected| Found { duration: rounded(expected / 1000.0), ending: None })
@@ -94,10 +93,10 @@ impl Driver<'_> {
     }
 
     /// Returns the expected duration of a stage with a limit; `None` if the caller interrupts the run.
-    fn expected(&mut self, limit: Limit) -> Result<Option<Found>, Failed> {
+    fn expected(&mut self, limit: Until) -> Result<Option<Found>, Failed> {
         match limit {
-            Limit { time: Some(duration), events: None } => Ok(Some(Found { duration, ending: None })),
-            Limit { time, events } => {
+            Until { time: Some(duration), events: None } => Ok(Some(Found { duration, ending: None })),
+            Until { time, events } => {
                 let found = self.pilot_run(time, events.unwrap_or(u64::MAX))?;
                 let longest = time.unwrap_or(f64::INFINITY);
                 Ok(found.map(|found| Found { duration: rounded(found.duration).min(longest), ..found }))
@@ -168,15 +167,13 @@ impl Driver<'_> {
         let early = start.time + EARLIER * rounded(self.without_rate(limit)) / f64::from(ROWS);
         loop {
             let surely = soon.min(given);
-            let until = Until {
-                time: if pilot.patience == u64::MAX { surely } else { surely.min(early) },
-                events: start.events.saturating_add(pilot.events),
-            };
-            (self.pause, self.patience) = (until, pilot.patience);
+            let until_time = if pilot.patience == u64::MAX { surely } else { surely.min(early) };
+            let until_events = start.events.saturating_add(pilot.events);
+            (self.pause, self.patience) = (Until::time(until_time).or_events(until_events), pilot.patience);
             let ending = self.advance(end_time, end_events)?;
             (self.pause, self.patience) = (NEVER, u64::MAX);
             let (time, done) = (self.simulation.time(), self.simulation.event_counts().physical());
-            let is_there = time >= until.time || done >= until.events;
+            let is_there = time >= until_time || done >= until_events;
             if self.work() > pilot.patience {
                 return Ok(Outcome::Found(Found { duration: self.without_rate(limit), ending: None }));
             }
@@ -185,13 +182,13 @@ impl Driver<'_> {
                 Some(Ending::Interrupted) => {}
                 ending => return Ok(Outcome::Found(Found { duration: self.estimate(limit, events), ending })),
             }
-            if time >= soon || (done >= until.events && time > start.time) {
+            if time >= soon || (done >= until_events && time > start.time) {
                 return Ok(Outcome::Found(Found { duration: self.estimate(limit, events), ending: None }));
             }
             if time >= given {
                 return Ok(Outcome::Undecided);
             }
-            if done >= until.events {
+            if done >= until_events {
                 // If all events so far are simultaneous, they give no rate.
                 pilot.events = pilot.events.saturating_mul(2);
                 if pilot.events > events / MOST_OF_STAGE {

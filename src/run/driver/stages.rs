@@ -2,7 +2,7 @@
 
 use super::Driver;
 use crate::analysis::instruments::Sample;
-use crate::model::{Limit, Thermostat};
+use crate::model::{Thermostat, Until};
 use crate::run::Blocked;
 use crate::run::stage::{Settings, Stage};
 use crate::run::state::Start;
@@ -71,7 +71,7 @@ impl Driver<'_> {
             self.state.ledger.start_again(&self.simulation);
             self.state.pressure_check = None;
         }
-        self.state.stage = Start::of(&self.simulation, next, Limit::default());
+        self.state.stage = Start::of(&self.simulation, next, Until::default());
         self.state.has_begun = false;
         (self.is_over, self.state.monitor, self.state.measurement) = (false, None, None);
         (self.started, self.state.earlier_seconds) = (None, 0.0);

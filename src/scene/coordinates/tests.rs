@@ -4,7 +4,7 @@ use crate::engine::{Simulation, Until};
 use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::model::space::Space;
-use crate::scene::{Chain, Fill, Lattice};
+use crate::scene::{Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft};
 use crate::trajectory::extended_xyz::write_frame;
 
 #[test]
@@ -81,10 +81,10 @@ fn chains() -> Frame {
         speed: None,
     };
     let scene = SceneBuilder::new("chains")
-        .species("bead", 1.0, 1.0)
-        .interaction("bead", "bead", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .bond_interaction("slack", Potential::bond(0.5, 1.5).unwrap(), 1.0)
-        .bond_interaction("link", Potential::bond(0.5, 0.9).unwrap(), 1.0)
+        .species(SpeciesDraft::new("bead").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("bead", "bead"))
+        .interaction(InteractionDraft::new(Potential::bond(0.5, 1.5).unwrap()).named("slack"))
+        .interaction(InteractionDraft::new(Potential::bond(0.5, 0.9).unwrap()).named("link"))
         .space(Space {
             lower: Vector::new(0.5, -1.0, 0.0),
             size: Vector::new(8.0, 9.0, 10.0),
@@ -174,10 +174,10 @@ path = "start.xyz"
 #[test]
 fn start_from_a_sheared_frame_keeps_its_image_displacement() {
     let sheared = SceneBuilder::new("sheared")
-        .species("ball", 1.0, 1.0)
-        .interaction("ball", "ball", Potential::hard_sphere(1.0).unwrap(), 0.7)
+        .species(SpeciesDraft::new("ball").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "ball").restitution(0.7))
         .space(Space::periodic_cube(5.0))
-        .add_fill(Fill::new(Lattice::SimpleCubic, "ball").count(64))
+        .fill(Fill::new(Lattice::SimpleCubic, "ball").count(64))
         .temperature(1.0)
         .shear(0.7)
         .build()

@@ -143,7 +143,7 @@ impl<'a> Placing<'a> {
             motion(&self.species[kind.0 as usize], &fill.velocity, &at.key("velocity"))?;
         }
         on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
-        self.check_speeds(fill.temperature, fill.speed, filling.species(), at)?;
+        self.check_speeds((fill.temperature, fill.speed), filling.species(), at)?;
         Ok(positions.into_iter().zip(kinds).map(|(position, species)| self.at_rest(species, position)).collect())
     }
 
@@ -179,7 +179,7 @@ impl<'a> Placing<'a> {
             }
             (None, None) => Vec::new(),
         };
-        self.check_speeds(chain.temperature, chain.speed, [species], at)?;
+        self.check_speeds((chain.temperature, chain.speed), [species], at)?;
         Ok(positions.into_iter().map(|position| self.at_rest(species, position)).collect())
     }
 
@@ -203,11 +203,11 @@ impl<'a> Placing<'a> {
 
     fn check_speeds(
         &self,
-        temperature: Option<f64>,
-        speed: Option<f64>,
+        own: (Option<f64>, Option<f64>),
         species: impl IntoIterator<Item = SpeciesId>,
         at: &ConfigPath,
     ) -> Result<(), SceneError> {
+        let (temperature, speed) = self.scene.motion(own);
         if let Some(temperature) = temperature {
             not_negative(temperature, at.key("temperature"))?;
         }

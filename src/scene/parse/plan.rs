@@ -7,8 +7,8 @@ use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
 use crate::model::umbrella_plan::USUAL_BINS;
 use crate::model::{
-    Barostat, Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, Limit, ParticleId, RunPlan,
-    StagePlan, Thermostat, Threads, UmbrellaPlan,
+    Barostat, Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, ParticleId, RunPlan, StagePlan,
+    Thermostat, Threads, UmbrellaPlan, Until,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
@@ -25,14 +25,14 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
     if run.until_time.is_none() && run.until_events.is_none() {
         return Err(missing(&at, "until_time", "give it, until_events, or both"));
     }
-    let limit = Limit { time: run.equilibration_time, events: run.equilibration_events };
+    let limit = Until { time: run.equilibration_time, events: run.equilibration_events };
     let equilibration = parse_equilibration(run.equilibration.as_deref(), limit, &at)?;
     let stage = |(index, stage)| parse_stage(stage, &ConfigPath::entry("stage", index));
     Ok(RunPlan {
         stages: stages.into_iter().enumerate().map(stage).collect::<Result<_, _>>()?,
         equilibration: equilibration.limit,
         until_stationary: equilibration.until_stationary,
-        limit: Limit { time: run.until_time, events: run.until_events },
+        limit: Until { time: run.until_time, events: run.until_events },
         gravity: run.gravity.map(vector),
         thermostat: run.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
         barostat: run.barostat.map(parse_barostat),
@@ -54,7 +54,7 @@ fn parse_threads(file: ThreadsFile, at: ConfigPath) -> Result<Threads, SceneErro
 /// The word that lets the program decide when an equilibration ends, or how many threads to use.
 pub(crate) const AUTOMATIC: [&str; 1] = ["auto"];
 
-fn parse_equilibration(word: Option<&str>, limit: Limit, at: &ConfigPath) -> Result<Equilibration, SceneError> {
+fn parse_equilibration(word: Option<&str>, limit: Until, at: &ConfigPath) -> Result<Equilibration, SceneError> {
     match word.filter(|word| !AUTOMATIC.contains(word)) {
         Some(word) => Err(unknown(&at.key("equilibration"), "equilibration", word, AUTOMATIC)),
         None => Ok(Equilibration { limit, until_stationary: word.is_some() }),
@@ -62,11 +62,11 @@ fn parse_equilibration(word: Option<&str>, limit: Limit, at: &ConfigPath) -> Res
 }
 
 fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneError> {
-    let limit = Limit { time: stage.until_time, events: stage.until_events };
-    if limit == Limit::default() && stage.grow.is_none() {
+    let limit = Until { time: stage.until_time, events: stage.until_events };
+    if limit == Until::default() && stage.grow.is_none() {
         return Err(missing(at, "until_time", "give it, until_events or grow, so that the stage ends"));
     }
-    let before = Limit { time: stage.equilibration_time, events: stage.equilibration_events };
+    let before = Until { time: stage.equilibration_time, events: stage.equilibration_events };
     let equilibration = parse_equilibration(stage.equilibration.as_deref(), before, at)?;
     if !stage.measure && !equilibration.is_empty() {
         let given = [

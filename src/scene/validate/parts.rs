@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::mem::take;
 
 use crate::Vector;
-use crate::model::{Bond, Limit, Particle, ParticleId, Scene, SceneParts, Space, Species, StaticSurface};
+use crate::model::{Bond, Particle, ParticleId, Scene, SceneParts, Space, Species, StaticSurface, Until};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
@@ -22,12 +22,12 @@ impl Scene {
     /// start.
     ///
     /// ```
-    /// # use carom::model::{Potential, Scene};
-    /// # use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// # use carom::model::Scene;
+    /// # use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
     /// # let fluid = SceneBuilder::new("fluid")
-    /// #     .species("A", 1.0, 1.0)
-    /// #     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-    /// #     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+    /// #     .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+    /// #     .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+    /// #     .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
     /// #     .temperature(1.0)
     /// #     .build()?;
     /// let mut parts = fluid.into_parts();
@@ -69,7 +69,7 @@ impl Scene {
     /// # Errors
     /// [`SceneErrorKind::Value`] if the time is not positive or the number of events is 0. In a replica exchange, the
     /// time must also be a whole number of exchange intervals, and a number of events is not allowed.
-    pub fn with_limit(self, limit: Limit) -> Result<Self, SceneError> {
+    pub fn with_limit(self, limit: Until) -> Result<Self, SceneError> {
         let at = ConfigPath::root().key("run");
         plan::check_limit(limit, at.key("until_time"), at.key("until_events"))?;
         let mut parts = self.into_parts();
@@ -150,16 +150,16 @@ mod tests {
     use super::*;
     use crate::model::space::Boundary;
     use crate::model::{Bond, InteractionId, Potential, SpeciesId};
-    use crate::scene::{Amount, Lattice};
+    use crate::scene::{Fill, InteractionDraft, Lattice, SpeciesDraft};
 
     fn fluid() -> Scene {
         SceneBuilder::new("fluid")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
-            .bond_interaction("rope", Potential::bond(1.0, 1.8).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0).unwrap()).between("A", "A"))
+            .interaction(InteractionDraft::new(Potential::bond(1.0, 1.8).unwrap()).named("rope"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
             .temperature(1.0)
-            .bond(0, 1, "rope")
+            .bond([0, 1], "rope")
             .build()
             .unwrap()
     }

@@ -5,7 +5,7 @@ use crate::base::text::digits;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
 use crate::model::{
-    Growth, GrowthTarget, Limit, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError, Threads,
+    Growth, GrowthTarget, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError, Threads, Until,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -43,7 +43,7 @@ pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     refuse(ConfigPath::root().key("start_time"), digits(*start_time), expected)
 }
 
-pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) -> Result<(), SceneError> {
+pub(super) fn check_limit(limit: Until, time: ConfigPath, events: ConfigPath) -> Result<(), SceneError> {
     positive_if_given(limit.time, time)?;
     if limit.events == Some(0) {
         return refuse(events, 0, "at least 1");
@@ -97,7 +97,7 @@ impl SceneParts {
             let expected = "no growth: a stage that is measured has diameters that are constant; let them grow in a stage before it";
             return refuse(at.key("grow"), "given in a measured stage", expected);
         }
-        if stage.limit == Limit::default() {
+        if stage.limit == Until::default() {
             return Err(missing(&at, "until_time", "give it or until_events, so that the stage ends"));
         }
         let name = &stage.name;

@@ -4,9 +4,8 @@ use super::*;
 use crate::engine::{Simulation, Until};
 use crate::io::convert::tests::converted;
 use crate::model::Format;
-use crate::model::potential::Potential;
 use crate::model::space::Space;
-use crate::scene::{Fill, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use crate::trajectory::extended_xyz::{FrameReader, write_frame};
 
 /// Simulates a dilute gas whose particles cross the periodic box. Returns its frames, and unwrapped positions as sums
@@ -14,11 +13,17 @@ use crate::trajectory::extended_xyz::{FrameReader, write_frame};
 fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     let space = Space { size: Vector::new(5.0, 4.5, 4.0), ..Space::periodic_cube(1.0) };
     let gas = SceneBuilder::new("gas")
-        .species("ball", 0.7, 0.5)
+        .species(SpeciesDraft::new("ball").mass(0.7).diameter(0.5))
         // Shear heats the gas. Inelastic contacts remove the heat.
-        .interaction("ball", "ball", Potential::hard_sphere(0.5).unwrap(), if shear_rate.is_some() { 0.6 } else { 1.0 })
+        .interaction(
+            InteractionDraft::new(Model::HardSphere).between("ball", "ball").restitution(if shear_rate.is_some() {
+                0.6
+            } else {
+                1.0
+            }),
+        )
         .space(Space { lower: Vector::new(-1.0, 2.0, 0.0), ..space })
-        .add_fill(Fill::new(Lattice::SimpleCubic, "ball").count(27))
+        .fill(Fill::new(Lattice::SimpleCubic, "ball").count(27))
         .temperature(1.0);
     let gas = if let Some(rate) = shear_rate { gas.shear(rate) } else { gas };
     let scene = gas.build().unwrap();

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
-use crate::model::{Limit, Scene, Species, StaticSurface, Threads};
+use crate::model::{Scene, Species, StaticSurface, Threads, Until};
 
 /// A fact of a scene: a label and at least one line of text.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Fact {
 #[must_use]
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
-    let equilibrates = run.until_stationary || run.equilibration != Limit::default();
+    let equilibrates = run.until_stationary || run.equilibration != Until::default();
     let all: [(&'static str, Vec<String>); 15] = [
         ("start", start(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),

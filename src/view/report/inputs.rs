@@ -95,7 +95,8 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
         Ok(text) => text,
         Err(source) => return Err(ViewError::Unreadable { path, source }),
     };
-    let summary: Summary = serde_json::from_slice(&text).map_err(|source| ViewError::Summary { path, source })?;
+    let summary: Summary =
+        serde_json::from_slice(&text).map_err(|error| ViewError::Summary { path, source: error.into() })?;
     let mut notes = Vec::new();
     let (scene_text, scene) = scene(run, &mut notes);
     let mut measurements = measurements(run, &mut notes);

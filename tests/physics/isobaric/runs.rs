@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 
 use carom::Vector;
-use carom::engine::{Snapshot, Until};
+use carom::engine::Snapshot;
 use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
-use carom::model::{Barostat, Limit, OutputPlan, RunPlan, Scene, StagePlan};
+use carom::model::{Barostat, OutputPlan, RunPlan, Scene, StagePlan, Until};
 use carom::run::{Run, run};
-use carom::scene::{Amount, Chain, Lattice, SceneBuilder};
+use carom::scene::{Chain, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 use super::{TEMPERATURE, bath, hard, observable, plan, space};
 
@@ -27,12 +27,12 @@ fn chains() -> SceneBuilder {
     let well = Potential::square_well(1.0, 1.4, 0.3).unwrap();
     let mut scene = SceneBuilder::new("chains")
         .space(Space { size: Vector::new(9.0, 7.0, 0.0), ..space(9.0, 2) })
-        .species("A", 1.3, 1.0)
-        .species("B", 0.7, 1.0)
-        .interaction("A", "A", well, 1.0)
-        .interaction("A", "B", hard(), 1.0)
-        .interaction("B", "B", hard(), 1.0)
-        .bond_interaction("link", Potential::bond(1.0, 1.2).unwrap(), 1.0);
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(well).between("A", "A"))
+        .interaction(InteractionDraft::new(hard()).between("A", "B"))
+        .interaction(InteractionDraft::new(hard()).between("B", "B"))
+        .interaction(InteractionDraft::new(Potential::bond(1.0, 1.2).unwrap()).named("link"));
     scene.insert_chain(chain((Vector::new(6.2, 1.0, 0.0), Vector::new(1.0, 0.35, 0.0))));
     for y in 0..3 {
         scene.insert_particle("B", Vector::new(1.3 + f64::from(y), 0.6, 0.0), Vector::new(0.3, -0.2, 0.0));
@@ -83,24 +83,24 @@ fn pauses_and_threads_do_not_change_an_isobaric_run() {
     let barostat = Barostat { pressure: 2.0, interval: 0.1, amplitude: None };
     let stage = StagePlan {
         name: "press".to_owned(),
-        limit: Limit::time(6.0),
+        limit: Until::time(6.0),
         thermostat: bath(2.0),
         barostat: Some(barostat),
         ..StagePlan::default()
     };
     let plan = RunPlan {
         stages: vec![stage],
-        equilibration: Limit::time(1.0),
-        limit: Limit::time(3.0),
+        equilibration: Until::time(1.0),
+        limit: Until::time(3.0),
         thermostat: bath(1.0),
         barostat: Some(Barostat { interval: 0.07, ..barostat }),
         ..RunPlan::default()
     };
     let output = OutputPlan { thermo_interval: Some(0.25), frame_interval: Some(1.0), ..OutputPlan::default() };
     let scene = SceneBuilder::new("bits")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", Potential::square_well(1.0, 1.5, 0.5).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 0.5).unwrap()).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.3))
         .temperature(1.0)
         .run(plan)
         .output(output)
@@ -115,16 +115,16 @@ fn pauses_and_threads_do_not_change_an_isobaric_run() {
 fn run_starts_at_the_volume_left_by_the_stage_before() {
     let stage = StagePlan {
         name: "press".to_owned(),
-        limit: Limit::time(60.0),
+        limit: Until::time(60.0),
         thermostat: bath(2.0),
         barostat: Some(Barostat { pressure: 5.0, interval: 0.02, amplitude: Some(0.02) }),
         ..StagePlan::default()
     };
-    let plan = RunPlan { stages: vec![stage], limit: Limit::time(100.0), ..RunPlan::default() };
+    let plan = RunPlan { stages: vec![stage], limit: Until::time(100.0), ..RunPlan::default() };
     let scene = SceneBuilder::new("pressed")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", hard(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
         .temperature(TEMPERATURE)
         .run(plan)
         .build()

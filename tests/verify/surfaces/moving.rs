@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use carom::Vector;
 use carom::check::verify::{Certificate, End, Verifier};
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Limit, MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh};
+use carom::model::{ContactLaw, MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh, Until};
 use carom::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
 
 use super::{KINDS, MIDDLE, around, cuboid, grains, turned};
@@ -131,7 +131,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
     for (motions, count) in [(&shakes, 3), (&sinks, 3), (&shakes, 40), (&sinks, 40)] {
         let space = Space { boundary: [Boundary::Periodic, Boundary::Periodic, between], ..Space::periodic_cube(7.0) };
         let gas = grains(0, 0).space(space).gravity(Vector::z() * -0.3);
-        let gas = gas.add_fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
+        let gas = gas.fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
         let shapes = vec![rod.clone(), ball.clone(), SurfaceShape::Mesh(block.clone())];
         let found = assert_moving("plates", moving(gas, shapes, motions, 1.0), 1500);
         assert!(found.counts.surface > 200, "{count}: {:?}", found.counts);
@@ -145,7 +145,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let gas = grains(0, 0).space(space.clone()).gravity(Vector::new(-0.3, -1.0, 0.1) * gravity);
         let region = Fill::new(Arrangement::Random, "A").count(20);
         let region = region.region(Vector::new(1.5, 4.2, 0.0), Vector::new(5.5, 5.5, 7.0));
-        let gas = gas.add_fill(region).temperature(1.0);
+        let gas = gas.fill(region).temperature(1.0);
         let scene = moving(gas, vec![SurfaceShape::Mesh(paddle.clone()), pipe.clone()], &for_ever(turn), 0.95);
         let found = assert_moving("paddle", scene, 1500);
         assert!(found.counts.surface > 200, "{:?}", found.counts);
@@ -187,8 +187,8 @@ fn gravity_that_turns_is_proven() {
     for name in ["rotating_drum", "tilting_box"] {
         let shorter = |time: f64| {
             let mut parts = config(name).into_parts();
-            parts.run.stages.iter_mut().for_each(|stage| stage.limit = Limit::time(time));
-            parts.run.limit = Limit::time(time);
+            parts.run.stages.iter_mut().for_each(|stage| stage.limit = Until::time(time));
+            parts.run.limit = Until::time(time);
             Scene::new(parts).unwrap()
         };
         let certificate = prove(shorter(1.0), 0, 2500);
@@ -198,7 +198,7 @@ fn gravity_that_turns_is_proven() {
         let certificate = prove(shorter(0.7), 2500, 1000);
         assert_proven(name, &certificate, 1000);
         let mut parts = shorter(1.0).into_parts();
-        parts.run.stages.iter_mut().for_each(|stage| stage.limit = Limit::events(400));
+        parts.run.stages.iter_mut().for_each(|stage| stage.limit = Until::events(400));
         assert_proven(name, &prove(Scene::new(parts).unwrap(), 0, 1500), 1500);
     }
 }

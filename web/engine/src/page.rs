@@ -140,7 +140,7 @@ impl Page {
         // The cast saturates: an infinite number of events becomes a number that is never reached.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`as` saturates")]
         let events = run.simulation().event_counts().physical().saturating_add(events as u64);
-        let until = Until { time, events };
+        let until = Until::time(time).or_events(events);
         if self.is_over {
             let reason = run.simulation_mut().advance(until);
             self.run = Some(run);

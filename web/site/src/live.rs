@@ -119,7 +119,7 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
 fn later(scene: &Scene) -> Frame {
     let mut frame = Frame::start_of(scene);
     let time = scene.run().limit.time.map_or(f64::INFINITY, |time| time / 3.0);
-    let Ok((run, _)) = Run::new(scene.clone()).advance(Until { time, events: PICTURE_EVENTS }, &mut ()) else {
+    let Ok((run, _)) = Run::new(scene.clone()).advance(Until::time(time).or_events(PICTURE_EVENTS), &mut ()) else {
         return frame;
     };
     let snapshot = run.simulation().snapshot();

@@ -5,9 +5,8 @@ use crate::analysis::instruments::test_system::{
 };
 use crate::analysis::published::HardSphereFluid;
 use crate::engine::Simulation;
-use crate::model::potential::Potential;
 use crate::model::space::Space;
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 fn diffusion(simulation: &Simulation, system: &SystemDescription, plan: &Plan, duration: f64) -> Diffusion {
     instrument(simulation, system, duration, |setup| Diffusion::new(plan, setup))
@@ -86,11 +85,11 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
             size: crate::Vector::new(10.0, 10.0, 0.0),
             ..Space::periodic_cube(10.0)
         })
-        .species("A", 1.0, 0.1)
-        .species("B", 3.0, 0.1)
-        .no_interaction("A", "A")
-        .no_interaction("A", "B")
-        .no_interaction("B", "B")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(0.1))
+        .species(SpeciesDraft::new("B").mass(3.0).diameter(0.1))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+        .interaction(InteractionDraft::new(Model::None).between("B", "B"))
         .particle("A", particle(1.0, 1.0), particle(7.0, 1.0))
         .particle("B", particle(5.0, 5.0), particle(3.0, 1.0))
         .build()
@@ -120,11 +119,11 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
     let scene = SceneBuilder::new("free")
         .space(Space::periodic_cube(10.0))
         .shear(0.3)
-        .species("A", 1.0, 0.1)
-        .species("B", 3.0, 0.1)
-        .no_interaction("A", "A")
-        .no_interaction("A", "B")
-        .no_interaction("B", "B")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(0.1))
+        .species(SpeciesDraft::new("B").mass(3.0).diameter(0.1))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+        .interaction(InteractionDraft::new(Model::None).between("B", "B"))
         .particle("A", crate::Vector::repeat(1.0), crate::Vector::new(7.0, 5.0, 2.0))
         .particle("B", crate::Vector::repeat(5.0), crate::Vector::new(3.0, 1.0, -1.0))
         .build()
@@ -155,9 +154,9 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
 fn memory_and_samples_are_bounded_in_a_long_run() {
     let scene = SceneBuilder::new("alone")
         .space(Space::periodic_cube(10.0))
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::SimpleCubic, "A", 2, Amount::PackingFraction(0.001))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::SimpleCubic, "A").count(2).packing_fraction(0.001))
         .temperature(1.0);
     let (system, mut simulation) = start(scene.build().unwrap());
     let plan = Plan { interval: Some(1.0), span: Some(4.0) };
@@ -192,8 +191,8 @@ fn between_walls(walls: [bool; 3]) -> Measured {
     };
     let scene = SceneBuilder::new("free")
         .space(Space { boundary: std::array::from_fn(wall), ..Space::periodic_cube(10.0) })
-        .species("A", 1.0, 0.1)
-        .no_interaction("A", "A")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(0.1))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .particle("A", crate::Vector::repeat(1.0), crate::Vector::new(1.0, 2.0, 3.0))
         .particle("A", crate::Vector::repeat(5.0), crate::Vector::new(-1.0, -2.0, 1.0))
         .build()
@@ -227,9 +226,9 @@ fn late_start_time_gives_the_same_curves_and_ends() {
     let measured = |start_time: f64, interval: f64| {
         let scene = SceneBuilder::new("fluid")
             .start_time(start_time)
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 32, Amount::PackingFraction(0.2))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(32).packing_fraction(0.2))
             .temperature(1.0);
         let (system, mut simulation) = start(scene.build().unwrap());
         let plan = Plan { interval: Some(interval), span: Some(10.0 * interval) };

@@ -2,7 +2,7 @@ use super::*;
 use crate::analysis::instruments::test_system::{Recorded, hard_spheres, instrument, measure, number, report, start};
 use crate::engine::Simulation;
 use crate::model::space::Space;
-use crate::scene::SceneBuilder;
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 fn plan(axis: &str, at: f64) -> Plan {
     Plan {
@@ -25,11 +25,11 @@ fn plan(axis: &str, at: f64) -> Plan {
 fn two() -> (SystemDescription, Simulation) {
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(10.0))
-        .species("A", 1.0, 1.0)
-        .species("B", 2.7, 1.0)
-        .no_interaction("A", "A")
-        .no_interaction("A", "B")
-        .no_interaction("B", "B")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(2.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+        .interaction(InteractionDraft::new(Model::None).between("B", "B"))
         .particle("A", Vector::new(1.0, 5.0, 2.5), Vector::new(2.0, 0.5, 0.0))
         .particle("B", Vector::new(5.0, 4.0, 7.5), Vector::new(0.0, -3.5, 0.0));
     start(scene.build().unwrap())
@@ -60,9 +60,14 @@ fn passages_are_signed_and_go_around_the_box() {
 
 #[test]
 fn more_crossings_between_two_samples_than_are_handled_one_by_one_are_all_counted() {
-    let scene = SceneBuilder::new("fast").space(Space::periodic_cube(10.0)).species("A", 1.0, 1.0);
-    let scene =
-        scene.no_interaction("A", "A").particle("A", Vector::new(1.0, 5.0, 2.5), Vector::new(-25_003.0, 0.0, 0.0));
+    let scene = SceneBuilder::new("fast")
+        .space(Space::periodic_cube(10.0))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0));
+    let scene = scene.interaction(InteractionDraft::new(Model::None).between("A", "A")).particle(
+        "A",
+        Vector::new(1.0, 5.0, 2.5),
+        Vector::new(-25_003.0, 0.0, 0.0),
+    );
     let coarse = Plan { interval: Some(50.0), ..plan("x", 4.0) };
     for lower in [None, Some([-f64::MAX, 0.0, 0.0])] {
         let plan = Plan { lower, ..coarse.clone() };
@@ -77,11 +82,11 @@ fn more_crossings_between_two_samples_than_are_handled_one_by_one_are_all_counte
 #[test]
 fn tilted_plane_counts_crossings_inside_its_bounds() {
     let open = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(10.0) };
-    let scene = SceneBuilder::new("one").space(open).species("A", 1.0, 1.0).no_interaction("A", "A").particle(
-        "A",
-        Vector::new(1.0, 5.0, 2.5),
-        Vector::new(2.0, 0.5, 0.0),
-    );
+    let scene = SceneBuilder::new("one")
+        .space(open)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+        .particle("A", Vector::new(1.0, 5.0, 2.5), Vector::new(2.0, 0.5, 0.0));
     let scene = scene.build().unwrap();
     // The particle crosses the plane `x + y = 10` at t = 1.6, where x = 4.2.
     let tilted = Plan { axis: None, normal: Some([3.0, 3.0, 0.0]), ..plan("", 50.0_f64.sqrt()) };

@@ -6,7 +6,7 @@ use crate::engine::{Simulation, Until};
 use crate::model::Thermostat;
 use crate::model::potential::Potential;
 use crate::model::space::{Space, nearest_image};
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
@@ -224,9 +224,9 @@ fn cutoffs_stay_below_half_a_period_and_bins_below_their_limit() {
 fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let scene = SceneBuilder::new("fluid")
         .seed(5)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.3))
         .temperature(1.0)
         .build()
         .unwrap();
@@ -263,9 +263,9 @@ fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
     let (mass, temperature) = (1.7, 1.3);
     let scene = SceneBuilder::new("fluid")
         .seed(9)
-        .species("A", mass, 1.0)
-        .interaction("A", "A", potential, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.15))
+        .species(SpeciesDraft::new("A").mass(mass).diameter(1.0))
+        .interaction(InteractionDraft::new(potential).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.15))
         .temperature(temperature)
         .build()
         .unwrap();
@@ -310,15 +310,15 @@ fn steps_outside_cores_include_bonds() {
     let scene = |shortest: f64, longest: f64| {
         SceneBuilder::new("pairs")
             .space(Space::periodic_cube(10.0))
-            .species("A", 1.0, 1.0)
-            .species("B", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .interaction("A", "B", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
-            .interaction("B", "B", Potential::penetrable(1.0, 1.0).unwrap(), 1.0)
-            .bond_interaction("link", bond(shortest, longest), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .species(SpeciesDraft::new("B").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0).unwrap()).between("A", "B"))
+            .interaction(InteractionDraft::new(Potential::penetrable(1.0, 1.0).unwrap()).between("B", "B"))
+            .interaction(InteractionDraft::new(bond(shortest, longest)).named("link"))
             .particle("A", Vector::repeat(1.0), Vector::zeros())
             .particle("A", Vector::new(2.05, 1.0, 1.0), Vector::zeros())
-            .bond(0, 1, "link")
+            .bond([0, 1], "link")
             .particle("B", Vector::repeat(5.0), Vector::zeros())
             .build()
             .unwrap()

@@ -5,7 +5,7 @@ use crate::engine::Simulation;
 use crate::model::potential::Potential;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
-use crate::scene::{Arrangement, Fill, SceneBuilder};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 /// The masses are not powers of two, so that products with them are rounded.
 const MASSES: [f64; 2] = [0.7, 3.3];
@@ -23,18 +23,18 @@ fn mixture(space: Space, counts: &[u64], is_hard: bool, drawn: impl Fn(SceneBuil
     let names: Vec<String> = (0..counts.len()).map(|k| format!("S{k}")).collect();
     let mut scene = SceneBuilder::new("mixture").space(space).seed(3);
     for (k, name) in names.iter().enumerate() {
-        scene = scene.species(name, MASSES[k % 2] + (k / 2) as f64, 1.0);
+        scene = scene.species(SpeciesDraft::new(name).mass(MASSES[k % 2] + (k / 2) as f64).diameter(1.0));
     }
     for (k, a) in names.iter().enumerate() {
         for b in &names[k..] {
             scene = match is_hard {
-                true => scene.interaction(a, b, Potential::hard_sphere(1.0).unwrap(), 1.0),
-                false => scene.no_interaction(a, b),
+                true => scene.interaction(InteractionDraft::new(Potential::hard_sphere(1.0).unwrap()).between(a, b)),
+                false => scene.interaction(InteractionDraft::new(Model::None).between(a, b)),
             };
         }
     }
     for (name, count) in names.iter().zip(counts) {
-        scene = scene.add_fill(Fill::new(Arrangement::Random, name).count(*count));
+        scene = scene.fill(Fill::new(Arrangement::Random, name).count(*count));
     }
     drawn(scene)
 }

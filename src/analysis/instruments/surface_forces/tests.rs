@@ -3,11 +3,10 @@
 use super::*;
 use crate::analysis::instruments::test_system::{Recorded, estimate, instrument, measure, report, start};
 use crate::mesh::revolution::revolution;
-use crate::model::potential::Potential;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::model::{ContactLaw, Scene, SurfaceShape};
-use crate::scene::{SceneBuilder, SurfaceDraft};
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
 fn plan(axis: Option<&str>) -> Plan {
     Plan { interval: None, axis: axis.map(str::to_owned), bins: Some(10) }
@@ -30,11 +29,11 @@ fn mean_force_of_bouncing_balls_is_their_weight() {
     let scene = SceneBuilder::new("weight")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -2.0))
-        .species("A", 0.7, 1.0)
-        .species("B", 3.1, 1.0)
-        .no_interaction("A", "B")
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .interaction("B", "B", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(3.1).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("B", "B"))
         .surface(SurfaceDraft::new("slope", slope).only("A"))
         .particle("A", Vector::new(5.0, 5.0, 7.0), Vector::zeros())
         .particle("B", Vector::new(12.0, 5.0, 1.5), Vector::zeros())
@@ -69,10 +68,12 @@ fn filled(
     interacts: bool,
 ) -> Scene {
     let mut random = Random::new(seed, Purpose::Placement, 0);
-    let mut scene = open("cavity").species("A", 0.7, 0.3).surface(SurfaceDraft::new("cavity", cavity));
+    let mut scene = open("cavity")
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.3))
+        .surface(SurfaceDraft::new("cavity", cavity));
     scene = match interacts {
-        true => scene.interaction("A", "A", Potential::hard_sphere(0.3).unwrap(), 1.0),
-        false => scene.no_interaction("A", "A"),
+        true => scene.interaction(InteractionDraft::new(Model::HardSphere).between("A", "A")),
+        false => scene.interaction(InteractionDraft::new(Model::None).between("A", "A")),
     };
     let mut placed: Vec<Vector> = Vec::new();
     while placed.len() < count as usize {

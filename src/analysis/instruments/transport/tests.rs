@@ -5,7 +5,7 @@ use crate::analysis::instruments::test_system::{
 use crate::analysis::published::HardSphereFluid;
 use crate::engine::Simulation;
 use crate::model::potential::Potential;
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 fn transport(simulation: &Simulation, system: &SystemDescription, duration: f64) -> Transport {
     instrument(simulation, system, duration, |setup| Transport::new(&Plan::default(), setup))
@@ -39,9 +39,9 @@ fn a_hard_sphere_fluid_has_the_coefficients_of_enskog() {
 fn wells_have_no_conductivity_and_dissipative_systems_no_transport() {
     let scene = |potential: Potential, restitution: f64| {
         let scene = SceneBuilder::new("fluid")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", potential, restitution)
-            .fill(Lattice::FaceCentredCubic, "A", 32, Amount::PackingFraction(0.1))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(potential).between("A", "A").restitution(restitution))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(32).packing_fraction(0.1))
             .temperature(2.0)
             .build()
             .unwrap();

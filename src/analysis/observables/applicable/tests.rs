@@ -1,13 +1,13 @@
 use super::*;
 use crate::engine::Until;
 use crate::model::space::{Boundary, Space};
-use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 fn pair() -> SceneBuilder {
     SceneBuilder::new("pair")
         .space(Space::periodic_cube(10.0))
-        .species("A", 2.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(2.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", Vector::new(3.0, 5.0, 5.0), Vector::new(3.0, 0.0, 0.0))
         .particle("A", Vector::new(7.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0))
 }
@@ -49,8 +49,8 @@ fn walls_gravity_and_static_particles_disable_observables() {
     assert!(falling.has_height());
 
     let with_static = pair()
-        .static_species("S", 1.0)
-        .interaction("A", "S", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0).unwrap()).between("A", "S"))
         .particle("S", Vector::zeros(), Vector::zeros());
     let with_static = ApplicableObservables::of(&with_static.build().unwrap());
     assert!(!with_static.conserves_momentum && !with_static.has_pressure && with_static.has_wells);
@@ -60,9 +60,9 @@ fn walls_gravity_and_static_particles_disable_observables() {
 #[test]
 fn system_at_rest_has_unknown_equilibrium() {
     let scene = SceneBuilder::new("rest")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 32, Amount::PackingFraction(0.2))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(32).packing_fraction(0.2))
         .build()
         .unwrap();
     let mut observer = crate::analysis::observables::Observer::new(&scene);
@@ -78,9 +78,9 @@ fn system_at_rest_has_unknown_equilibrium() {
 #[test]
 fn fluid_virial_is_positive_and_rates_match_the_counts() {
     let scene = SceneBuilder::new("fluid")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.2))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(256).packing_fraction(0.2))
         .temperature(1.5)
         .build()
         .unwrap();
@@ -112,8 +112,8 @@ fn only_motion_normal_to_the_walls_gives_pressure() {
     // 2, so the pressure is 1 / 900. The other particle moves along the walls.
     let scene = SceneBuilder::new("slit")
         .space(slit())
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", Vector::new(3.0, 5.0, 2.0), Vector::new(1.0, 0.0, 0.0))
         .particle("A", Vector::new(7.0, 5.0, 7.0), Vector::new(0.0, 2.0, 0.0));
     let scene = scene.build().unwrap();
@@ -133,14 +133,16 @@ fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
     let mut scene = SceneBuilder::new("driven")
         .space(slit())
         .wall_temperature(0, 0.2)
-        .species("A", 1.0, 1.0)
-        .species("B", 5.0, 2.0);
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(5.0).diameter(2.0));
     for (pair, diameter) in [(["A", "A"], 1.0), (["A", "B"], 1.5), (["B", "B"], 2.0)] {
-        scene = scene.interaction(pair[0], pair[1], Potential::hard_sphere(diameter).unwrap(), 0.7);
+        scene = scene.interaction(
+            InteractionDraft::new(Potential::hard_sphere(diameter).unwrap()).between(pair[0], pair[1]).restitution(0.7),
+        );
     }
     let scene = scene
-        .add_fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "A").count(40) })
-        .add_fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "B").count(10) })
+        .fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "A").count(40) })
+        .fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "B").count(10) })
         .build()
         .unwrap();
     let mut observer = crate::analysis::observables::Observer::new(&scene);

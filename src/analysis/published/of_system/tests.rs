@@ -1,7 +1,7 @@
 use super::*;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::scene::SceneBuilder;
+use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
 fn scene(dimensions: usize, potential: Potential, restitution: f64) -> Scene {
     let mut space = Space::periodic_cube(10.0);
@@ -10,9 +10,9 @@ fn scene(dimensions: usize, potential: Potential, restitution: f64) -> Scene {
     }
     SceneBuilder::new("two")
         .space(space)
-        .species("unused", 1.0, 1.0)
-        .species("A", 3.0, 2.0)
-        .interaction("A", "A", potential, restitution)
+        .species(SpeciesDraft::new("unused").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("A").mass(3.0).diameter(2.0))
+        .interaction(InteractionDraft::new(potential).between("A", "A").restitution(restitution))
         .particle("A", Vector::new(1.5, 0.0, 0.0), Vector::zeros())
         .particle("A", Vector::new(6.5, 0.0, 0.0), Vector::zeros())
         .build()

@@ -9,7 +9,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::scene::Particle;
 use crate::model::space::{Boundary, Space, minimum_image};
 use crate::model::{ParticleId, Scene};
-use crate::scene::{Arrangement, Fill, SceneBuilder};
+use crate::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
@@ -147,12 +147,12 @@ fn simulation_stays_consistent_as_particles_leave_and_enter() {
     let walls = Space { boundary: [Boundary::walls(0.9); 3], ..Space::periodic_cube(12.0) };
     let among_static = SceneBuilder::new("static")
         .space(walls)
-        .static_species("S", 1.0)
-        .species("A", 0.7, 1.0)
-        .interaction("A", "S", hard(), 1.0)
-        .interaction("A", "A", hard(), 0.9)
-        .add_fill(Fill::new(Arrangement::Random, "S").count(100))
-        .add_fill(Fill::new(Arrangement::Random, "A").count(200))
+        .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(hard()).between("A", "S"))
+        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.9))
+        .fill(Fill::new(Arrangement::Random, "S").count(100))
+        .fill(Fill::new(Arrangement::Random, "A").count(200))
         .temperature(1.3);
     check::<false, true>(&among_static.build().unwrap(), "static", 1.0);
 }

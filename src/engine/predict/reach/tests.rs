@@ -7,26 +7,26 @@ use crate::engine::predict::{Scratch, is_out_of_reach};
 use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::physics::detection::lanes::Simd;
-use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 pub(in crate::engine) fn box_of_spheres(count: u64, packing_fraction: f64, is_mixture: bool, shear_rate: f64) -> Scene {
     let hard_sphere = |diameter| Potential::hard_sphere(diameter).unwrap();
-    let mut scene = SceneBuilder::new("small").species("A", 1.0, 1.0).interaction("A", "A", hard_sphere(1.0), 1.0);
+    let mut scene = SceneBuilder::new("small")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard_sphere(1.0)).between("A", "A"));
     let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
     if is_mixture {
         fill.composition.push(("B".to_owned(), 1.0));
-        scene = scene.species("B", 0.7, 0.6).interaction("A", "B", hard_sphere(0.8), 0.9).interaction(
-            "B",
-            "B",
-            hard_sphere(0.6),
-            1.0,
-        );
+        scene = scene
+            .species(SpeciesDraft::new("B").mass(0.7).diameter(0.6))
+            .interaction(InteractionDraft::new(hard_sphere(0.8)).between("A", "B").restitution(0.9))
+            .interaction(InteractionDraft::new(hard_sphere(0.6)).between("B", "B"));
     }
-    fill = fill.count(count).amount(Amount::PackingFraction(packing_fraction));
+    fill = fill.count(count).packing_fraction(packing_fraction);
     if shear_rate != 0.0 {
         scene = scene.shear(shear_rate);
     }
-    scene.add_fill(fill).temperature(1.0).build().unwrap()
+    scene.fill(fill).temperature(1.0).build().unwrap()
 }
 
 /// Compares the predictions of the engine with tests of all pairs and images, one at a time. The engine must use cells.

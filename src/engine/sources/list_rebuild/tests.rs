@@ -8,7 +8,7 @@ use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space, minimum_image};
 use crate::model::{ContactLaw, Scene};
 use crate::physics::overlap::Side;
-use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 /// Checks that every uncaptured pair within reach is in the lists of both particles, that the lists contain no other
 /// pairs, and that each particle is within its skin.
@@ -50,11 +50,13 @@ fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
 
 fn spheres() -> SceneBuilder {
     let hard = Potential::hard_sphere(1.0).unwrap();
-    SceneBuilder::new("fluid").species("A", 1.0, 1.0).interaction("A", "A", hard, 1.0)
+    SceneBuilder::new("fluid")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(hard).between("A", "A"))
 }
 
 fn fluid() -> Scene {
-    let spheres = spheres().fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45));
+    let spheres = spheres().fill(Fill::new(Lattice::FaceCentredCubic, "A").count(500).packing_fraction(0.45));
     spheres.temperature(1.0).build().unwrap()
 }
 
@@ -89,7 +91,7 @@ fn lists_stay_complete_in_a_small_box_far_from_the_origin() {
     for lower in [1e4, -1e6, 1e8] {
         let space = Space { lower: Vector::repeat(lower), ..Space::periodic_cube(3.9) };
         let fill = Fill::new(Arrangement::Random, "A").count(32);
-        check::<false, false>(&spheres().space(space).add_fill(fill).temperature(1.0).build().unwrap(), 3_000);
+        check::<false, false>(&spheres().space(space).fill(fill).temperature(1.0).build().unwrap(), 3_000);
     }
 }
 
@@ -98,13 +100,13 @@ fn lists_stay_complete_in_a_small_box_far_from_the_origin() {
 fn mixture(size: f64, (mass, diameter): (f64, f64), [own, mixed]: [Potential; 2], [first, second]: [u64; 2]) -> Scene {
     SceneBuilder::new("mixture")
         .space(Space::periodic_cube(size))
-        .species("A", 1.0, 1.0)
-        .species("B", mass, diameter)
-        .interaction("A", "A", own, 1.0)
-        .interaction("A", "B", mixed, 1.0)
-        .interaction("B", "B", Potential::hard_sphere(diameter).unwrap(), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(first))
-        .add_fill(Fill::new(Arrangement::Random, "B").count(second))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(mass).diameter(diameter))
+        .interaction(InteractionDraft::new(own).between("A", "A"))
+        .interaction(InteractionDraft::new(mixed).between("A", "B"))
+        .interaction(InteractionDraft::new(Potential::hard_sphere(diameter).unwrap()).between("B", "B"))
+        .fill(Fill::new(Arrangement::Random, "A").count(first))
+        .fill(Fill::new(Arrangement::Random, "B").count(second))
         .temperature(1.0)
         .build()
         .unwrap()
@@ -137,17 +139,17 @@ fn lists_are_complete_for_grains_that_fall_on_static_ones() {
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
         .contact_time(1e-3)
-        .species("A", 1.0, 1.0)
-        .static_species("S", 1.0)
-        .interaction("A", "A", hard(), 0.5)
-        .interaction("A", "S", hard(), 0.5);
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .species(SpeciesDraft::new("S").diameter(1.0).fixed())
+        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.5))
+        .interaction(InteractionDraft::new(hard()).between("A", "S").restitution(0.5));
     for k in 0..36 {
         let at = Vector::new(2.0 * f64::from(k % 6) + 1.0, 2.0 * f64::from(k / 6) + 1.0, 1.0);
         builder = builder.particle("S", at, Vector::zeros());
     }
     let region = (Vector::new(0.0, 0.5, 2.1), Vector::new(12.0, 11.5, 8.5));
     let fill = Fill::new(Arrangement::Random, "A").count(500).region(region.0, region.1);
-    check::<true, true>(&builder.add_fill(fill).temperature(1.0).build().unwrap(), 200_000);
+    check::<true, true>(&builder.fill(fill).temperature(1.0).build().unwrap(), 200_000);
 }
 
 /// Compares the predicted contact of each particle with the first contact among 125 images of every other particle.

@@ -5,7 +5,7 @@ use crate::engine::domains::Domains;
 use crate::engine::{SingleThread, Until};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Potential, Scene};
-use crate::scene::{Amount, Lattice, SceneBuilder, SpeciesDraft};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 fn ids(groups: [&[u32]; 2]) -> [Vec<ParticleId>; 2] {
     groups.map(|group| group.iter().map(|id| ParticleId(*id)).collect())
@@ -32,14 +32,14 @@ fn molecules() -> Scene {
     let bond = Potential::bond(0.9, 1.3).unwrap();
     let mut scene = SceneBuilder::new("molecules")
         .space(Space::periodic_cube(6.0))
-        .species("A", 1.3, 0.8)
-        .species("B", 0.7, 1.0)
-        .species("C", 2.1, 0.6)
-        .bond_interaction("bond", bond, 1.0);
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(0.8))
+        .species(SpeciesDraft::new("B").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("C").mass(2.1).diameter(0.6))
+        .interaction(InteractionDraft::new(bond).named("bond"));
     for (a, b, range) in [("A", "A", 0.8), ("A", "B", 0.9), ("B", "B", 1.0), ("A", "C", 0.7), ("B", "C", 0.8)] {
-        scene = scene.interaction(a, b, Potential::hard_sphere(range).unwrap(), 1.0);
+        scene = scene.interaction(InteractionDraft::new(Potential::hard_sphere(range).unwrap()).between(a, b));
     }
-    scene = scene.interaction("C", "C", Potential::hard_sphere(0.6).unwrap(), 1.0);
+    scene = scene.interaction(InteractionDraft::new(Model::HardSphere).between("C", "C"));
     let mut number = 0;
     for (x, y) in [(0.1, 0.2), (0.1, 3.1), (2.0, 1.5), (2.0, 4.4), (4.0, 0.3), (4.0, 3.2)] {
         for (name, z) in [("A", 5.8), ("B", 0.9), ("C", 3.0)] {
@@ -49,7 +49,7 @@ fn molecules() -> Scene {
         }
     }
     for pair in 0..6 {
-        scene = scene.bond(3 * pair, 3 * pair + 1, "bond");
+        scene = scene.bond([3 * pair, 3 * pair + 1], "bond");
     }
     scene.build().unwrap()
 }
@@ -94,8 +94,8 @@ fn reflection_at_window_conserves_momentum_energy_and_inner_motion() {
 fn system_with_a_restrained_distance_is_not_divided_into_domains() {
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(9.0))
-        .species("A", 0.7, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .particle("A", Vector::new(3.0, 1.0, 1.0), Vector::zeros());
     let mut simulation = Simulation::without_plan(scene.build().unwrap());
@@ -135,9 +135,9 @@ fn restrained_distance_stays_in_its_window() {
 #[test]
 fn distance_of_two_fluid_spheres_is_restrained() {
     let scene = SceneBuilder::new("fluid")
-        .species("A", 1.3, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
         .temperature(1.0)
         .build()
         .unwrap();
@@ -176,7 +176,8 @@ fn distances_are_restrained_in_one_two_and_three_dimensions() {
             scene.insert_species(SpeciesDraft::new(name).diameter(1.0).mass(mass));
         }
         for (a, b) in [("A", "A"), ("A", "B"), ("B", "B")] {
-            scene = scene.interaction(a, b, Potential::square_well(1.0, 1.5, 0.4).unwrap(), 1.0);
+            scene =
+                scene.interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 0.4).unwrap()).between(a, b));
         }
         for (name, x, v) in [("A", 1.0, 0.9), ("B", 3.1, -1.1), ("A", 5.2, 0.2), ("B", 7.1, -0.4)] {
             let keep = |v: Vector| Vector::from_fn(|axis, _| if is_free(axis) { v[axis] } else { 0.0 });
@@ -208,11 +209,11 @@ fn a_distance_at_an_end_of_its_window_comes_back() {
         for offset in [-1, 0, 1_i64] {
             let scene = SceneBuilder::new("pair")
                 .space(Space::periodic_cube(9.0))
-                .species("A", 1.3, 1.0)
-                .species("B", 0.7, 1.0)
-                .no_interaction("A", "A")
-                .no_interaction("A", "B")
-                .no_interaction("B", "B")
+                .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
+                .species(SpeciesDraft::new("B").mass(0.7).diameter(1.0))
+                .interaction(InteractionDraft::new(Model::None).between("A", "A"))
+                .interaction(InteractionDraft::new(Model::None).between("A", "B"))
+                .interaction(InteractionDraft::new(Model::None).between("B", "B"))
                 .particle("A", Vector::new(1.0, 4.0, 4.0), Vector::new(0.2, 0.0, 0.0))
                 .particle("B", Vector::new(3.1, 4.0, 4.0), Vector::new(0.2 + speed, 0.0, 0.0))
                 .build()

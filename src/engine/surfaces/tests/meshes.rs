@@ -11,7 +11,7 @@ use crate::mesh::revolution::revolution;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{Scene, SurfaceShape, TriangleMesh};
-use crate::scene::{SceneBuilder, SurfaceDraft};
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use std::ops::ControlFlow;
 
 /// Hard spheres of two sizes and masses on a cubic grid of edge length `room`, in the middle of an open box.
@@ -21,11 +21,11 @@ pub(super) fn gas(count: u32, room: f64, gravity: f64) -> SceneBuilder {
     let mut scene = SceneBuilder::new("gas")
         .space(space)
         .gravity(Vector::new(0.1, -0.2, -1.0) * gravity)
-        .species("A", 0.7, 0.5)
-        .species("B", 3.1, 0.8)
-        .interaction("A", "A", hard(0.5), 0.97)
-        .interaction("A", "B", hard(0.65), 0.97)
-        .interaction("B", "B", hard(0.8), 0.97);
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.5))
+        .species(SpeciesDraft::new("B").mass(3.1).diameter(0.8))
+        .interaction(InteractionDraft::new(hard(0.5)).between("A", "A").restitution(0.97))
+        .interaction(InteractionDraft::new(hard(0.65)).between("A", "B").restitution(0.97))
+        .interaction(InteractionDraft::new(hard(0.8)).between("B", "B").restitution(0.97));
     let side = f64::from(count).cbrt().ceil();
     for k in 0..count {
         let at = |n: f64| 10.0 + room * ((n.rem_euclid(side) + 0.5) / side - 0.5);
@@ -99,8 +99,8 @@ fn floor_of_many_triangles_acts_like_a_plane() {
         let ball = SceneBuilder::new("ball")
             .space(space)
             .gravity(Vector::new(0.0, 0.0, -1.0))
-            .species("ball", 0.7, 0.37)
-            .interaction("ball", "ball", Potential::hard_sphere(0.37).unwrap(), 1.0)
+            .species(SpeciesDraft::new("ball").mass(0.7).diameter(0.37))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "ball"))
             .particle("ball", Vector::new(-25.0, -25.0, 1.1), velocity);
         let plane = SurfaceShape::Plane { point: Vector::new(3.0, 1.0, 0.3), normal: Vector::z() };
         let smooth = contacts(
@@ -246,8 +246,8 @@ fn surface_across_periodic_side_acts_on_the_other_side() {
     let hard = Potential::hard_sphere(0.5).unwrap();
     let mut scene = SceneBuilder::new("corner")
         .space(Space::periodic_cube(6.0))
-        .species("A", 1.0, 0.5)
-        .interaction("A", "A", hard, 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(0.5))
+        .interaction(InteractionDraft::new(hard).between("A", "A"))
         .surface(mesh("block", TriangleMesh::cuboid(&Vector::repeat(-1.0), &Vector::repeat(1.2))));
     for k in 0..64 {
         let at = |n: u32| 1.6 + 0.9 * f64::from(n % 4);

@@ -4,10 +4,9 @@
 use super::meshes::{contacts, gas, mesh};
 use crate::Vector;
 use crate::engine::{Simulation, Until};
-use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh};
-use crate::scene::{SceneBuilder, SurfaceDraft};
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use std::f64::consts::{PI, TAU};
 
 const ALWAYS: (f64, f64) = (0.0, f64::INFINITY);
@@ -31,8 +30,8 @@ fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
     SceneBuilder::new("ball")
         .space(space)
         .gravity(Vector::z() * -gravity)
-        .species("A", 0.7, 0.5)
-        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .surface(floor)
         .particle("A", Vector::new(10.0, 10.0, height + 0.25), Vector::new(0.1, 0.0, speed))
         .build()
@@ -234,8 +233,8 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
     let scene = SceneBuilder::new("blade")
         .space(space)
-        .species("A", 0.7, 0.5)
-        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .surface(mesh("blade", blade).motion(moving(ALWAYS, kind)))
         .particle("A", Vector::new(13.0, 12.0, 10.0), Vector::zeros());
     let found = contacts(scene.build().unwrap(), 1);
@@ -260,8 +259,8 @@ fn turning_blade_does_not_hit_beyond_its_end() {
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
     let scene = SceneBuilder::new("blade")
         .space(space)
-        .species("A", 0.7, 0.5)
-        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .surface(mesh("blade", blade).motion(moving((0.0, 100.0), kind)))
         .particle("A", Vector::new(12.0, 12.0, 10.0), Vector::zeros());
     let mut simulation = Simulation::without_plan(scene.build().unwrap());

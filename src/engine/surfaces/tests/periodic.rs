@@ -6,9 +6,8 @@ use crate::engine::event::Other;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::parts::Engine;
 use crate::model::SurfaceShape;
-use crate::model::potential::Potential;
 use crate::model::space::Space;
-use crate::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
 const EDGE: f64 = 7.0;
 
@@ -20,12 +19,12 @@ fn gas(count: u64, gravity: f64) -> SceneBuilder {
     SceneBuilder::new("rod")
         .space(Space::periodic_cube(EDGE))
         .gravity(Vector::new(0.1, 0.2, -1.0) * gravity)
-        .species("A", 1.0, 0.5)
-        .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(0.5))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .surface(SurfaceDraft::new("rod", rod))
         .surface(SurfaceDraft::new("ball", ball(Vector::new(6.9, 3.0, 3.0))))
         .surface(SurfaceDraft::new("other", ball(Vector::new(3.0, 0.2, 6.8))))
-        .add_fill(Fill::new(Arrangement::Random, "A").count(count))
+        .fill(Fill::new(Arrangement::Random, "A").count(count))
         .temperature(1.0)
 }
 
@@ -74,9 +73,11 @@ fn surface_displaced_by_periods_acts_through_its_image_in_the_box() {
         };
         let ends = [Vector::new(6.5, 2.0, 1.0) + by, Vector::new(7.9, 3.0, 1.5) + by];
         let capsule = SurfaceShape::Capsule { ends, radius: 0.2 };
-        let scene = SceneBuilder::new("far").space(Space::periodic_cube(EDGE)).species("A", 1.0, 0.5);
+        let scene = SceneBuilder::new("far")
+            .space(Space::periodic_cube(EDGE))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(0.5));
         scene
-            .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .surface(SurfaceDraft::new("rod", rod))
             .surface(SurfaceDraft::new("capsule", capsule))
             .particle("A", Vector::new(3.0, 3.5, 3.0), Vector::new(0.31, 0.27, 0.93))

@@ -5,10 +5,10 @@ use super::*;
 use crate::analysis::instruments::Scalar;
 use crate::analysis::observables::Row;
 use crate::engine::{Simulation, Snapshot};
-use crate::model::{OutputPlan, Potential, RunPlan, Scene};
+use crate::model::{OutputPlan, RunPlan, Scene};
 use crate::run::checkpoint::{Checkpoint, Manifest};
 use crate::run::{Recorder, Run, RunState, Stage};
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 #[test]
 fn durations_are_rounded_to_two_digits() {
@@ -70,11 +70,11 @@ impl Kept {
 
 fn fluid(packing_fraction: f64, events: u64, output: OutputPlan) -> Scene {
     SceneBuilder::new("fluid")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(packing_fraction))
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(packing_fraction))
         .temperature(1.0)
-        .run(RunPlan { limit: Limit::events(events), ..RunPlan::default() })
+        .run(RunPlan { limit: Until::events(events), ..RunPlan::default() })
         .output(output)
         .build()
         .unwrap()
@@ -121,11 +121,11 @@ fn a_pilot_run_that_is_interrupted_goes_on() {
 
 #[test]
 fn default_frames_take_at_most_200_megabytes() {
-    let scene = |limit: Limit, frame_interval: Option<f64>| {
+    let scene = |limit: Until, frame_interval: Option<f64>| {
         SceneBuilder::new("large")
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108_000, Amount::PackingFraction(0.4))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108_000).packing_fraction(0.4))
             .temperature(1.0)
             .run(RunPlan { limit, ..RunPlan::default() })
             .output(OutputPlan { frame_interval, ..OutputPlan::default() })
@@ -133,16 +133,16 @@ fn default_frames_take_at_most_200_megabytes() {
             .unwrap()
     };
     let mut text = Vec::new();
-    let start = Simulation::without_plan(scene(Limit::events(1), None));
+    let start = Simulation::without_plan(scene(Until::events(1), None));
     crate::io::Frames::of_simulation(&start).write_now(&mut text, &start).unwrap();
     let most = 200_000_000 / text.len();
     assert!((8..16).contains(&most), "{most}");
-    for limit in [Limit::events(2_000), Limit::time(2e-3)] {
+    for limit in [Until::events(2_000), Until::time(2e-3)] {
         let frames = run(scene(limit, None)).frames.len();
         // Events are rarer in the initial lattice than in the fluid. The estimated duration of a run limited by events
         // is therefore too long, and there are fewer frames.
         let least = if limit.time.is_some() { most / 2 } else { 1 };
         assert!((least..=most).contains(&frames), "{frames} of {most}");
     }
-    assert!(run(scene(Limit::time(2e-3), Some(1e-4))).frames.len() > 20, "as often as the scene asks for");
+    assert!(run(scene(Until::time(2e-3), Some(1e-4))).frames.len() > 20, "as often as the scene asks for");
 }

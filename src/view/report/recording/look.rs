@@ -30,7 +30,7 @@ mod tests {
     use crate::Vector;
     use crate::model::potential::Potential;
     use crate::model::space::Space;
-    use crate::scene::SceneBuilder;
+    use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
     use crate::trajectory::Frame;
     use crate::trajectory::extended_xyz::write_frame;
 
@@ -38,8 +38,8 @@ mod tests {
     fn scene_sets_initial_colour_and_view() {
         let scene = SceneBuilder::new("s")
             .space(Space::periodic_cube(8.0))
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0).unwrap()).between("A", "A"))
             .particle("A", Vector::repeat(1.0), Vector::zeros())
             .build()
             .unwrap();

@@ -4,7 +4,7 @@ use crate::analysis::instruments::Scalar;
 use crate::model::potential::Potential;
 use crate::model::space::Space;
 use crate::model::{ParticleId, SpeciesId};
-use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
+use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::FrameSpecies;
 
@@ -145,8 +145,8 @@ fn channels_depend_on_potential_and_gravity() {
     let scene = |potential, gravity| {
         SceneBuilder::new("s")
             .space(Space::periodic_cube(8.0))
-            .species("A", 1.0, 1.0)
-            .interaction("A", "A", potential, 1.0)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(potential).between("A", "A"))
             .gravity(Vector::new(0.0, gravity, 0.0))
             .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
             .build()
@@ -188,15 +188,15 @@ fn well_neighbours_match_brute_force() {
         let well = |factor| Potential::square_well(0.5, factor, 1.0).unwrap();
         let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
         fill.composition.push(("B".to_owned(), 1.0));
-        let density = Amount::NumberDensity(count as f64 / f64::powi(edge, 3));
+        let density = count as f64 / f64::powi(edge, 3);
         let scene = SceneBuilder::new("well")
             .seed(3)
-            .species("A", 1.0, 0.5)
-            .species("B", 1.0, 0.5)
-            .interaction("A", "A", well(3.0), 1.0)
-            .interaction("A", "B", well(2.4), 1.0)
-            .interaction("B", "B", Potential::hard_sphere(0.5).unwrap(), 1.0)
-            .add_fill(fill.count(count).amount(density))
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(0.5))
+            .species(SpeciesDraft::new("B").mass(1.0).diameter(0.5))
+            .interaction(InteractionDraft::new(well(3.0)).between("A", "A"))
+            .interaction(InteractionDraft::new(well(2.4)).between("A", "B"))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("B", "B"))
+            .fill(fill.count(count).number_density(density))
             .build()
             .unwrap();
         let mut frame = Frame::start_of(&scene);

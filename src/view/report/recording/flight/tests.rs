@@ -1,9 +1,8 @@
 use super::super::{Recording, read};
 use super::*;
 use crate::engine::{Simulation, Until};
-use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::scene::SceneBuilder;
+use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use crate::trajectory::extended_xyz::write_frame;
 
 /// Returns the frames of a scene at these times, as in a run.
@@ -45,8 +44,8 @@ fn flights(recording: &Recording) -> Vec<Vec<bool>> {
 fn balls(boundary: [Boundary; 3]) -> SceneBuilder {
     SceneBuilder::new("balls")
         .space(Space { lower: Vector::zeros(), size: Vector::repeat(10.0), boundary })
-        .species("ball", 1.0, 1.0)
-        .interaction("ball", "ball", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .species(SpeciesDraft::new("ball").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "ball"))
 }
 
 const OPEN: [Boundary; 3] = [Boundary::OPEN; 3];

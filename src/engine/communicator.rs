@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-/// Transport of messages between processes that simulate a system together: MPI, or any other means to send bytes
+/// Sends messages between processes that simulate a system together: MPI, or any other means to send bytes
 /// between any two processes.
 ///
 /// All processes make the same calls in the same order: they start from the same scene, have the same instruments,
 /// and advance to the same times. Each process then holds a share of the domains. All results of a
 /// [`Simulation`](super::Simulation) are equal in all processes.
-pub trait Transport: fmt::Debug + Send + Sync {
+pub trait Communicator: fmt::Debug + Send + Sync {
     /// Index of this process, from 0.
     fn rank(&self) -> usize;
 
@@ -30,11 +30,11 @@ pub trait Transport: fmt::Debug + Send + Sync {
 
 #[cfg(test)]
 pub mod tests {
-    use super::Transport;
+    use super::Communicator;
     use std::sync::mpsc::{Receiver, Sender, channel};
     use std::sync::{Arc, Mutex};
 
-    /// Transport for tests, in which threads act as processes.
+    /// Communicator for tests, in which threads act as processes.
     #[derive(Debug)]
     struct Channels {
         rank: usize,
@@ -42,7 +42,7 @@ pub mod tests {
         from: Vec<Mutex<Receiver<Vec<u8>>>>,
     }
 
-    impl Transport for Channels {
+    impl Communicator for Channels {
         fn rank(&self) -> usize {
             self.rank
         }
@@ -62,7 +62,7 @@ pub mod tests {
     }
 
     /// Runs a function in `count` threads that act as processes.
-    pub fn in_processes<R: Send>(count: usize, work: impl Fn(Arc<dyn Transport>) -> R + Send + Sync) -> Vec<R> {
+    pub fn in_processes<R: Send>(count: usize, work: impl Fn(Arc<dyn Communicator>) -> R + Send + Sync) -> Vec<R> {
         let mut processes: Vec<Channels> =
             (0..count).map(|rank| Channels { rank, to: Vec::new(), from: Vec::new() }).collect();
         for from in 0..count {
