@@ -16,6 +16,7 @@ pub mod radial_distribution;
 mod registry;
 pub mod system;
 
+mod bins;
 mod block_times;
 mod budgeted_times;
 mod diffusion;

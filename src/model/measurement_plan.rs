@@ -13,7 +13,7 @@ pub(crate) const MOST_CELLS: u64 = 10_000;
 
 pub(crate) const RADIAL_BINS: u64 = 200;
 
-/// Default number of bins of the distributions of speeds, of chains and of bond order.
+/// Default number of bins of distributions.
 pub(crate) const BINS: u64 = 100;
 
 pub(crate) const WINDOWS: u64 = 4;
@@ -281,7 +281,7 @@ pub struct Transport {
 #[serde(deny_unknown_fields)]
 pub struct FreePaths {
     /// Number of bins of each distribution; 100 if not given.
-    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = 100))]
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
 }
