@@ -16,6 +16,7 @@ pub mod radial_distribution;
 mod registry;
 pub mod system;
 
+mod bins;
 mod block_times;
 mod budgeted_times;
 mod diffusion;
@@ -35,15 +36,150 @@ mod surface_forces;
 mod test_system;
 mod transport;
 
+use serde::{Deserialize, Serialize};
+
+use crate::engine::event::Event;
 use crate::model::MeasurementPlan;
+use registry::Registered;
 
 pub use chains::CHAIN_SIZES;
-pub use instrument::{Instrument, Instruments, Setup};
+pub use instrument::{Instrument, Setup};
 pub use near_pairs::{NearPair, NearPairsError};
 pub use quantity::{Curve, Divisor, Measured, Normalisation, Number, Published, Scalar, Series, Variable};
 pub use registry::InstrumentError;
 pub(crate) use registry::{OwnInstruments, Registry, compare as compare_instruments};
 pub use system::{Sample, SystemDescription};
+
+/// Declares the instruments of scene files, each with its module, its type and its field of the measurement plan. Their
+/// order is the order of reports and of checkpoints.
+macro_rules! instruments {
+    ($($module:ident::$kind:ident: $entry:ident),* $(,)?) => {
+        #[derive(Debug, Clone, Serialize, Deserialize)]
+        enum Kind { $($kind($module::$kind),)* }
+
+        impl Kind {
+            fn planned(plan: &MeasurementPlan, setup: &Setup<'_>) -> Vec<Self> {
+                let mut kinds = Vec::new();
+                $(kinds.extend(plan.$entry.iter().map(|plan| Self::$kind($module::$kind::new(plan, setup))));)*
+                kinds
+            }
+
+            fn get(&self) -> &dyn Instrument {
+                match *self { $(Self::$kind(ref instrument) => instrument,)* }
+            }
+
+            fn get_mut(&mut self) -> &mut dyn Instrument {
+                match *self { $(Self::$kind(ref mut instrument) => instrument,)* }
+            }
+        }
+    };
+}
+
+instruments! {
+    pressure_tensor::PressureTensor: pressure_tensor,
+    diffusion::Diffusion: diffusion,
+    transport::Transport: transport,
+    free_paths::FreePaths: free_paths,
+    flow::Flow: flows,
+    radial_distribution::RadialDistribution: radial_distribution,
+    structure_factor::StructureFactor: structure_factor,
+    chains::Chains: chains,
+    bond_order::BondOrder: bond_order,
+    speeds::Speeds: speeds,
+    profiles::Profile: profiles,
+    surface_forces::SurfaceForces: surface_forces,
+}
+
+/// All instruments of a run: instruments of the scene and registered instruments.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Instruments {
+    kinds: Vec<Kind>,
+    registered: Vec<Registered>,
+}
+
+impl Instruments {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.kinds.is_empty() && self.registered.is_empty()
+    }
+
+    pub(crate) fn new(plan: &MeasurementPlan, setup: &Setup<'_>) -> Self {
+        Self { kinds: Kind::planned(plan, setup), registered: Vec::new() }
+    }
+
+    pub(crate) fn begin(&mut self, registry: &mut Registry, setup: &Setup<'_>) {
+        self.registered = registry.begin(setup);
+    }
+
+    pub(crate) fn restore(&mut self, registry: &Registry) -> Result<(), InstrumentError> {
+        registry.restore(&mut self.registered)
+    }
+
+    pub(crate) fn into_own(self) -> OwnInstruments {
+        OwnInstruments::new(self.registered)
+    }
+
+    fn all(&self) -> impl Iterator<Item = &dyn Instrument> {
+        self.kinds.iter().map(Kind::get).chain(self.registered.iter().filter_map(Registered::get))
+    }
+
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut dyn Instrument> {
+        self.kinds.iter_mut().map(Kind::get_mut).chain(self.registered.iter_mut().filter_map(Registered::get_mut))
+    }
+
+    pub(crate) fn is_done(&self) -> bool {
+        self.registered.iter().filter_map(Registered::get).any(Instrument::is_done)
+    }
+
+    pub(crate) fn next_sample(&self) -> f64 {
+        self.all().map(Instrument::next_sample).fold(f64::INFINITY, f64::min)
+    }
+
+    pub(crate) fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        for instrument in self.all_mut() {
+            if instrument.next_sample() <= sample.time {
+                instrument.sample(sample, system);
+            }
+        }
+    }
+
+    pub(crate) fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        self.all_mut().for_each(|instrument| instrument.end(sample, system));
+    }
+
+    pub(crate) fn scaled(&mut self, before: &Sample<'_>, after: &Sample<'_>, system: &SystemDescription) {
+        self.all_mut().for_each(|instrument| instrument.scaled(before, after, system));
+    }
+
+    pub(crate) fn has_events(&self) -> bool {
+        self.all().any(Instrument::has_events)
+    }
+
+    pub(crate) fn event(&mut self, event: &Event, system: &SystemDescription) {
+        for instrument in self.all_mut() {
+            if instrument.has_events() {
+                instrument.event(event, system);
+            }
+        }
+    }
+
+    /// Results so far.
+    #[must_use]
+    pub fn report(&self, system: &SystemDescription) -> Measured {
+        let mut measured = Measured::default();
+        self.kinds.iter().for_each(|kind| kind.get().report(system, &mut measured));
+        finite_size::complete_diffusion(&mut measured, system);
+        for instrument in self.registered.iter().filter_map(Registered::get) {
+            let mut own = Measured::default();
+            instrument.report(system, &mut own);
+            measured.join(own);
+        }
+        let series = measured.curves.iter_mut().flat_map(|curve| &mut curve.series).map(|series| &mut series.unit);
+        for unit in measured.numbers.iter_mut().map(|number| &mut number.unit).chain(series) {
+            *unit = crate::base::text::unit(unit, system.space.dimensions());
+        }
+        measured
+    }
+}
 
 /// Lists the cutoffs that the box makes shorter than the plan requests, each with the reason.
 pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescription) -> Vec<String> {

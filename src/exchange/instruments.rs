@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::instruments::{Instruments, Measured, Sample, Setup, SystemDescription};
 use crate::analysis::observables::ApplicableObservables;
 use crate::engine::Simulation;
-use crate::model::{ExchangePlan, MeasurementPlan};
+use crate::model::ExchangePlan;
 
 /// Instruments at all temperatures; empty before averages begin, and if the scene has none.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ impl InstrumentsAtTemperatures {
         applicable: &ApplicableObservables,
     ) {
         for simulation in simulations {
-            let measure = at_attempts(&simulation.scene().measure, plan.interval);
+            let measure = simulation.scene().measure.clone().with_interval(plan.interval);
             if measure.is_empty() {
                 return;
             }
@@ -64,18 +64,4 @@ fn description<'c>(
     applicable: &ApplicableObservables,
 ) -> &'c SystemDescription {
     known.get_or_init(|| SystemDescription::of_simulation(simulation, applicable))
-}
-
-/// Returns the plan, with the given interval for all instruments that have none.
-fn at_attempts(plan: &MeasurementPlan, interval: f64) -> MeasurementPlan {
-    let mut plan = plan.clone();
-    let of_scene = [
-        plan.radial_distribution.as_mut().map(|it| &mut it.interval),
-        plan.structure_factor.as_mut().map(|it| &mut it.interval),
-        plan.chains.as_mut().map(|it| &mut it.interval),
-        plan.bond_order.as_mut().map(|it| &mut it.interval),
-    ];
-    let of_profiles = plan.profiles.iter_mut().map(|it| &mut it.interval);
-    of_scene.into_iter().flatten().chain(of_profiles).for_each(|given| *given = given.or(Some(interval)));
-    plan
 }

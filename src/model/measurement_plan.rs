@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::space::AXES;
+use crate::base::text::listed;
 use crate::base::whole;
 
 pub(crate) const MOST_BINS: u64 = 2000;
@@ -12,7 +13,7 @@ pub(crate) const MOST_CELLS: u64 = 10_000;
 
 pub(crate) const RADIAL_BINS: u64 = 200;
 
-/// Default number of bins of the distributions of speeds, of chains and of bond order.
+/// Default number of bins of distributions.
 pub(crate) const BINS: u64 = 100;
 
 pub(crate) const WINDOWS: u64 = 4;
@@ -26,35 +27,163 @@ pub(crate) const MOST_TRANSPORT_LAGS: u64 = 1000;
 /// Regular expression for names that become part of a file name. The JSON Schema uses it.
 pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 
-/// Measurement plan of a scene: its instruments; none by default.
+/// Passes the registrations of all instruments to the macro `$with`.
 ///
-/// If an interval is not given, the run chooses one from its expected duration.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct MeasurementPlan {
-    /// Pressure tensor, compressibility factor, event rates by kind.
-    pub pressure_tensor: Option<PressureTensor>,
-    /// Radial distribution functions by pair of species.
-    pub radial_distribution: Option<RadialDistribution>,
-    /// Static structure factor.
-    pub structure_factor: Option<StructureFactor>,
-    /// Mean squared displacement, velocity autocorrelation, diffusion coefficient.
-    pub diffusion: Option<Diffusion>,
-    /// Shear and bulk viscosity, thermal conductivity.
-    pub transport: Option<Transport>,
-    /// Distributions of free paths and free times.
-    pub free_paths: Option<FreePaths>,
-    /// Distributions of speeds in windows of time.
-    pub speeds: Option<Speeds>,
-    /// Bond lengths, end-to-end distance, radius of gyration.
-    pub chains: Option<Chains>,
-    /// Bond-orientational order.
-    pub bond_order: Option<BondOrder>,
-    /// Density, velocity and temperature on grids.
-    pub profiles: Vec<Profile>,
-    /// Flows of particles through planes.
-    pub flows: Vec<Flow>,
-    /// Forces on walls and other surfaces.
-    pub surface_forces: Option<SurfaceForces>,
+/// A registration has the description of the instrument, its key in `[measure]`, its field in [`MeasurementPlan`] and
+/// the type of its settings: in an `Option` if a scene may have one of its kind, in a `Vec` if it may have several. Then
+/// follow:
+///
+/// - `positive`: the settings that must be positive. `interval`, `span` and `window` are times;
+/// - `bins`: the setting that is a number of bins, up to [`MOST_BINS`];
+/// - `labels`: the settings with a name and a species, if a scene may have several of the kind;
+/// - `at_one_time`: whether the instrument needs only the particles at its sampling times, and no events. An exchange
+///   allows only these instruments;
+/// - `any_volume`: whether the volume of the box may change during the measurement. A barostat allows only these
+///   instruments.
+///
+/// The order is the order of the fields in checkpoints.
+macro_rules! with_instruments {
+    ($with:ident) => {
+        $with! {
+            /// Pressure tensor, compressibility factor and rates of events.
+            pressure_tensor = pressure_tensor: Option<PressureTensor> {
+                positive: [interval], bins: [], labels: [], at_one_time: false, any_volume: false
+            }
+            /// Radial distribution function of each pair of species.
+            radial_distribution = radial_distribution: Option<RadialDistribution> {
+                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false
+            }
+            /// Static structure factor.
+            structure_factor = structure_factor: Option<StructureFactor> {
+                positive: [interval, largest], bins: [], labels: [], at_one_time: true, any_volume: false
+            }
+            /// Mean squared displacement, velocity autocorrelation and diffusion coefficient.
+            diffusion = diffusion: Option<Diffusion> {
+                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false
+            }
+            /// Shear and bulk viscosity and thermal conductivity.
+            transport = transport: Option<Transport> {
+                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false
+            }
+            /// Distributions of free paths and free times.
+            free_paths = free_paths: Option<FreePaths> {
+                positive: [], bins: [bins], labels: [], at_one_time: false, any_volume: false
+            }
+            /// Distributions of speeds in time windows.
+            speeds = speeds: Option<Speeds> {
+                positive: [window, largest, interval], bins: [bins], labels: [], at_one_time: false, any_volume: true
+            }
+            /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
+            chains = chains: Option<Chains> {
+                positive: [interval], bins: [bins], labels: [], at_one_time: true, any_volume: true
+            }
+            /// Bond-orientational order.
+            bond_order = bond_order: Option<BondOrder> {
+                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false
+            }
+            /// Density, velocity and temperature on grids.
+            profile = profiles: Vec<Profile> {
+                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false
+            }
+            /// Flow of particles through planes.
+            flow = flows: Vec<Flow> {
+                positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false
+            }
+            /// Forces on walls and other surfaces.
+            surface_forces = surface_forces: Option<SurfaceForces> {
+                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false
+            }
+        }
+    };
+}
+
+pub(crate) use with_instruments;
+
+/// A kind of instrument: its key, and where it can measure.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct InstrumentKind {
+    pub key: &'static str,
+    pub at_one_time: bool,
+    pub any_volume: bool,
+}
+
+/// An instrument of a plan, with its settings by their keys.
+#[derive(Debug)]
+pub(crate) struct Requested<'p> {
+    pub kind: InstrumentKind,
+    /// Index among the instruments of its kind, if a scene may have several.
+    pub index: Option<usize>,
+    pub name: Option<&'p str>,
+    pub species: Option<&'p String>,
+    pub positive: Vec<(&'static str, Option<f64>)>,
+    pub bins: Option<u64>,
+}
+
+macro_rules! kind {
+    ($key:ident $at_one_time:literal $any_volume:literal) => {
+        InstrumentKind { key: stringify!($key), at_one_time: $at_one_time, any_volume: $any_volume }
+    };
+}
+
+macro_rules! measurement_plan {
+    ($(
+        $(#[$doc:meta])* $key:ident = $field:ident: $container:ident<$settings:ident> {
+            positive: [$($positive:ident),*], bins: [$($bins:ident)?], labels: [$($name:ident, $species:ident)?],
+            at_one_time: $at_one_time:literal, any_volume: $any_volume:literal
+        }
+    )*) => {
+        /// Measurement plan of a scene: its instruments; none by default.
+        ///
+        /// If an interval is not given, the run chooses one from its expected duration.
+        #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+        pub struct MeasurementPlan {
+            $($(#[$doc])* pub $field: $container<$settings>,)*
+        }
+
+        impl InstrumentKind {
+            pub const ALL: &[Self] = &[$(kind!($key $at_one_time $any_volume)),*];
+        }
+
+        impl MeasurementPlan {
+            /// Lists all instruments of the plan.
+            pub(crate) fn requested(&self) -> impl Iterator<Item = Requested<'_>> {
+                let mut all = Vec::new();
+                $(all.extend(self.$field.iter().enumerate().map(|(index, it)| {
+                    let name = [$(it.$name.as_str())?].first().copied();
+                    Requested {
+                        kind: kind!($key $at_one_time $any_volume),
+                        index: name.map(|_| index),
+                        name,
+                        species: [$(&it.$species)?].first().copied().and_then(Option::as_ref),
+                        positive: vec![$((stringify!($positive), it.$positive)),*],
+                        bins: [$(it.$bins)?].first().copied().flatten(),
+                    }
+                }));)*
+                all.into_iter()
+            }
+
+            /// Returns the plan with this interval for all instruments that have none of their own `[time]`.
+            #[expect(unused_variables, reason = "an instrument may have no positive settings")]
+            pub(crate) fn with_interval(mut self, interval: f64) -> Self {
+                $(self.$field.iter_mut().for_each(|it| {
+                    $(if stringify!($positive) == "interval" {
+                        it.$positive.get_or_insert(interval);
+                    })*
+                });)*
+                self
+            }
+        }
+    };
+}
+
+with_instruments!(measurement_plan);
+
+impl InstrumentKind {
+    /// Lists the keys of some kinds in words.
+    pub fn listed(is_wanted: impl Fn(&Self) -> bool) -> String {
+        let wanted = Self::ALL.iter().filter(|kind| is_wanted(kind));
+        listed(&wanted.map(|kind| kind.key).collect::<Vec<_>>())
+    }
 }
 
 impl MeasurementPlan {
@@ -152,7 +281,7 @@ pub struct Transport {
 #[serde(deny_unknown_fields)]
 pub struct FreePaths {
     /// Number of bins of each distribution; 100 if not given.
-    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = 100))]
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
 }

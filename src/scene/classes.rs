@@ -63,9 +63,9 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
             })
             .collect();
     }
-    for measured in measure::named(&scene.parts.measure) {
+    for measured in scene.parts.measure.requested() {
         if let Some(distributed) = measured.species.and_then(|name| named(distributed, name)) {
-            return Err(refused(distributed, "one species is measured", &measured.at.key("species")));
+            return Err(refused(distributed, "one species is measured", &measure::position(&measured).key("species")));
         }
     }
     Ok(())

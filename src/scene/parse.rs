@@ -166,7 +166,7 @@ pub(crate) fn parts(
         scene.bonds.push(UnvalidatedBond { pair: bond.particles, interaction: bond.interaction, at });
     }
     scene.parts.run = plan::parse_run(file.run, file.stage)?;
-    scene.parts.measure = plan::parse_measure(file.measure);
+    scene.parts.measure = file.measure.into();
     scene.parts.exchange = file.exchange.map(plan::parse_exchange).transpose()?;
     let inputs;
     (scene.parts.output, inputs) = parse_output(file.output, directory)?;

@@ -6,6 +6,7 @@
 
 mod harmonics;
 
+use super::bins::Bins;
 use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number, Scalar};
@@ -13,11 +14,10 @@ use super::radial_distribution::shortened;
 use super::system::{Sample, SystemDescription};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
-use crate::base::numbers::trunc_to_usize;
 use crate::base::text::digits;
 use crate::engine::CellList;
 use crate::model::measurement_plan as plan;
-use crate::model::measurement_plan::{BINS, MOST_BINS};
+use crate::model::measurement_plan::BINS;
 use harmonics::Harmonics;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -99,7 +99,7 @@ impl BondOrder {
     pub fn new(plan: &plan::BondOrder, setup: &Setup<'_>) -> Self {
         let system = setup.system;
         let cutoff = cutoff(plan, system);
-        let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
+        let bins = Bins::planned(plan.bins, BINS);
         let count = system.moving.len() as f64;
         let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
         // Testing a candidate takes about three operations. About one candidate in six is a neighbour, and takes about
@@ -118,12 +118,16 @@ impl BondOrder {
         shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!(" ({why})"))
     }
 
+    fn bins(&self) -> Bins {
+        Bins::over(0.0, 1.0, self.bins)
+    }
+
     /// Index of the mean order of a degree in `curve`. The global order and the bins follow it.
     fn first(&self, degree: usize) -> usize {
         1 + degree * (2 + self.bins)
     }
 
-    fn bins(&self, degree: usize) -> Range<usize> {
+    fn densities(&self, degree: usize) -> Range<usize> {
         let first = self.first(degree) + 2;
         first..first + self.bins
     }
@@ -138,6 +142,7 @@ impl Instrument for BondOrder {
         if !self.times.is_due(sample.time) {
             return;
         }
+        let bins = self.bins();
         let axes: Vec<usize> = system.axes().collect();
         let orders: Vec<Harmonics> = DEGREES.iter().filter_map(|&degree| Harmonics::new(degree, &axes)).collect();
         let mut of_all: Vec<Vec<f64>> = orders.iter().map(|harmonics| vec![0.0; harmonics.count()]).collect();
@@ -154,7 +159,7 @@ impl Instrument for BondOrder {
                 if let Some(order) = length(&of_one[index], separations.len()) {
                     let first = self.first(index);
                     values[first] += order;
-                    values[first + 2 + trunc_to_usize(order * self.bins as f64).min(self.bins - 1)] += self.bins as f64;
+                    values[first + 2 + bins.nearest(order)] += bins.density(1.0);
                 }
             }
         });
@@ -184,14 +189,14 @@ impl Instrument for BondOrder {
             "fraction of particles in the bin, among the particles with neighbours, over all samples",
         )
         .by("samples", "1", self.curve.most())
-        .by("bin_width", "1", 1.0 / self.bins as f64);
+        .by("bin_width", "1", self.bins().width());
         let method = format!(
             "probability density of {symbol}_l = {global} over the {neighbours}, among particles that have any"
         );
         let mut curve = Curve::new("bond_order", "Distribution of the bond order of particles", &method).variable(
             symbol,
             "1",
-            (0..self.bins).map(|bin| (bin as f64 + 0.5) / self.bins as f64).collect(),
+            self.bins().centres(),
         );
         for (index, degree) in DEGREES.iter().enumerate() {
             let (first, name) = (self.first(index), format!("{symbol}{degree}"));
@@ -201,7 +206,7 @@ impl Instrument for BondOrder {
             let method = format!("{one}, with a single mean over the neighbours of all particles");
             number(&format!("{name}_global"), &format!("Global bond order {name}"), first + 1, &method);
             curve = curve
-                .series(&format!("p({name})"), "1", &self.curve.estimates(self.bins(index)))
+                .series(&format!("p({name})"), "1", &self.curve.estimates(self.densities(index)))
                 .normalised(normalisation.clone());
         }
         measured.curves.push(curve);

@@ -3,6 +3,7 @@
 mod report;
 mod sizes;
 
+use super::bins::Bins;
 use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::Measured;
@@ -10,10 +11,10 @@ use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
-use crate::base::numbers::{id, trunc_to_usize};
+use crate::base::numbers::id;
 use crate::model::components::{Component, components};
 use crate::model::measurement_plan as plan;
-use crate::model::measurement_plan::{BINS, MOST_BINS};
+use crate::model::measurement_plan::BINS;
 use crate::model::space::nearest_image;
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +63,7 @@ struct Group {
 impl Chains {
     pub fn new(plan: &plan::Chains, setup: &Setup<'_>) -> Self {
         let system = setup.system;
-        let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
+        let bins = Bins::planned(plan.bins, BINS);
         let components = components(system.species.len(), &system.bonds);
         let groups = groups(&components, system.bond_lengths[1]);
         let distributions = groups.iter().filter(|group| group.distribution.is_some()).count();
@@ -78,11 +79,16 @@ impl Chains {
         }
     }
 
-    fn sample_bonds(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+    fn bins_of_bonds(&self) -> Bins {
         let [shortest, longest] = self.bond_lengths;
+        Bins::over(shortest, longest - shortest, self.bins)
+    }
+
+    fn sample_bonds(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        let bins = self.bins_of_bonds();
         let periods = system.space.periods();
         let each = 1.0 / system.bonds.len() as f64;
-        let density = each * self.bins as f64 / (longest - shortest);
+        let density = bins.density(each);
         let mut values = vec![0.0; 2 + self.bins];
         for &[a, b] in &system.bonds {
             let separation = sample.positions[a as usize] - sample.positions[b as usize];
@@ -90,9 +96,9 @@ impl Chains {
             values[0] += each * length;
             values[1] += each * length * length;
             // Round-off may put a bond length slightly outside of the range.
-            let at = (length - shortest) / (longest - shortest) * self.bins as f64;
-            if at > -1e-6 && at < self.bins as f64 * (1.0 + 1e-6) {
-                values[2 + trunc_to_usize(at).min(self.bins - 1)] += density;
+            let place = bins.place(length);
+            if place > -1e-6 && place < self.bins as f64 * (1.0 + 1e-6) {
+                values[2 + bins.nearest(length)] += density;
             }
         }
         self.bonds.add_all(values);
@@ -112,9 +118,9 @@ impl Chains {
             sizes[2 * index] += each * if group.is_linear { end_to_end } else { f64::NAN };
             sizes[2 * index + 1] += each * gyration(&path);
             if let Some((distribution, longest)) = group.distribution {
-                let bin = trunc_to_usize(end_to_end.sqrt() / longest * self.bins as f64);
-                if bin < self.bins {
-                    ends[distribution * self.bins + bin] += each * self.bins as f64 / longest;
+                let bins = Bins::over(0.0, longest, self.bins);
+                if let Some(bin) = bins.index(end_to_end.sqrt()) {
+                    ends[distribution * self.bins + bin] += bins.density(each);
                 }
             }
         }

@@ -4,19 +4,16 @@ mod histogram;
 
 use serde::{Deserialize, Serialize};
 
+use super::bins::Bins;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number, Published};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::{BlockAverage, Estimate};
-use crate::base::numbers::index;
 use crate::engine::event::{Event, EventKind};
-use crate::model::measurement_plan::FreePaths as Plan;
+use crate::model::measurement_plan::{BINS, FreePaths as Plan};
 use crate::physics::response::Outcome;
 use histogram::Histogram;
-
-const BINS: u64 = 100;
-const MOST_BINS: u64 = 10_000;
 
 /// Number of flights per block. The scatter of the blocks gives the error of the mean.
 const BLOCK: u64 = 64;
@@ -68,8 +65,8 @@ struct EndedFlights {
 }
 
 impl EndedFlights {
-    fn new(bins: u64) -> Self {
-        Self { histogram: Histogram::new(index(bins)), per_flight: BlockAverage::new(1.0), flown: 0.0 }
+    fn new(bins: usize) -> Self {
+        Self { histogram: Histogram::new(bins), per_flight: BlockAverage::new(1.0), flown: 0.0 }
     }
 
     fn close_block(&mut self, ended: u64) {
@@ -86,7 +83,7 @@ impl EndedFlights {
 
 impl FreePaths {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
-        let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS);
+        let bins = Bins::planned(plan.bins, BINS);
         let flight = Flight { begin: None, turned: setup.sample.time, path: 0.0 };
         let drift = setup.system.drift(setup.sample.velocities);
         let has_paths = !setup.system.is_accelerated && setup.system.shear_rate == 0.0;
@@ -176,7 +173,7 @@ fn speeds(sample: &Sample<'_>, drift: &Vector, system: &SystemDescription) -> f6
 
 fn curve(name: &str, [variable, unit]: [&str; 2], ended: &EndedFlights, method: &str) -> Curve {
     let (width, densities) = ended.histogram.density();
-    let centres: Vec<f64> = (0..densities.len()).map(|k| (k as f64 + 0.5) * width).collect();
+    let centres: Vec<f64> = Bins::of_width(0.0, width, densities.len()).centres();
     let flights = ended.histogram.count as f64;
     let mean = ended.histogram.mean().filter(|mean| *mean > 0.0);
     let exponential = |mean: f64| Published {

@@ -1,5 +1,6 @@
 //! Density, flow velocity and temperature on a grid.
 
+use super::bins::Bins;
 use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Variable};
@@ -7,7 +8,7 @@ use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{CurveAverage, Estimate};
-use crate::base::numbers::{index, trunc_to_usize};
+use crate::base::numbers::index;
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::MOST_CELLS;
 use crate::model::space::{Boundary, Space};
@@ -61,6 +62,10 @@ impl Profile {
         }
     }
 
+    fn bins(&self, axis: usize) -> Bins {
+        Bins::over(self.lower[axis], self.size[axis], self.bins[axis])
+    }
+
     fn cell_of(&self, position: &Vector, space: &Space) -> Option<usize> {
         let mut cell = 0;
         for k in (0..3).rev() {
@@ -77,7 +82,7 @@ impl Profile {
                     if !(0.0..self.size[k]).contains(&offset) {
                         return None;
                     }
-                    trunc_to_usize(offset / self.size[k] * self.bins[k] as f64).min(self.bins[k] - 1)
+                    Bins::over(0.0, self.size[k], self.bins[k]).nearest(offset)
                 }
             };
             cell = cell * self.bins[k] + index;
@@ -87,8 +92,7 @@ impl Profile {
 
     /// Volume of a cell; its area or length if the box has flat axes.
     fn cell_volume(&self, space: &Space) -> f64 {
-        let edge = |k: usize| self.size[k] / self.bins[k] as f64;
-        (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(edge).product()
+        (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(|k| self.bins(k).width()).product()
     }
 }
 
@@ -184,9 +188,7 @@ impl Profile {
         let cells = self.bins.iter().product();
         let variable = |k: usize| {
             let stride: usize = self.bins[..k].iter().product();
-            let centre = |cell: usize| {
-                self.lower[k] + self.size[k] * (((cell / stride % self.bins[k]) as f64 + 0.5) / self.bins[k] as f64)
-            };
+            let centre = |cell: usize| self.bins(k).centre(cell / stride % self.bins[k]);
             let name = ["x", "y", "z"][k].to_owned();
             Variable { name, unit: "length".to_owned(), values: (0..cells).map(centre).collect() }
         };

@@ -4,17 +4,18 @@ mod contact;
 mod room;
 mod unequal;
 
+use super::bins::Bins;
 use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::CurveAverage;
-use crate::base::numbers::{id, index, trunc_to_usize};
+use crate::base::numbers::{id, trunc_to_usize};
 use crate::base::text::digits;
 use crate::engine::CellList;
 use crate::model::measurement_plan as plan;
-use crate::model::measurement_plan::{MOST_BINS, RADIAL_BINS};
+use crate::model::measurement_plan::RADIAL_BINS;
 use crate::model::space::{Boundary, Space};
 use contact::{CONTACT_BINS, Shell};
 use room::Room;
@@ -72,7 +73,7 @@ impl RadialDistribution {
         let reach = reach(system);
         let asked = plan.cutoff.unwrap_or_else(|| default_cutoff(system));
         let cutoff = asked.min(reach);
-        let bins = index(plan.bins.unwrap_or(RADIAL_BINS).clamp(1, MOST_BINS));
+        let bins = Bins::planned(plan.bins, RADIAL_BINS);
         let mut pairs = Vec::new();
         let (mut ideal, mut ideal_contact) = (Vec::new(), Vec::new());
         for (a, first) in all.iter().enumerate() {
@@ -82,8 +83,8 @@ impl RadialDistribution {
                 let probability = room_of(system, diameters);
                 let number = if a == b { 0.5 * first.count * (first.count - 1.0) } else { first.count * second.count };
                 let shell = shell(system, first, second).filter(|shell| shell.end <= reach);
-                ideal.extend(edges(0.0, cutoff, bins).map(|[from, to]| number * probability(from, to)));
-                let near = shell.map(|shell| edges(shell.core, shell.end, CONTACT_BINS)).into_iter().flatten();
+                ideal.extend(edges(Bins::over(0.0, cutoff, bins)).map(|[from, to]| number * probability(from, to)));
+                let near = shell.map(|shell| edges(shell.bins())).into_iter().flatten();
                 let before = ideal_contact.len();
                 ideal_contact.extend(near.map(|[from, to]| number * probability(from, to)));
                 ideal_contact.resize(before + CONTACT_BINS, 0.0);
@@ -149,6 +150,7 @@ impl Instrument for RadialDistribution {
         let class = |id: u32| self.classes[system.species[id as usize] as usize];
         let mut numbers = vec![0_u64; self.ideal.len()];
         let first_contact = self.pairs.len() * self.bins;
+        // Finds the bin of a pair without a division.
         let scale = self.bins as f64 / self.cutoff;
         let found = sample.for_each_pair_within(self.range(), &system.space, &self.ids, |near| {
             let ([a, b], square) = (near.ids, near.square);
@@ -171,7 +173,8 @@ impl Instrument for RadialDistribution {
         if self.pairs.is_empty() {
             return;
         }
-        let centres = edges(0.0, self.cutoff, self.bins).map(|[from, to]| 0.5 * (from + to)).collect();
+        let bins = Bins::over(0.0, self.cutoff, self.bins);
+        let centres = edges(bins).map(|[from, to]| 0.5 * (from + to)).collect();
         let mut curve = Curve::new("radial_distribution", "Radial distribution function", &self.method(system))
             .variable("r", "length", centres);
         for (index, pair) in self.pairs.iter().enumerate() {
@@ -205,7 +208,7 @@ impl RadialDistribution {
         format!(
             "g(r) = n(r) / n_ideal(r): pairs in a bin of {} divided by the number expected without correlations, {room}; \
              N (N - 1) / 2 pairs of one species, N_A N_B of two{}",
-            digits(self.cutoff / self.bins as f64),
+            digits(Bins::over(0.0, self.cutoff, self.bins).width()),
             shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!("; {why}"))
         )
     }
@@ -226,9 +229,8 @@ impl RadialDistribution {
     }
 }
 
-fn edges(from: f64, to: f64, bins: usize) -> impl Iterator<Item = [f64; 2]> {
-    let edge = move |k: usize| from + (to - from) * (k as f64 / bins as f64);
-    (0..bins).map(move |k| [edge(k), edge(k + 1)])
+fn edges(bins: Bins) -> impl Iterator<Item = [f64; 2]> {
+    (0..bins.count).map(move |bin| [bins.edge(bin), bins.edge(bin + 1)])
 }
 
 fn classes(system: &SystemDescription) -> Vec<Class> {

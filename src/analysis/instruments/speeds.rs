@@ -2,6 +2,7 @@
 
 mod report;
 
+use super::bins::Bins;
 use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::Measured;
@@ -11,7 +12,7 @@ use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{BlockAverage, CurveAverage};
 use crate::base::numbers::{index, trunc_to_usize};
 use crate::model::measurement_plan as plan;
-use crate::model::measurement_plan::{BINS, MOST_BINS, MOST_WINDOWS, WINDOWS};
+use crate::model::measurement_plan::{BINS, MOST_WINDOWS, WINDOWS};
 use serde::{Deserialize, Serialize};
 
 /// With more species than this, all moving particles share one histogram.
@@ -79,7 +80,7 @@ impl Class {
 
 impl Speeds {
     pub fn new(plan: &plan::Speeds, setup: &Setup<'_>) -> Self {
-        let bins = index(plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS));
+        let bins = Bins::planned(plan.bins, BINS);
         let most_windows = plan.windows.unwrap_or(WINDOWS).clamp(1, MOST_WINDOWS);
         let width = plan.largest.map_or(0.0, |largest| largest / bins as f64);
         let mut speeds = Self {
@@ -96,6 +97,10 @@ impl Speeds {
         };
         speeds.look(&setup.sample, setup.system);
         speeds
+    }
+
+    fn bins(&self, class: usize) -> Bins {
+        Bins::of_width(0.0, self.classes[class].width, self.bins)
     }
 
     /// Samples that are early by round-off belong to the next window.
@@ -166,7 +171,7 @@ impl Speeds {
         if self.classes[class].width == 0.0 {
             return;
         }
-        while trunc_to_usize(fastest / self.classes[class].width) >= self.bins {
+        while self.bins(class).index(fastest).is_none() {
             self.classes[class].width *= 2.0;
             for window in &mut self.windows {
                 window.histograms[class] = window.histograms[class].joined_in_pairs();
@@ -175,15 +180,13 @@ impl Speeds {
     }
 
     fn count(&mut self, class: usize, speeds: &[f64]) {
-        let width = self.classes[class].width;
+        let bins = self.bins(class);
         let all = speeds.len().max(1) as f64;
         let mut numbers = vec![0_u64; self.bins];
         for speed in speeds {
             // Particles at rest are in the first bin, whatever its final width.
-            let bin = if *speed == 0.0 { 0 } else { trunc_to_usize(speed / width) };
-            if let Some(number) = numbers.get_mut(bin) {
-                *number += 1;
-            }
+            let bin = if *speed == 0.0 { Some(0) } else { bins.index(*speed) };
+            bin.into_iter().for_each(|bin| numbers[bin] += 1);
         }
         if let Some(window) = self.windows.last_mut() {
             window.histograms[class].add_all(numbers.iter().map(|&number| number as f64 / all));

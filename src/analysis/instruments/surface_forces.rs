@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bins::Bins;
 use super::block_times::{EARLY, block_times};
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number};
@@ -9,7 +10,6 @@ use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{BlockAverage, Estimate};
-use crate::base::numbers::trunc_to_usize;
 use crate::base::text::identifiers;
 use crate::engine::event::{Event, Other};
 use crate::model::measurement_plan::{FORCE_BINS, SurfaceForces as Plan};
@@ -49,6 +49,12 @@ struct Profile {
     count: usize,
 }
 
+impl Profile {
+    fn bins(&self) -> Bins {
+        Bins::of_width(self.lower, self.width, self.count)
+    }
+}
+
 impl SurfaceForces {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let system = setup.system;
@@ -56,7 +62,7 @@ impl SurfaceForces {
         let average = BlockAverage::new(blocks.interval());
         let axis = plan.axis.as_ref().and_then(|axis| ["x", "y", "z"].iter().position(|known| known == axis));
         let profile = axis.map(|axis| {
-            let count = trunc_to_usize(plan.bins.unwrap_or(FORCE_BINS) as f64);
+            let count = Bins::planned(plan.bins, FORCE_BINS);
             let (lower, upper) = system.extent(axis);
             Profile { axis, lower, width: (upper - lower) / count as f64, count }
         });
@@ -108,13 +114,10 @@ impl Instrument for SurfaceForces {
         for (sum, part) in surface.sums.iter_mut().zip([given.x, given.y, given.z, normal, 1.0]) {
             *sum += part;
         }
-        if let Some(profile) = self.profile {
-            let at = (event.positions[0][profile.axis] - profile.lower) / profile.width;
-            if at >= 0.0
-                && let Some((sum, _)) = surface.bins.get_mut(trunc_to_usize(at))
-            {
-                *sum += normal;
-            }
+        if let Some(profile) = self.profile
+            && let Some(bin) = profile.bins().index(event.positions[0][profile.axis])
+        {
+            surface.bins[bin].0 += normal;
         }
     }
 
@@ -147,9 +150,9 @@ impl Instrument for SurfaceForces {
         }
         if let Some(profile) = self.profile {
             let axis = ["x", "y", "z"][profile.axis];
-            let middles = (0..profile.count).map(|bin| profile.lower + (bin as f64 + 0.5) * profile.width);
             let title = format!("Normal force on surfaces along {axis}");
-            let mut curve = Curve::new("surface_forces", &title, ALONG).variable(axis, "length", middles.collect());
+            let mut curve =
+                Curve::new("surface_forces", &title, ALONG).variable(axis, "length", profile.bins().centres());
             for (surface, name) in self.surfaces.iter().zip(&names) {
                 let per_length =
                     |(_, average): &(f64, BlockAverage)| average.estimate().map(|it| it.over(profile.width));

@@ -6,44 +6,42 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 
 use super::either::Either;
-use crate::model::measurement_plan::{
-    BondOrder, Chains, Diffusion, Flow, FreePaths, PressureTensor, Profile, RadialDistribution, Speeds,
-    StructureFactor, SurfaceForces, Transport,
-};
+use crate::model::measurement_plan as plan;
 
-/// `[measure]`: what to measure; nothing by default.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub(crate) struct MeasureFile {
-    /// Pressure tensor, compressibility factor and rates of events.
-    pub pressure_tensor: Switch<PressureTensor>,
-    /// Radial distribution function of each pair of species.
-    pub radial_distribution: Switch<RadialDistribution>,
-    /// Static structure factor.
-    pub structure_factor: Switch<StructureFactor>,
-    /// Mean squared displacement, velocity autocorrelation and diffusion coefficient.
-    pub diffusion: Switch<Diffusion>,
-    /// Shear and bulk viscosity and thermal conductivity.
-    pub transport: Switch<Transport>,
-    /// Distributions of free paths and free times.
-    pub free_paths: Switch<FreePaths>,
-    /// Distributions of speeds in time windows.
-    pub speeds: Switch<Speeds>,
-    /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
-    pub chains: Switch<Chains>,
-    /// Bond-orientational order.
-    pub bond_order: Switch<BondOrder>,
-    /// Density, velocity and temperature on grids.
-    pub profile: Vec<Profile>,
-    /// Flow of particles through planes.
-    pub flow: Vec<Flow>,
-    /// Forces on walls and other surfaces.
-    pub surface_forces: Switch<SurfaceForces>,
+/// The containers of the settings in a scene file, under the names that they have in a plan.
+mod container {
+    pub type Option<T> = super::Switch<T>;
+    pub type Vec<T> = std::vec::Vec<T>;
 }
+
+macro_rules! measure_file {
+    ($($(#[$doc:meta])* $key:ident = $field:ident: $container:ident<$settings:ident> $rules:tt)*) => {
+        /// `[measure]`: what to measure; nothing by default.
+        #[derive(Debug, Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub(crate) struct MeasureFile {
+            $($(#[$doc])* $key: container::$container<plan::$settings>,)*
+        }
+
+        impl From<MeasureFile> for plan::MeasurementPlan {
+            fn from(file: MeasureFile) -> Self {
+                Self { $($field: file.$key.into(),)* }
+            }
+        }
+    };
+}
+
+plan::with_instruments!(measure_file);
 
 /// A measurement: `true`, `false`, or a table of settings.
 #[derive(Debug, Default)]
-pub(crate) struct Switch<T>(pub Option<T>);
+pub(crate) struct Switch<T>(Option<T>);
+
+impl<T> From<Switch<T>> for Option<T> {
+    fn from(switch: Switch<T>) -> Self {
+        switch.0
+    }
+}
 
 impl<'de, T: Deserialize<'de> + Default> Deserialize<'de> for Switch<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

@@ -1,9 +1,8 @@
-//! Parses the tables `[run]`, `[[stage]]`, `[exchange]` and `[measure]` into plans.
+//! Parses the tables `[run]`, `[[stage]]` and `[exchange]` into plans.
 
 use super::{Keys, variant, vector};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::shortest;
-use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
 use crate::model::umbrella_plan::USUAL_BINS;
 use crate::model::{
@@ -13,7 +12,7 @@ use crate::model::{
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::file::{
-    BarostatFile, ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile,
+    BarostatFile, ExchangeFile, GrowthFile, RunFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile,
 };
 use crate::scene::validate::plan::SO_MANY_THREADS;
 
@@ -162,20 +161,3 @@ pub(crate) const ENSEMBLES: [(&str, ExchangeEnsemble); 3] = [
     ("multicanonical", ExchangeEnsemble::Multicanonical),
     ("umbrella", ExchangeEnsemble::Umbrella),
 ];
-
-pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {
-    MeasurementPlan {
-        pressure_tensor: file.pressure_tensor.0,
-        radial_distribution: file.radial_distribution.0,
-        structure_factor: file.structure_factor.0,
-        diffusion: file.diffusion.0,
-        transport: file.transport.0,
-        free_paths: file.free_paths.0,
-        speeds: file.speeds.0,
-        chains: file.chains.0,
-        bond_order: file.bond_order.0,
-        profiles: file.profile,
-        flows: file.flow,
-        surface_forces: file.surface_forces.0,
-    }
-}

@@ -2,13 +2,11 @@
 
 use crate::Vector;
 use crate::base::text::shortest;
+use crate::model::measurement_plan::InstrumentKind;
 use crate::model::molecules::Molecules;
-use crate::model::{Barostat, Growth, MeasurementPlan, Scene, Thermostat};
+use crate::model::{Barostat, Growth, Scene, Thermostat};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
-use crate::scene::validate::measure::asked;
-
-const OF_ANY_VOLUME: [&str; 2] = ["speeds", "chains"];
 
 pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Result<(), SceneError> {
     let checked = barostat.map_or(Ok(()), Barostat::check);
@@ -179,21 +177,14 @@ fn check_output(scene: &Scene) -> Result<(), SceneError> {
     if !phases(scene).any(|phase| phase.is_measured && phase.barostat.is_some()) {
         return Ok(());
     }
-    match instrument(&scene.measure) {
-        Some(key) => {
+    match scene.measure.requested().find(|it| !it.kind.any_volume) {
+        Some(it) => {
             let expected = format!(
                 "to be absent in a measurement with a barostat, which allows only {}: measure the density at this pressure first, then use it in a scene without the barostat",
-                OF_ANY_VOLUME.join(" and ")
+                InstrumentKind::listed(|kind| kind.any_volume)
             );
-            refuse(root.key("measure").key(key), "given", expected)
+            refuse(root.key("measure").key(it.kind.key), "given", expected)
         }
         None => Ok(()),
     }
-}
-
-/// The first instrument that needs a constant volume.
-fn instrument(plan: &MeasurementPlan) -> Option<&'static str> {
-    let listed = [("profile", plan.profiles.is_empty()), ("flow", plan.flows.is_empty())];
-    let listed = listed.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
-    asked(plan).map(|(key, ..)| key).filter(|key| !OF_ANY_VOLUME.contains(key)).chain(listed).next()
 }

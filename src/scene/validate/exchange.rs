@@ -6,13 +6,13 @@ mod umbrella;
 use crate::Vector;
 use crate::base::text::shortest;
 use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
+use crate::model::measurement_plan::InstrumentKind;
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{ExchangeEnsemble, ExchangePlan, Format, Scene, SceneParts, SceneSurface, SurfaceLaw, Threads};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::{affordable, positive};
-use crate::scene::validate::measure::asked;
 
 impl SceneParts {
     pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
@@ -140,24 +140,22 @@ impl SceneParts {
     }
 
     /// The first instrument that an exchange does not support, and what is expected instead.
-    fn refused_instrument(&self) -> Option<(&'static str, &'static str)> {
-        let plan = &self.measure;
-        let others = [("profile", plan.profiles.is_empty()), ("flow", plan.flows.is_empty())];
-        let others = others.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
-        let mut all = asked(plan).map(|(key, ..)| key).chain(others);
+    fn refused_instrument(&self) -> Option<(&'static str, String)> {
+        let mut all = self.measure.requested().map(|it| it.kind);
         if self.exchange.as_ref().is_some_and(|plan| plan.ensemble != ExchangeEnsemble::Canonical) {
             let expected =
                 "to be absent with an ensemble other than \"canonical\": measure it in the canonical ensemble";
-            return all.next().map(|key| (key, expected));
+            return all.next().map(|kind| (kind.key, expected.to_owned()));
         }
-        let expected = "to be absent with [exchange], whose replicas change their temperatures, so that it can measure only states at single times: radial_distribution, structure_factor, chains, \
-                        bond_order and profile; measure others with `carom run` at one temperature, with an Andersen thermostat in [run]";
-        all.find(|key| !AT_ONE_TIME.contains(key)).map(|key| (key, expected))
+        let kind = all.find(|kind| !kind.at_one_time)?;
+        let expected = format!(
+            "to be absent with [exchange], whose replicas change their temperatures, so that it can measure only states at single times: {}; \
+             measure others with `carom run` at one temperature, with an Andersen thermostat in [run]",
+            InstrumentKind::listed(|kind| kind.at_one_time)
+        );
+        Some((kind.key, expected))
     }
 }
-
-/// Instruments that measure the state at single times and need no events.
-const AT_ONE_TIME: [&str; 5] = ["radial_distribution", "structure_factor", "chains", "bond_order", "profile"];
 
 impl SceneBuilder {
     pub(in crate::scene) fn check_equilibrium(&self, scene: &Scene) -> Result<(), SceneError> {

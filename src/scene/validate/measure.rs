@@ -2,6 +2,7 @@
 
 use crate::model::measurement_plan::{
     DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Outlet, Profile,
+    Requested,
 };
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{MeasurementPlan, SceneParts, Species};
@@ -27,7 +28,8 @@ impl SceneParts {
         }
         check_speeds(&self.measure, species, &at.key("speeds"))?;
         let mut names = Taken::default();
-        for Named { at, name, species: of, .. } in named(&self.measure) {
+        for it in self.measure.requested() {
+            let (Some(name), at) = (it.name, position(&it)) else { continue };
             let is_good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || name.len() > 50 || !name.chars().all(is_good) {
                 return refuse(
@@ -37,7 +39,7 @@ impl SceneParts {
                 );
             }
             names.take(name, &at)?;
-            if let Some(word) = of {
+            if let Some(word) = it.species {
                 species_named(species, word, &at.key("species"))?;
             }
         }
@@ -200,77 +202,28 @@ fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError
     Ok(())
 }
 
-/// A requested instrument: its key, the keys and values of the parameters that must be positive, and the number of
-/// bins.
-type Asked = (&'static str, Vec<(&'static str, Option<f64>)>, Option<u64>);
-
-/// The requested instruments, except profiles and flows.
-pub(super) fn asked(plan: &MeasurementPlan) -> impl Iterator<Item = Asked> {
-    let instruments = [
-        plan.pressure_tensor.as_ref().map(|it| ("pressure_tensor", vec![("interval", it.interval)], None)),
-        plan.radial_distribution
-            .as_ref()
-            .map(|it| ("radial_distribution", vec![("interval", it.interval), ("cutoff", it.cutoff)], it.bins)),
-        plan.structure_factor
-            .as_ref()
-            .map(|it| ("structure_factor", vec![("interval", it.interval), ("largest", it.largest)], None)),
-        plan.diffusion.as_ref().map(|it| ("diffusion", vec![("interval", it.interval), ("span", it.span)], None)),
-        plan.transport.as_ref().map(|it| ("transport", vec![("interval", it.interval), ("span", it.span)], None)),
-        plan.free_paths.as_ref().map(|it| ("free_paths", Vec::new(), it.bins)),
-        plan.speeds.as_ref().map(|it| {
-            ("speeds", vec![("window", it.window), ("largest", it.largest), ("interval", it.interval)], it.bins)
-        }),
-        plan.chains.as_ref().map(|it| ("chains", vec![("interval", it.interval)], it.bins)),
-        plan.surface_forces.as_ref().map(|it| ("surface_forces", vec![("interval", it.interval)], it.bins)),
-        plan.bond_order
-            .as_ref()
-            .map(|it| ("bond_order", vec![("interval", it.interval), ("cutoff", it.cutoff)], it.bins)),
-    ];
-    instruments.into_iter().flatten()
+/// The position of an instrument in the scene.
+pub(in crate::scene) fn position(it: &Requested<'_>) -> ConfigPath {
+    let at = ConfigPath::root().key("measure").key(it.kind.key);
+    it.index.map_or(at.clone(), |index| at.index(index))
 }
 
 fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
-    for (kind, numbers, _) in asked(plan) {
-        numbers.into_iter().try_for_each(|(key, value)| positive_if_given(value, at.key(kind).key(key)))?;
-    }
-    for (kind, _, count) in asked(plan) {
-        if let Some(count) = count.filter(|count| !(1..=MOST_BINS).contains(count)) {
-            return refuse(at.key(kind).key("bins"), count, format!("1 to {MOST_BINS}"));
+    for it in plan.requested() {
+        it.positive.iter().try_for_each(|&(key, value)| positive_if_given(value, position(&it).key(key)))?;
+        if let Some(count) = it.bins.filter(|count| !(1..=MOST_BINS).contains(count)) {
+            return refuse(position(&it).key("bins"), count, format!("1 to {MOST_BINS}"));
         }
     }
-    check_spans(plan, at)?;
-    named(plan).try_for_each(|it| positive_if_given(it.interval, it.at.key("interval")))
+    check_spans(plan, at)
 }
 
 /// Returns all times in the measurement plan with their keys: intervals, spans and windows `[time]`.
 pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
-    let measure = ConfigPath::root().key("measure");
     let is_time = |key: &str| ["interval", "span", "window"].contains(&key);
-    let mut all: Vec<(ConfigPath, f64)> = Vec::new();
-    for (kind, numbers, _) in asked(plan) {
-        let times = numbers.into_iter().filter(|(key, _)| is_time(key));
-        all.extend(times.filter_map(|(key, time)| Some((measure.key(kind).key(key), time?))));
-    }
-    all.extend(named(plan).filter_map(|it| Some((it.at.key("interval"), it.interval?))));
-    all.into_iter().map(|(at, time)| (at.to_string(), time)).collect()
-}
-
-/// A profile or a flow: its config path, and the keys that both kinds have.
-pub(in crate::scene) struct Named<'p> {
-    pub at: ConfigPath,
-    pub name: &'p str,
-    pub species: Option<&'p String>,
-    interval: Option<f64>,
-}
-
-/// Iterates over the profiles, then over the flows.
-pub(in crate::scene) fn named<'p>(plan: &'p MeasurementPlan) -> impl Iterator<Item = Named<'p>> {
-    let it = |kind: &'static str, index, name, species: &'p Option<String>, interval| {
-        let at = ConfigPath::root().key("measure").key(kind).index(index);
-        Named { at, name, species: species.as_ref(), interval }
+    let times = |it: Requested<'_>| {
+        let times = it.positive.iter().filter(|(key, _)| is_time(key));
+        times.filter_map(|&(key, time)| Some((position(&it).key(key).to_string(), time?))).collect::<Vec<_>>()
     };
-    let profiles = plan.profiles.iter().enumerate();
-    let profiles = profiles.map(move |(index, of)| it("profile", index, &of.name, &of.species, of.interval));
-    let flows = plan.flows.iter().enumerate();
-    profiles.chain(flows.map(move |(index, of)| it("flow", index, &of.name, &of.species, of.interval)))
+    plan.requested().flat_map(times).collect()
 }

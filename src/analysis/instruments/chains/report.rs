@@ -1,6 +1,7 @@
 //! Reports bond lengths and chain sizes as numbers and curves.
 
 use super::{Chains, MOST_GROUPS};
+use crate::analysis::instruments::bins::Bins;
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
@@ -8,16 +9,14 @@ use crate::base::text::digits;
 fn with_density(
     curve: Curve,
     symbol: &str,
-    [from, to]: [f64; 2],
+    bins: Bins,
     densities: &[Option<Estimate>],
     normalisation: Normalisation,
 ) -> Curve {
-    let bins = densities.len() as f64;
-    let centres = (0..densities.len()).map(|k| from + (to - from) * ((k as f64 + 0.5) / bins)).collect();
     curve
-        .variable(symbol, "length", centres)
+        .variable(symbol, "length", bins.centres())
         .series(&format!("p({symbol})"), "1 / length", densities)
-        .normalised(normalisation.by("bin_width", "length", (to - from) / bins))
+        .normalised(normalisation.by("bin_width", "length", bins.width()))
 }
 
 impl Chains {
@@ -34,7 +33,7 @@ impl Chains {
         measured.curves.push(with_density(
             Curve::new("bond_length", "Distribution of bond lengths", method),
             "b",
-            self.bond_lengths,
+            self.bins_of_bonds(),
             &self.bonds.estimates(2..self.bonds.len()),
             Normalisation::of("bonds in the bin, over all samples")
                 .by("samples", "1", self.bonds.most())
@@ -106,7 +105,7 @@ impl Chains {
             measured.curves.push(with_density(
                 Curve::new(&name, &title, &method),
                 "R",
-                [0.0, longest],
+                Bins::over(0.0, longest, self.bins),
                 &self.ends.estimates(place * self.bins..(place + 1) * self.bins),
                 Normalisation::of("chains in the bin, over all samples")
                     .by("samples", "1", self.ends.most())

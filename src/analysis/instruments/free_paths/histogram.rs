@@ -1,7 +1,7 @@
 //! A histogram of positive values that chooses its own bins.
 
+use crate::analysis::instruments::bins::Bins;
 use crate::analysis::statistics::Estimate;
-use crate::base::numbers::trunc_to_usize;
 use serde::{Deserialize, Serialize};
 
 /// Number of values after which the bin width is chosen.
@@ -65,8 +65,8 @@ impl Histogram {
     }
 
     fn put(&mut self, value: f64) {
-        if let Some(count) = self.counts.get_mut(trunc_to_usize(value / self.width)) {
-            *count += 1;
+        if let Some(bin) = Bins::of_width(0.0, self.width, self.counts.len()).index(value) {
+            self.counts[bin] += 1;
         }
     }
 

@@ -1,7 +1,7 @@
 //! The radial distribution function at the contact of two cores, extrapolated from just outside.
 
+use crate::analysis::instruments::bins::Bins;
 use crate::analysis::statistics::{CurveAverage, Estimate};
-use crate::base::numbers::trunc_to_usize;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -27,11 +27,14 @@ impl Shell {
         Self { core, end: step.map_or(end, |step| end.min(step)) }
     }
 
+    pub fn bins(&self) -> Bins {
+        Bins::over(self.core, self.end - self.core, CONTACT_BINS)
+    }
+
     /// Round-off may put a pair in contact slightly inside the core; such a pair belongs to the first bin.
     pub fn bin(&self, distance: f64) -> Option<usize> {
-        let at = (distance - self.core) / (self.end - self.core);
-        let is_in = distance > self.core * (1.0 - 1e-7) && at < 1.0;
-        is_in.then(|| trunc_to_usize(at * CONTACT_BINS as f64))
+        let is_in = distance > self.core * (1.0 - 1e-7);
+        is_in.then(|| self.bins().index(distance.max(self.core))).flatten()
     }
 }
 

@@ -1,5 +1,6 @@
 //! Curves of speeds: a series for each window, and Maxwell's distribution for comparison.
 
+use super::super::bins::Bins;
 use super::super::quantity::{Curve, Measured, Normalisation, Published, free_name};
 use super::super::system::SystemDescription;
 use super::{Class, Speeds, Window, mass_of};
@@ -19,11 +20,11 @@ impl Speeds {
             let wanted = if self.classes.len() == 1 { "speeds".to_owned() } else { format!("speeds_{}", class.name) };
             let name = free_name(&wanted, measured.curves.iter().map(|curve| curve.name.as_str()));
             let of = if self.classes.len() == 1 { String::new() } else { format!(" of {}", class.name) };
-            let (rows, width) = (self.rows(number, system), class.width);
-            let centres = (0..rows).map(|bin| (bin as f64 + 0.5) * width).collect();
+            let rows = self.rows(number, system);
+            let bins = Bins::of_width(0.0, class.width, rows);
             let curve = Curve::new(&name, &format!("Distribution of speeds{of}"), &self.method(class, system))
-                .variable("v", "length / time", centres)
-                .beside(self.maxwell(class, rows, system));
+                .variable("v", "length / time", bins.centres())
+                .beside(self.maxwell(class, bins, system));
             measured.curves.push(
                 (0..self.windows.len()).fold(curve, |curve, window| self.with_window(curve, window, number, rows)),
             );
@@ -80,7 +81,7 @@ impl Speeds {
         class.species.iter().map(part).collect()
     }
 
-    fn maxwell(&self, class: &Class, rows: usize, system: &SystemDescription) -> Option<Published> {
+    fn maxwell(&self, class: &Class, bins: Bins, system: &SystemDescription) -> Option<Published> {
         let parts = self.parts(class, system);
         if parts.is_empty() {
             return None;
@@ -90,13 +91,13 @@ impl Speeds {
             let each = parts.iter().map(|(share, variance)| share * maxwell_speed_below(speed, *variance, dimensions));
             each.sum::<f64>()
         };
-        let ends: Vec<f64> = (0..=rows).map(|bin| below(bin as f64 * class.width)).collect();
+        let ends: Vec<f64> = (0..=bins.count).map(|bin| below(bins.edge(bin))).collect();
         let temperature = self.windows.last().and_then(|window| window.temperature.mean())?;
         Some(Published {
             label: format!("Maxwell at T = {}", digits(temperature)),
             source: source(dimensions),
-            x: (0..rows).map(|bin| (bin as f64 + 0.5) * class.width).collect(),
-            y: ends.windows(2).map(|pair| (pair[1] - pair[0]) / class.width).collect(),
+            x: bins.centres(),
+            y: ends.windows(2).map(|pair| (pair[1] - pair[0]) / bins.width()).collect(),
         })
     }
 
