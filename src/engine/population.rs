@@ -242,7 +242,7 @@ mod tests {
     use super::*;
     use crate::engine::Until;
     use crate::model::space::Space;
-    use crate::model::{Potential, Thermostat};
+    use crate::model::Thermostat;
     use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn box_between_walls(particles: u32) -> Simulation {
