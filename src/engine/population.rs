@@ -241,8 +241,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 mod tests {
     use super::*;
     use crate::engine::Until;
-    use crate::model::space::Space;
     use crate::model::Thermostat;
+    use crate::model::space::Space;
     use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn box_between_walls(particles: u32) -> Simulation {
