@@ -13,6 +13,7 @@
 mod brought;
 mod builder;
 mod classes;
+mod compatibility;
 mod config_path;
 mod continuation;
 mod coordinates;
@@ -42,6 +43,7 @@ pub use crate::prepare::surface::leak::{Gap, Leak};
 #[cfg(target_family = "wasm")]
 pub use brought::bring;
 pub use builder::SceneBuilder;
+pub use compatibility::{EXCLUSIONS, Exclusion, Feature};
 pub use config_path::{ConfigPath, PathStep};
 pub(crate) use continuation::LastRun;
 pub use diagnostic::{SceneError, SceneErrorKind};

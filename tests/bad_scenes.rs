@@ -7,7 +7,9 @@ mod cases;
 use std::path::{Path, PathBuf};
 
 use carom::model::Scene;
-use carom::scene::{InteractionDraft, SceneError, SceneErrorKind, SpeciesDraft};
+use carom::scene::{
+    ConfigPath, EXCLUSIONS, Exclusion, InteractionDraft, PathStep, SceneError, SceneErrorKind, SpeciesDraft,
+};
 use cases::{Case, FOLDER, bases, cases};
 use miette::Diagnostic;
 use proptest::prelude::*;
@@ -50,6 +52,30 @@ fn every_bad_scene_gives_its_expected_error() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The keys of a path without indices, such as `surface.motion`.
+fn keys(at: &ConfigPath) -> String {
+    let keys = at.steps().iter().filter_map(|step| match step {
+        PathStep::Key(key) => Some(key.as_ref()),
+        _ => None,
+    });
+    keys.collect::<Vec<&str>>().join(".")
+}
+
+#[test]
+fn every_exclusion_is_the_error_of_a_bad_scene() {
+    let cases = cases();
+    let errors = cases.iter().filter_map(|(name, case)| Scene::from_toml(case.scene.as_str(), path_of(name)).err());
+    let errors: Vec<SceneError> = errors.collect();
+    let is_for = |row: &Exclusion, error: &SceneError| {
+        let SceneErrorKind::Value { value, expected } = error.kind() else { return false };
+        let key = keys(error.config_path());
+        let is_at = row.feature.keys.is_empty() || row.feature.keys.contains(&key.as_str());
+        is_at && value.ends_with(row.circumstance) && *expected == row.expected()
+    };
+    let missing: Vec<_> = EXCLUSIONS.iter().filter(|row| !errors.iter().any(|error| is_for(row, error))).collect();
+    assert!(missing.is_empty(), "no scene in {FOLDER}/cases.toml has these errors: {missing:#?}");
 }
 
 #[test]

@@ -178,13 +178,13 @@ impl<'a> Interactions<'a> {
         Contacts::of(self.table.map(|id| self.get(id?).potential.core()))
     }
 
+    pub(crate) fn list(&self) -> &[Interaction] {
+        &self.list
+    }
+
     pub(crate) fn longest_range(&self, can_meet: impl Fn(usize, usize) -> bool) -> f64 {
         let meeting = self.table.iter().filter(|([a, b], _)| can_meet(*a, *b));
         meeting.filter_map(|(_, id)| Some(self.get(id?).potential.range())).fold(0.0, f64::max)
-    }
-
-    pub(crate) fn are_hard_spheres(&self) -> bool {
-        self.list.iter().all(|it| it.potential.is_hard_sphere() && !it.potential.is_bond())
     }
 
     /// Rejects a scene in which two species can meet but have no interaction. `counts` is the number of particles of

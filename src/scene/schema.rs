@@ -1,10 +1,13 @@
 //! The JSON Schema of the scene file, derived from its Rust types and the tables of words.
 
+use std::collections::BTreeMap;
+
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
 use serde_json::{Map, Value, json};
 
+use crate::scene::compatibility::EXCLUSIONS;
 use crate::scene::file::SceneFile;
 
 /// The JSON Schema (draft 2020-12) of scene files, as JSON text: every key with its description and unit, type, range and
@@ -25,7 +28,38 @@ pub fn schema() -> String {
 pub(crate) fn schema_value() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
     let generator = settings.with_transform(RecursiveTransform(plain)).into_generator();
-    generator.into_root_schema_for::<SceneFile>().to_value()
+    let mut schema = generator.into_root_schema_for::<SceneFile>().to_value();
+    let mut excluded: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for row in EXCLUSIONS {
+        for (feature, other) in [(row.feature, row.with), (row.with, row.feature)] {
+            feature.keys.iter().for_each(|key| excluded.entry(key).or_default().push(other.name));
+        }
+    }
+    for (key, others) in excluded {
+        add_note(&mut schema, key, &format!(" Cannot be combined with: {}.", others.join(", ")));
+    }
+    schema
+}
+
+/// Adds a note to the description of a key, given with the tables around it, such as `space.shear_rate`.
+fn add_note(schema: &mut Value, key: &str, note: &str) {
+    for places in ["items", "anyOf"] {
+        match schema.get_mut(places) {
+            Some(Value::Array(branches)) => branches.iter_mut().for_each(|branch| add_note(branch, key, note)),
+            Some(items) => add_note(items, key, note),
+            None => {}
+        }
+    }
+    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
+    match (schema.pointer_mut(&format!("/properties/{first}")), rest) {
+        (Some(property), Some(rest)) => add_note(property, rest, note),
+        (Some(property), None) => {
+            if let Some(Value::String(description)) = property.get_mut("description") {
+                description.push_str(note);
+            }
+        }
+        (None, _) => {}
+    }
 }
 
 pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {

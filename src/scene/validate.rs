@@ -2,7 +2,6 @@
 
 mod barostat;
 mod exchange;
-pub(crate) mod instruments;
 pub(crate) mod measure;
 mod motions;
 mod parts;
@@ -17,6 +16,7 @@ use crate::model::space::{Boundary, Space, displacement_within_period};
 use crate::model::{AuditPlan, CountRegion, CountSpace, Scene, SceneParts, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
+use crate::scene::compatibility;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::groups::Groups;
@@ -74,7 +74,8 @@ impl SceneBuilder {
         let species = start.interactions.species;
         affordable_species(start.groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
         start::check_ranges(start)?;
-        self.parts.check_drive(&start.space, &start.interactions)?;
+        compatibility::check(self, start)?;
+        self.parts.check_shear(&start.space, start.interactions.longest_range(|_, _| true))?;
         self.parts.check_measure(&start.space, species)?;
         self.check_displacement()
     }
@@ -96,7 +97,6 @@ impl SceneBuilder {
         plan::settle_thermostats(&mut scene)?;
         barostat::check_barostats(&scene)?;
         self.check_equilibrium(&scene)?;
-        instruments::check_measurable(&scene)?;
         Ok(scene)
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use carom::scene::EXCLUSIONS;
 use serde_json::{Map, Value};
 
 use crate::markdown::{Page, cells, heading};
@@ -196,4 +197,31 @@ fn every_word_of_the_schema_is_documented() {
         }
     }
     assert!(count > 50, "{count} words");
+}
+
+#[test]
+fn the_table_of_exclusions_is_that_of_the_program() {
+    let page = Page::of("docs/scene.md");
+    let section = page.text.split("\n## ").find(|section| section.starts_with("Features that exclude each other\n"));
+    let said: Vec<&str> = section.unwrap().lines().filter(|line| line.starts_with('|')).skip(2).collect();
+    let row = |feature: &str, with: &str, expected: String| format!("| {feature} | {with} | {expected} |");
+    let rows = EXCLUSIONS.iter().map(|it| row(it.feature.name, it.with.name, it.expected().replace('`', "")));
+    let right: Vec<String> = rows.collect();
+    assert!(said == right, "the table must be:\n{}", right.join("\n"));
+}
+
+#[test]
+fn the_schema_describes_exclusions() {
+    let mut keys = BTreeMap::new();
+    expected(&schema(), "", &mut keys);
+    for row in EXCLUSIONS {
+        for (feature, other) in [(row.feature, row.with), (row.with, row.feature)] {
+            for key in feature.keys {
+                let (rules, _) = keys.get(*key).unwrap_or_else(|| panic!("the schema has no {key}"));
+                let description = rules["description"].as_str().unwrap();
+                let (_, others) = description.split_once(" Cannot be combined with: ").unwrap();
+                assert!(others.contains(other.name), "{key}: {description}");
+            }
+        }
+    }
 }

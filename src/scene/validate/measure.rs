@@ -16,16 +16,6 @@ impl SceneParts {
     pub(in crate::scene) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("measure");
         check_numbers(&self.measure, &at)?;
-        if self.shear_rate.is_some() {
-            if self.measure.transport.is_some() {
-                let expected = "no transport: Einstein-Helfand relations hold in equilibrium; pressure_tensor has the viscosity in shear";
-                return refuse(at.key("transport"), "given in a sheared box", expected);
-            }
-            if let Some(index) = self.measure.flows.iter().position(|flow| flow.axis.as_deref() == Some("x")) {
-                let expected = "y or z: along x, sliding images would count as particles that pass";
-                return refuse(at.key("flow").index(index).key("axis"), "\"x\" in a sheared box", expected);
-            }
-        }
         check_speeds(&self.measure, species, &at.key("speeds"))?;
         let mut names = Taken::default();
         for it in self.measure.requested() {

@@ -5,11 +5,10 @@ use crate::base::text::digits;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
 use crate::model::{
-    Growth, GrowthTarget, Scene, SceneParts, Species, SpeciesId, StagePlan, Thermostat, ThermostatError, Threads, Until,
+    Growth, GrowthTarget, Scene, SceneParts, SpeciesId, StagePlan, Thermostat, ThermostatError, Threads, Until,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
-use crate::scene::interactions::Interactions;
 use crate::scene::limits::{finite, on_flat_axes, positive, positive_if_given};
 use crate::scene::validate::barostat;
 
@@ -93,10 +92,6 @@ impl SceneParts {
         let at = ConfigPath::entry("stage", index);
         let Some(equilibration) = stage.measured else { return Ok(()) };
         check_limit(equilibration.limit, at.key("equilibration_time"), at.key("equilibration_events"))?;
-        if stage.growth.is_some() {
-            let expected = "no growth: a stage that is measured has diameters that are constant; let them grow in a stage before it";
-            return refuse(at.key("grow"), "given in a measured stage", expected);
-        }
         if stage.limit == Until::default() {
             return Err(missing(&at, "until_time", "give it or until_events, so that the stage ends"));
         }
@@ -118,32 +113,15 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Checks that the box and the particles permit the planned growth and shear.
-    pub(in crate::scene) fn check_drive(
-        &self,
-        space: &Space,
-        interactions: &Interactions<'_>,
-    ) -> Result<(), SceneError> {
-        let (species, longest) = (interactions.species, interactions.longest_range(|_, _| true));
-        let is_falling =
-            species.iter().map(|species| species.acceleration).chain(self.run.gravities()).any(|a| a.amax() > 0.0);
-        let has_static = species.iter().any(Species::is_static);
-        let is_alone = space.is_fully_periodic() && !is_falling && !has_static;
-        if let Some(index) = self.run.stages.iter().position(|stage| stage.growth.is_some()) {
-            let at = ConfigPath::entry("stage", index).key("grow");
-            if !(is_alone && interactions.are_hard_spheres() && self.shear_rate.is_none()) {
-                let expected =
-                    "only hard spheres without bonds, in a periodic box without gravity, static particles or shear";
-                return refuse(at, "given", expected);
-            }
-        }
+    /// Checks that the box is long enough for the planned shear. `longest` is the longest range of an interaction.
+    pub(in crate::scene) fn check_shear(&self, space: &Space, longest: f64) -> Result<(), SceneError> {
         let Some(rate) = self.shear_rate else { return Ok(()) };
         let at = ConfigPath::root().key("space").key("shear_rate");
         finite(rate, at.clone())?;
         let is_wide = |k: usize| space.boundary[k] == Boundary::Flat || space.size[k] >= 4.0 * longest * (1.0 + 1e-5);
-        if rate == 0.0 || !is_alone || space.boundary[..2].contains(&Boundary::Flat) || !(0..3).all(is_wide) {
+        if rate == 0.0 || space.boundary[..2].contains(&Boundary::Flat) || !(0..3).all(is_wide) {
             let expected = format!(
-                "a rate other than 0, in a periodic box that is at least 4 ranges ({}) long along each axis and has no gravity or static particles",
+                "a rate other than 0, in a periodic box that is at least 4 ranges ({}) long along each axis",
                 4.0 * longest
             );
             return refuse(at, rate, expected);

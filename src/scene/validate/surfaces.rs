@@ -53,9 +53,6 @@ impl SceneBuilder {
                 format!("at most {MOST_FEATURES} in all meshes together"),
             );
         }
-        if !surfaces.is_empty() {
-            self.check_no_growth_or_shear()?;
-        }
         let ids: Vec<SpeciesId> = (0..species.len()).map(|index| SpeciesId(id(index))).collect();
         let stage = self.parts.run.first_stage();
         Ok(Surfaces::of_parts((space, &self.parts.wall_temperatures, self.parts.start_time), &surfaces, &ids, stage))
@@ -109,16 +106,6 @@ impl SceneBuilder {
             time += duration;
         }
         Ok(time)
-    }
-
-    fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
-        let expected =
-            "to be absent with a [[surface]]: surfaces need particles of constant size in a box without shear";
-        if self.parts.shear_rate.is_some() {
-            return refuse(ConfigPath::root().key("space").key("shear_rate"), "given", expected);
-        }
-        let growth = self.parts.run.stages.iter().position(|stage| stage.growth.is_some());
-        growth.map_or(Ok(()), |index| refuse(ConfigPath::entry("stage", index).key("grow"), "given", expected))
     }
 }
 
