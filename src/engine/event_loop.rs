@@ -100,9 +100,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.schedule.queue.pop();
             self.clock.now = entry.time;
             if let Some(flow) = self.execute_contact(particle, &prediction, observe)? {
-                self.counts.transitions_at_event = self.counts.totals.transition;
-                self.count_standstill();
-                self.check_standstill(particle, &prediction)?;
+                self.watch_progress(particle, &prediction)?;
                 if flow.is_break() {
                     return Ok(Some(Reason::Observer));
                 }
@@ -135,6 +133,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.counts.executed += 1;
         }
         Ok(flow)
+    }
+
+    /// Checks after an event that time advances.
+    #[inline]
+    fn watch_progress(&mut self, particle: u32, prediction: &Prediction) -> Result<(), EngineError> {
+        self.counts.transitions_at_event = self.counts.totals.transition;
+        self.count_standstill();
+        Ok(self.check_standstill(particle, prediction)?)
     }
 
     /// Returns the next action of the event loop up to the time `stop`, counted from the epoch.

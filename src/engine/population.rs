@@ -140,7 +140,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut others: Vec<(ParticleId, SpeciesId, Vector)> = present.collect();
         for (particle, name) in new.iter().zip(self.state.next_name..) {
             let particle_id = ParticleId(name);
-            let (position, _) = self.into_box(particle.position);
+            let (position, _) = self.wrapped(particle.position);
             let mut deepest = self.overlap_with_surfaces(particle, &position, particle_id);
             for (other, species, there) in &others {
                 let Some(id) = scene.interaction_of(particle.species, *species) else { continue };
@@ -192,7 +192,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let now = self.clock.now;
         let mut records = Vec::with_capacity(particles.len());
         for (particle, name) in particles.iter().zip(self.state.next_name..) {
-            let (position, images) = self.into_box(particle.position);
+            let (position, images) = self.wrapped(particle.position);
             let mut record = Record::new(name, position, particle.velocity, now);
             record.images = Some(images);
             record.species = TABLE.then(|| self.pairs.rules.rows.row(particle.species));

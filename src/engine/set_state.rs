@@ -216,7 +216,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Wraps a particle into the box from any distance.
     fn bring_in(&mut self, particle: u32) {
         self.keep_between_sliding_sides(particle);
-        let (position, images) = self.into_box(self.state.bodies[particle as usize].position);
+        let (position, images) = self.wrapped(self.state.bodies[particle as usize].position);
         self.state.bodies[particle as usize].position = position;
         for axis in (0..3).filter(|&axis| images[axis] != 0) {
             self.state.images.add(particle, axis, images[axis]);
@@ -225,7 +225,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Wraps a position into the box from any distance. Also returns the number of periods from the box to the
     /// position along each axis.
-    pub(super) fn into_box(&self, mut position: Vector) -> (Vector, [i32; 3]) {
+    pub(super) fn wrapped(&self, mut position: Vector) -> (Vector, [i32; 3]) {
         let mut images = [0; 3];
         for axis in (0..3).filter(|&axis| self.state.periods[axis].is_finite()) {
             let (lower, period) = (self.state.space.lower[axis], self.state.periods[axis]);

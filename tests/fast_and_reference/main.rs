@@ -5,8 +5,8 @@ use carom::check::reference::{self, Reference};
 use carom::engine::event::{Event, EventKind, Other, Outcome};
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
-use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Scene};
+use carom::model::space::{Boundary, Space};
+use carom::model::Scene;
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -121,15 +121,11 @@ fn potential(kind: usize, depth: f64) -> Potential {
 
 impl Recipe {
     fn scene(&self) -> Option<Scene> {
-        let wall = |restitution| Boundary::Bounded {
-            lower: Face::Wall(ContactLaw::smooth(restitution)),
-            upper: Face::Wall(ContactLaw::smooth(restitution)),
-        };
         let mut space = Space::periodic_cube(self.box_length);
         for axis in 0..3 {
             space.boundary[axis] = match self.boundary[axis] {
                 0 => Boundary::Periodic,
-                1 => wall(self.restitution),
+                1 => Boundary::walls(self.restitution),
                 _ => Boundary::OPEN,
             };
         }
@@ -140,35 +136,16 @@ impl Recipe {
             .gravity(gravity)
             .species(SpeciesDraft::new("A").mass(self.masses[0]).diameter(1.0))
             .species(SpeciesDraft::new("B").mass(self.masses[1]).diameter(1.2))
-            .species(SpeciesDraft::new("S").diameter(1.0).fixed())
-            .interaction(
-                InteractionDraft::new(potential(self.potential, self.depth))
-                    .between("A", "A")
-                    .restitution(self.restitution),
-            )
-            .interaction(
-                InteractionDraft::new(potential((self.potential + 1) % 6, self.depth))
-                    .between("A", "B")
-                    .restitution(self.restitution),
-            )
-            .interaction(
-                InteractionDraft::new(Potential::hard_sphere(1.2).ok()?)
-                    .between("B", "B")
-                    .restitution(self.restitution),
-            )
-            .interaction(
-                InteractionDraft::new(potential((self.potential + 2) % 6, self.depth))
-                    .between("A", "S")
-                    .restitution(self.restitution),
-            )
-            .interaction(
-                InteractionDraft::new(Potential::hard_sphere(1.1).ok()?)
-                    .between("B", "S")
-                    .restitution(self.restitution),
-            )
-            .interaction(
-                InteractionDraft::new(Potential::bond(0.3, 3.0).ok()?).named("link").restitution(self.restitution),
-            );
+            .species(SpeciesDraft::new("S").diameter(1.0).fixed());
+        let interaction = |potential: Potential| InteractionDraft::new(potential).restitution(self.restitution);
+        let kind = |next: usize| interaction(potential((self.potential + next) % 6, self.depth));
+        builder = builder
+            .interaction(kind(0).between("A", "A"))
+            .interaction(kind(1).between("A", "B"))
+            .interaction(interaction(Potential::hard_sphere(1.2).ok()?).between("B", "B"))
+            .interaction(kind(2).between("A", "S"))
+            .interaction(interaction(Potential::hard_sphere(1.1).ok()?).between("B", "S"))
+            .interaction(interaction(Potential::bond(0.3, 3.0).ok()?).named("link"));
         if let Some(time) = self.contact_time {
             builder = builder.contact_time(time);
         }
