@@ -237,6 +237,10 @@ const STATIC: Feature = feature("static particles", &["species.static"], |it| {
     let is_static: Vec<bool> = it.start.interactions.species.iter().map(|species| species.is_static()).collect();
     given(is_static.contains(&true) && particles.iter().any(|particle| is_static[particle.species.0 as usize]))
 });
+/// Growth and shear also exclude a static species without particles.
+const STATIC_SPECIES: Feature = feature("static particles", &["species.static"], |it| {
+    given(it.start.interactions.species.iter().any(|species| species.is_static()))
+});
 const NO_BONDS: Feature = feature("no bonds", &[], |it| given(it.start.groups.bonds.is_empty()));
 const INVALID_START: Feature =
     key(&["allow_invalid_start"], |it| shown(it.parts.allow_invalid_start.then_some("true")));
@@ -349,12 +353,12 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(GROWTH, WELLS, "with other interactions", HARD_SPHERES, ""),
     row(GROWTH, SIDES, "in a box with open sides or walls", HARD_SPHERES, ""),
     row(GROWTH, GRAVITY, "with gravity", HARD_SPHERES, ""),
-    row(GROWTH, STATIC, "with static particles", HARD_SPHERES, ""),
+    row(GROWTH, STATIC_SPECIES, "with static particles", HARD_SPHERES, ""),
     row(GROWTH, SHEAR, "in a sheared box", HARD_SPHERES, ""),
     row(SHEAR, SURFACE, "", ABSENT, CONSTANT_SIZE),
     row(SHEAR, SIDES, "in a box with open sides or walls", PLAIN_SHEAR, ""),
     row(SHEAR, GRAVITY, "with gravity", PLAIN_SHEAR, ""),
-    row(SHEAR, STATIC, "with static particles", PLAIN_SHEAR, ""),
+    row(SHEAR, STATIC_SPECIES, "with static particles", PLAIN_SHEAR, ""),
     row(TRANSPORT, SHEAR, "in a sheared box", "no transport", "Einstein-Helfand relations hold in equilibrium; pressure_tensor has the viscosity in shear"),
     row(FLOW_ALONG_X, SHEAR, "in a sheared box", "y or z", "along x, sliding images would count as particles that pass"),
     row(BAROSTAT, SIDES, "in a box with open sides or walls", "a box whose axes are all periodic or flat", ""),
