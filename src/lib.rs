@@ -1,10 +1,10 @@
 //! Event-driven particle dynamics: hard spheres, square wells, bonds and stepped potentials, with gravity, walls, static
 //! meshes and dissipation.
 //!
-//! Between events every particle flies freely, so there is no time step. Carom computes the time of the next
-//! event, executes it, and predicts again only what it has changed. The algorithms come from M. N.
-//! Bannerman and S. Strobl, *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*. They
-//! stay stable when rounding puts particles on the wrong side of a discontinuity.
+//! Between events every particle flies freely, so there is no time step. Carom computes the time of the next event,
+//! executes the event, and predicts new events for the particles that it changed. The algorithms come from M. N.
+//! Bannerman and S. Strobl, *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*. They stay stable
+//! when rounding puts particles on the wrong side of a discontinuity.
 //!
 //! ```
 //! use carom::scene::{Fill, InteractionDraft, Lattice, Model, SpeciesDraft};
@@ -24,7 +24,7 @@
 //! simulation.advance(Until::events(20_000))?;
 //!
 //! assert_eq!(simulation.event_counts().core, 20_000);
-//! // Every event rounds the velocities of two particles once or twice; the energy drifts no further.
+//! // Each event rounds the velocities of two particles once or twice. The energy drifts no further.
 //! assert!((simulation.energy().kinetic / before - 1.0).abs() < 20_000.0 * f64::EPSILON);
 //! assert!(simulation.event_counts().deepest_overlap < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -42,16 +42,15 @@
 //! | measure something new, or end a run on a condition | [`analysis::instruments::Instrument`] | `own_instrument` |
 //! | simulate another potential | [`model::Potential::new`] | `own_potential` |
 //!
-//! The programs are in the folder `examples` of the sources; `cargo run --release --example fluid` runs the
-//! first one.
+//! The programs are in the folder `examples` of the sources: `cargo run --release --example fluid` runs `fluid`.
 //!
 //! # An instrument of one's own
 //!
-//! A type with the trait [`Instrument`](analysis::instruments::Instrument) says when it needs its next
-//! sample, takes it, and reports numbers and curves. Register it with a [`Run`](run::Run), which then
-//! measures with it and keeps its fields in checkpoints. If a [`Folder`](io::Folder) records the run, the
-//! report of the instrument is in its files, and so on the page that `view::report::page` makes of them. Your
-//! program needs `serde = { version = "1", features = ["derive"] }`.
+//! A type that implements [`Instrument`](analysis::instruments::Instrument) returns the time of its next sample, takes
+//! the sample, and reports numbers and curves. Register it with a [`Run`](run::Run). The run then measures with it and
+//! stores its fields in checkpoints. If a [`Folder`](io::Folder) records the run, the report of the instrument is in
+//! the files of the run and on the page made by `view::report::page`. Your program needs `serde = { version = "1",
+//! features = ["derive"] }`.
 //!
 //! ```
 //! use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
@@ -101,7 +100,7 @@
 //!     })
 //!     .finish()?;
 //! let kurtosis = finished.measured.number("kurtosis").and_then(|number| number.mean).unwrap_or_default();
-//! // At constant energy it is N / (N + 2/3) of that.
+//! // At constant energy the exact value is N / (N + 2/3).
 //! assert!((kurtosis - 1.0).abs() < 0.03);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -133,7 +132,7 @@
 #![cfg_attr(feature = "view", doc = "| Pictures, movies, pages, a scene in words | [`view`] | figure 6 |")]
 #![cfg_attr(feature = "cli", doc = "| The commands of the program, and their output | [`cli`] | |")]
 //!
-//! The rows of this table are layers or parts of layers. A module uses only modules above it; see
+//! Each row of this table is a layer or part of a layer. A module uses only modules in the rows above it; see
 //! `docs/architecture.md`.
 //!
 //! # Notation and units
@@ -144,12 +143,12 @@
 //!
 //! # Reproducible results
 //!
-//! A run is a function of its scene and its seed. It gives the same bits every time and on every processor. Pauses and
-//! observers do not change them.
+//! A run is a function of its scene and its seed, with the same bits every time and on every processor. Pauses and
+//! observers change nothing.
 
-// The disallowed functions give different last bits on different processors. Unit tests may use them.
+// The results of these functions differ in the last bits between processors. Unit tests may use them.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-// Panics are forbidden, because no input may end a program that uses this library.
+// Code that may panic is forbidden, because no input may end a program that uses this library.
 #![cfg_attr(
     not(test),
     warn(
@@ -191,7 +190,7 @@ pub use model::{Potential, Scene, Until};
 pub use run::Run;
 pub use scene::SceneBuilder;
 
-/// The crate that defines [`Vector`]. It is re-exported so that programs use the same version.
+/// The crate that defines [`Vector`], re-exported so that programs use the same version.
 pub use nalgebra;
 
 /// A vector in space. Its components along flat axes are exactly zero.

@@ -1,6 +1,5 @@
-//! Data of a simulation: species, potentials, interactions, the box, the particles, and the plans of a run.
-//!
-//! Nothing here depends on a file or a key that a user typed; [`Scene`] is what all other layers read.
+//! Data of a simulation: species, potentials, interactions, the box, the particles, and the plans of a run. The data do
+//! not depend on the format of scene files. All other layers read a [`Scene`].
 
 pub mod barostat;
 pub(crate) mod components;

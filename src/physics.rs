@@ -1,5 +1,4 @@
-//! Free flight, overlap functions, detection of the next event of a pair, and the response. All are pure functions of a
-//! relative state.
+//! Free flight, overlap functions, event detection and response. All are pure functions of a relative state.
 
 pub mod detection;
 pub mod motion;

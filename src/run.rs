@@ -1,7 +1,5 @@
-//! A run: a series of stages with rows at regular times. The last stage, and any other measured stage, also has means
-//! and frames.
-//!
-//! A [`Run`] is set up and executed, and returns a [`Finished`] run.
+//! A run: a series of stages with rows at regular times. Measured stages, such as the last one, also have means and
+//! frames. A [`Run`] is set up and executed, and returns a [`Finished`] run.
 
 pub mod audit;
 mod begin;
@@ -71,7 +69,7 @@ pub trait Recorder {
         self.frame(&simulation.snapshot(), Vec::new())
     }
 
-    /// Whether the recorder needs every event of the measurement: [`Recorder::event`] is called only then.
+    /// Whether the recorder needs every event of the measurement. Otherwise, [`Recorder::event`] is never called.
     fn has_events(&self) -> bool {
         false
     }
@@ -132,8 +130,8 @@ pub enum Ending {
     Condition,
     /// The run has no time limit, and no further event can occur.
     Idle,
-    /// The run has no time limit, and no event has occurred for a million rows or a very long time. Whether another
-    /// event can occur is unknown.
+    /// The run has no time limit, and no event has occurred for a million rows or a very long time. An event might
+    /// still occur later.
     GaveUp,
     /// An automatic equilibration without a limit did not end. After very many events an observable still
     /// drifts, or its drift is unknown.

@@ -1,14 +1,13 @@
 //! A validated scene: everything that determines a trajectory, in reduced units.
 //!
 //! A [`Scene`] is built from a scene file ([`Scene::from_file`], [`Scene::from_toml`]) or in code with a
-//! [`SceneBuilder`]. Both ways apply the same checks, so a simulation can be created from the scene without further
-//! validation. [`schema`](fn@schema) returns the schema of all keys of a scene file, for editors.
+//! [`SceneBuilder`]. Both ways apply the same checks, and a simulation needs no further validation.
+//! [`schema`](fn@schema) returns the schema of all keys of a scene file, for editors.
 //!
-//! A text becomes a scene in these steps. `file` reads the keys from a `source` as they are written. `parse` turns them
-//! into a [`SceneBuilder`], which is an unvalidated scene. `validate` checks it, with `groups` and `filling`, and
-//! returns the [`Scene`]. The module `prepare`, one layer below, generates the positions and velocities that the scene
-//! does not list. A [`SceneError`] has the [`ConfigPath`] of the wrong value, and the source finds the line of this
-//! path.
+//! A text becomes a scene in three steps. `file` reads the keys from a `source`. `parse` turns them into a
+//! [`SceneBuilder`], an unvalidated scene. `validate` checks it, with `groups` and `filling`, and returns the
+//! [`Scene`]. The module `prepare`, one layer below, generates the positions and velocities that the scene does not
+//! list. A [`SceneError`] has the [`ConfigPath`] of the wrong value, and the source finds its line.
 
 mod brought;
 mod builder;
@@ -72,12 +71,12 @@ impl Scene {
 
     /// Reads a scene from a file, with some of its values replaced.
     ///
-    /// An override consists of a dotted path of keys and a value. The path may contain indices or names of list
-    /// entries, and the value is TOML or a bare word: `("seed", "5")`, `("interaction.0.restitution", "0.1")`,
-    /// `("species.A.mass", "2")`. Keys that the file does not contain are added.
+    /// An override consists of a dotted path of keys and a value: `("seed", "5")`, `("interaction.0.restitution",
+    /// "0.1")`, `("species.A.mass", "2")`. The path may contain indices or names of list entries. The value is TOML or
+    /// a bare word. Keys that are not in the file are added.
     ///
     /// # Errors
-    /// As for [`Scene::from_file`]. The error for an invalid override shows the override.
+    /// As for [`Scene::from_file`]. The error for an invalid override shows the override instead of a line of the file.
     pub fn from_file_with(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         Self::from_toml_with(read_text(path)?, path, overrides)
@@ -85,8 +84,8 @@ impl Scene {
 
     /// Reads a scene from the text of a scene file.
     ///
-    /// `name` is treated as the path of the file: it appears in messages, and paths in the text are relative to its
-    /// folder. It also gives the name of the scene if the text has none.
+    /// `name` is used as the path of the file: it appears in messages, paths in the text are relative to its folder,
+    /// and a scene without a name is named after it.
     ///
     /// # Errors
     /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
@@ -107,8 +106,8 @@ impl Scene {
         Self::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &needs_run)
     }
 
-    /// Reads a scene from the text of a scene file. The particles may instead come from the memory of a program
-    /// (`given`), or from an earlier run that `open` reads.
+    /// Reads a scene from the text of a scene file. The particles may also come from a program (`given`), or from an
+    /// earlier run that `open` reads.
     pub(crate) fn from_toml_and_run(
         text: String,
         path: &Path,
@@ -126,7 +125,7 @@ impl Scene {
         let directory = path.parent().unwrap_or(Path::new(""));
         let parts = parse::parts(file, name, directory, given);
         Self::of_builder(parts, open).map_err(|error| {
-            // Particles given in memory are not in the text, so an error in them has no line.
+            // Particles passed by a program are not in the text, so an error in them has no line.
             let is_in_text = given.is_none_or(|given| !error.config_path().is_in(&given.name));
             if is_in_text { source.located(error) } else { error }
         })
@@ -143,8 +142,7 @@ impl Scene {
         }
     }
 
-    /// Checks that a text is valid TOML with only the keys of a scene and values of the right types. Further checks
-    /// would need the positions of the particles.
+    /// Checks that a text is valid TOML, with only the keys of a scene and values of the right types.
     ///
     /// # Errors
     /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
@@ -179,8 +177,7 @@ impl Scene {
         Ok(file.species.into_iter().map(|species| species.name).collect())
     }
 
-    /// Returns the steps of each dotted key, with the names of list entries replaced by their indices. Keys that refer
-    /// to the same value then have the same steps.
+    /// Returns the steps of each dotted key, with the names of list entries replaced by their indices.
     pub(crate) fn places(text: &str, set: &[(&str, &str)], keys: &[&str]) -> Vec<Vec<String>> {
         let source = source::Source::new("", text.to_owned(), set);
         keys.iter().map(|key| source.place(key)).collect()
@@ -201,7 +198,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, SceneError> {
     })?;
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
-        // Invalid characters are replaced, because the text is only needed to show the line of the error.
+        // Invalid characters are replaced, because the text only has to show the line of the error.
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         SceneError::new(ConfigPath::root(), SceneErrorKind::NotText { offset }).in_source(
             &path.to_string_lossy(),

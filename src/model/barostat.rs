@@ -5,25 +5,25 @@ use thiserror::Error;
 
 use super::limits::is_positive;
 
-/// Barostat of the isothermal-isobaric ensemble. At regular times the volume is changed by Monte Carlo moves,
-/// while the heat bath controls the temperature.
+/// Barostat of the isothermal-isobaric ensemble. Monte Carlo moves change the volume at regular times, while the heat
+/// bath controls the temperature.
 ///
-/// A move proposes `ln V' = ln V + a (2 u - 1)`, with `u` uniform in `[0, 1)`. It scales the centres of all
-/// molecules and keeps velocities, bonds and the interior of molecules. It is accepted with the probability
-/// `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`, where `N` is the number of molecules; a particle
-/// without bonds counts as one. `V` is the volume of the box, its area in two dimensions, its length in one.
+/// A move proposes `ln V' = ln V + a (2 u - 1)`, with `u` uniform in `[0, 1)`. It scales the centres of all molecules;
+/// velocities, bonds and the shapes of molecules stay the same. The acceptance probability is `min(1, exp(-(dU + P dV)
+/// / T + (N + 1) ln(V' / V)))`, where `N` is the number of molecules, including particles without bonds. `V` is the
+/// volume, area or length of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Barostat {
     /// Pressure `P` `[energy / length^D]`.
     pub pressure: f64,
     /// Time between two moves `[time]`.
     pub interval: f64,
-    /// Largest change `a` of the logarithm of the volume in a move. If it is `None`, it is adjusted in equilibrations
-    /// and in stages that are not measured.
+    /// Largest change `a` of the logarithm of the volume in a move. If `None`, it is adjusted in equilibrations and in
+    /// stages that are not measured.
     pub amplitude: Option<f64>,
 }
 
-/// Largest amplitude of volume moves. It corresponds to a factor of 7.4 in volume.
+/// Largest amplitude of volume moves: a factor of 7.4 in volume.
 pub(crate) const LARGEST_AMPLITUDE: f64 = 2.0;
 
 /// Invalid barostat parameter.
@@ -33,14 +33,13 @@ pub(crate) const LARGEST_AMPLITUDE: f64 = 2.0;
 pub struct BarostatError {
     /// Name of the parameter: pressure, interval or amplitude.
     pub name: &'static str,
-    /// Its value.
+    /// The value.
     pub value: f64,
     /// Valid values, in words.
     pub expected: &'static str,
 }
 
 impl Barostat {
-    /// Rejects settings that are invalid for every system.
     pub(crate) fn check(&self) -> Result<(), BarostatError> {
         let number = "a number from 1e-50 to 1e50";
         let pressure = "a number from 1e-50 to 1e50: without an external pressure the volume grows for ever";
@@ -66,10 +65,10 @@ pub struct VolumeMoves {
     pub attempted: u64,
     /// Number of accepted moves.
     pub accepted: u64,
-    /// Number of moves that were rejected because a pair would interact through two images in such a small box.
-    /// Many such moves distort the ensemble: the pressure then differs from the pressure of the barostat.
+    /// Number of moves rejected because two particles would interact through two periodic images in a box so small.
+    /// Many such moves distort the ensemble, and its pressure then differs from the set pressure.
     pub too_small: u64,
-    /// Largest change of the logarithm of the volume in a move, at the end of the stage.
+    /// Largest change of the logarithm of the volume in a move, when the stage ends.
     pub amplitude: f64,
 }
 

@@ -10,17 +10,16 @@ use crate::base::numbers::id;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Component {
-    /// Ids of the particles, each after its [parent](Self::parents). A linear chain runs from one end to the other.
+    /// Ids of the particles; every parent precedes its children. A linear chain runs from one end to the other.
     pub ids: Vec<u32>,
-    /// For each particle, the index of its parent in `ids`. The parent comes earlier in `ids`; if the component follows
-    /// bonds, the two are bonded. The first particle is its own parent.
+    /// For each particle, the index of its parent in `ids`. A particle is bonded to its parent, except in a component
+    /// made by [`Self::side_by_side`]. The first particle is its own parent.
     pub parents: Vec<u32>,
     pub is_linear: bool,
 }
 
 impl Component {
-    /// Returns all particles of a group as one component, whose ids are indices into `group`. Returns `None` if bonds
-    /// do not connect all particles of the group.
+    /// Returns a group as one component, whose ids are indices into `group`; `None` if bonds do not connect all of it.
     pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
         if group.len() == 1 {
             return Some(Self::side_by_side(1));
@@ -35,8 +34,7 @@ impl Component {
         Self { ids: (0..id(count)).collect(), parents: vec![0; count], is_linear: count < 3 }
     }
 
-    /// Returns the positions of the particles relative to the first one, across periodic sides. `nearest` returns the
-    /// minimum image of the displacement of a particle from its parent.
+    /// Returns unwrapped positions relative to the first particle. `nearest` returns the minimum image of a separation.
     pub fn path(&self, positions: &[Vector], nearest: impl Fn(Vector) -> Vector) -> Vec<Vector> {
         let mut path: Vec<Vector> = Vec::with_capacity(self.ids.len());
         for (&id, &parent) in self.ids.iter().zip(&self.parents) {
@@ -48,8 +46,8 @@ impl Component {
     }
 }
 
-/// Returns the components of bonded particles. Components with an end (a particle with a single bond) come first, then
-/// the others, each sorted by the id of the first particle. Particles without bonds are left out.
+/// Returns the components of bonded particles. Components with an end (a particle with a single bond) come before
+/// components without one; each kind is sorted by the id of the first particle. Particles without bonds are left out.
 pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component> {
     let (starts, partners) = adjacency(particles, bonds);
     let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
@@ -81,8 +79,7 @@ pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component>
     components
 }
 
-/// Returns two arrays. The second array has the bonded partners of all particles, in the order of the particles. The
-/// first array has, for each particle, the index of its first partner in the second array.
+/// Returns the bonded partners of all particles (second array), and the index of each particle's first partner in them.
 fn adjacency(particles: usize, bonds: &[[u32; 2]]) -> (Vec<usize>, Vec<u32>) {
     let mut starts = vec![0; particles + 1];
     bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);

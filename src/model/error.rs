@@ -35,7 +35,7 @@ pub enum PotentialError {
         /// The previous radius in the list.
         outer: f64,
     },
-    /// An energy is NaN or negative infinity, or it is infinite although it is neither the first nor the last.
+    /// An energy is NaN or negative infinity, or an energy in the middle of the list is infinite.
     #[error("energy number {} is {energy}, expected a finite value (+inf only outermost or innermost)", index + 1)]
     Energy {
         /// Index of the energy, from 0.

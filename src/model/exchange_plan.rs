@@ -3,12 +3,11 @@
 use super::UmbrellaPlan;
 use serde::{Deserialize, Serialize};
 
-/// Replica exchange plan of a scene (parallel tempering): a replica for each temperature, or for each
-/// umbrella window, and the times of swaps between neighbours.
+/// Replica exchange plan of a scene (parallel tempering): one replica for each temperature or umbrella window.
+/// Neighbouring replicas attempt swaps at regular times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExchangePlan {
-    /// Temperatures in ascending or descending order. Adjacent temperatures are neighbours. Umbrella windows
-    /// have one common temperature `[energy]`.
+    /// Temperatures in ascending or descending order `[energy]`; one common temperature for umbrella windows.
     pub temperatures: Vec<f64>,
     /// Time between two swap attempts `[time]`.
     pub interval: f64,
@@ -20,18 +19,17 @@ pub struct ExchangePlan {
     pub umbrella: Option<UmbrellaPlan>,
 }
 
-/// Ensemble in which replicas are sampled.
+/// Ensemble that the replicas sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ExchangeEnsemble {
     /// A canonical ensemble at each temperature, with swaps of replicas.
     #[default]
     Canonical,
-    /// One multicanonical ensemble of all replicas. It covers the energies between those at the lowest and at the
-    /// highest temperature, and visits all of them equally often.
+    /// One multicanonical ensemble of all replicas. It visits all energies equally often, between the mean
+    /// energies at the lowest and at the highest temperature.
     Multicanonical,
-    /// Umbrella sampling: a canonical ensemble in each umbrella window, at one temperature, with swaps of
-    /// replicas.
+    /// Umbrella sampling: a canonical ensemble in each window, at one temperature, with swaps of replicas.
     Umbrella,
 }
 
@@ -42,7 +40,7 @@ impl ExchangePlan {
         self.umbrella.as_ref().map_or(self.temperatures.len(), |umbrella| umbrella.windows.len())
     }
 
-    /// Returns one temperature for each replica, in the order of the temperatures or umbrella windows `[energy]`.
+    /// Returns the temperature of each replica, in the order of the temperatures or umbrella windows `[energy]`.
     pub(crate) fn temperatures_of_places(&self) -> Vec<f64> {
         match (&self.umbrella, self.temperatures.first()) {
             (Some(umbrella), Some(temperature)) => vec![*temperature; umbrella.windows.len()],
@@ -59,8 +57,7 @@ impl ExchangePlan {
     }
 }
 
-/// Returns the lowest and the highest temperature of an ascending or descending list `[energy]`; zeros for an empty
-/// list.
+/// Returns the lowest and the highest temperature of a monotonic list `[energy]`; zeros for an empty list.
 pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
     let [first, last] = [temperatures.first(), temperatures.last()].map(|it| it.copied().unwrap_or(0.0));
     [first.min(last), first.max(last)]
@@ -69,8 +66,7 @@ pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
 /// Relative round-off of the ratio of a duration to an interval, both given as decimal fractions.
 const ROUNDING: f64 = 1e-9;
 
-/// Largest number of swap attempts. It is more than any computer can make, and small enough to give each replica its
-/// own random stream for each attempt.
+/// Largest number of swap attempts, far more than any computer can make. Each attempt has its own random streams.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
 pub(crate) const MOST_TEMPERATURES: usize = 1000;

@@ -11,20 +11,17 @@ use crate::base::checksum::checksum;
 /// A file that was read to create a scene, besides the scene file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputFile {
-    /// Its absolute path.
+    /// The absolute path.
     pub path: String,
-    /// Checksum of the content of the file: `crc32:` and eight hexadecimal digits.
+    /// Checksum of the contents: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
-    /// Names of the columns in this file that the scene does not use. They are not stored with a run: after a run is
-    /// read back, the list is empty.
+    /// Names of columns that the scene does not use. Not stored with a run: empty after a run is read back.
     #[serde(skip)]
     pub unused: Vec<String>,
-    /// Number of unused bytes after the triangles of a mesh. It is not stored with a run: after a run is read back, it
-    /// is zero.
+    /// Number of unused bytes after the triangles of a mesh. Not stored with a run: zero after a run is read back.
     #[serde(skip)]
     pub extra_bytes: usize,
-    /// Number of vertices of a mesh that were merged with others, as the scene requests. It is not stored with a run:
-    /// after a run is read back, it is zero.
+    /// Number of merged vertices of a mesh. Not stored with a run: zero after a run is read back.
     #[serde(skip)]
     pub merged_vertices: usize,
 }
@@ -61,7 +58,7 @@ impl InputFile {
     }
 }
 
-/// Returns the checksum of the contents of a file in the form used by scene files, such as `crc32:0123abcd`.
+/// Returns the checksum of contents in the form used by scene files, such as `crc32:0123abcd`.
 pub(crate) fn word(content: &[u8]) -> String {
     spelled(checksum(content))
 }

@@ -1,7 +1,6 @@
 //! Permitted magnitudes of quantities.
 
-/// The largest magnitude of any quantity. The smallest positive magnitude is its inverse. Products of four quantities,
-/// such as the discriminants of event detection, then stay finite.
+/// Largest magnitude of a quantity; the smallest is its inverse. Products of four quantities then stay finite.
 pub(crate) const LARGEST: f64 = 1e50;
 
 /// Maximum number of particles. A particle can need up to eight cells and eight slots in the blocks of neighbour lists,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct LivePlan {
     /// Description of the scene, in Markdown.
     pub description: Option<String>,
-    /// Speed of the live page: simulated time per second of real time `[time / second]`.
+    /// Speed of the player: simulated time per second of real time `[time / second]`.
     pub speed: Option<f64>,
     /// Property that particles are coloured by.
     pub colour: Option<Colouring>,
@@ -24,9 +24,9 @@ pub struct LivePlan {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Colouring {
-    /// Their species.
+    /// Species of the particle.
     Species,
-    /// Their speed.
+    /// Speed of the particle.
     Speed,
     /// Number of neighbours of the particle.
     Neighbours,
@@ -41,13 +41,13 @@ pub enum Colouring {
 pub struct Slider {
     /// Path of the key in the scene file, such as `dynamics.gravity.2`.
     pub key: String,
-    /// Label of the slider; `None` shows the key instead.
+    /// Label of the slider; `None` shows the key.
     pub label: Option<String>,
     /// Value of the key at the lower end of the slider.
     pub from: f64,
     /// Value of the key at the upper end of the slider.
     pub to: f64,
-    /// Scale along it.
+    /// Spacing of the values along the slider.
     pub scale: SliderScale,
 }
 

@@ -1,22 +1,21 @@
-//! Molecules: groups of particles connected by bonds. A volume move shifts a molecule without changing its shape.
+//! Molecules: particles connected by bonds. A volume move shifts a molecule without changing its shape.
 
 use super::components::{Component, components};
 use super::scene::{Bond, Scene};
 use super::space::{Space, minimum_image};
 use crate::Vector;
 
-/// The molecules of a scene. A particle without bonds is a molecule too. Bonds with a finite outer barrier are ignored.
+/// The molecules of a scene, including particles without bonds. Bonds with a finite outer barrier are ignored.
 #[derive(Debug, Clone)]
 pub(crate) struct Molecules {
     /// Molecules of two or more particles.
     components: Vec<Component>,
-    /// Mass of each particle `[mass]`.
     masses: Vec<f64>,
     pub count: usize,
 }
 
 impl Molecules {
-    /// `masses` are the masses of the particles in the order of their ids.
+    /// `masses` has the mass of each particle.
     pub fn of(scene: &Scene, masses: Vec<f64>) -> Self {
         let bonds: Vec<[u32; 2]> = held(scene).map(|bond| bond.pair.map(|id| id.0)).collect();
         let components = components(masses.len(), &bonds);
@@ -36,7 +35,7 @@ impl Molecules {
             component.ids.iter().zip(path).for_each(|(&id, step)| unwrapped[id as usize] = first + step);
         }
         let apart = |at: &[Vector], bond: &Bond| at[bond.pair[0].0 as usize] - at[bond.pair[1].0 as usize];
-        // The difference is zero or a whole number of periods along each axis.
+        // Along each axis, the difference is zero or a whole number of periods.
         let goes_around = |bond: &&Bond| {
             let difference = apart(&unwrapped, bond) - minimum_image(apart(&positions, bond), &periods);
             difference.amax() > 0.5 * periods.min()
@@ -44,8 +43,8 @@ impl Molecules {
         held(scene).find(goes_around).copied()
     }
 
-    /// Scales positions to another box of the same shape and lower corner. Centres of mass are scaled with the box, and
-    /// molecules keep their shapes. Image numbers are unchanged, so positions may lie outside the box.
+    /// Returns positions scaled to another box of the same shape and lower corner. Centres of mass are scaled with the
+    /// box, and molecules keep their shapes. Image numbers stay the same, so positions may lie outside the box.
     pub fn scaled(&self, positions: &[Vector], from: &Space, to: &Space) -> Vec<Vector> {
         let (lower, periods) = (from.lower, from.periods());
         let factor = Vector::from_fn(|k, _| if from.size[k] > 0.0 { to.size[k] / from.size[k] } else { 1.0 });
@@ -61,8 +60,7 @@ impl Molecules {
             let shift = centre.component_mul(&factor) - centre;
             for (&id, step) in component.ids.iter().zip(&path) {
                 let position = positions[id as usize];
-                // Number of periods from the particle to its image in the unwrapped molecule. The first particle of the
-                // molecule is not shifted.
+                // Number of periods from the particle to its image in the unwrapped molecule; 0 for the first particle.
                 let turns = Vector::from_fn(|k, _| {
                     if periods[k].is_finite() { ((first[k] + step[k] - position[k]) / periods[k]).round() } else { 0.0 }
                 });

@@ -13,9 +13,9 @@ pub enum Influence {
     Walls,
     /// Contacts with dissipative walls under the TC model, which change the momentum parallel to the wall.
     SlidingContacts,
-    /// Thermal walls and surfaces, which give particles new velocities. They change all components of the momentum.
+    /// Thermal walls and surfaces, which give particles new velocities and so change all components of the momentum.
     ThermalWalls,
-    /// Surfaces other than walls of the box. They change all components of the momentum.
+    /// Surfaces other than walls of the box, which change all components of the momentum.
     Surfaces,
     /// Gravity or another constant acceleration, which changes the momentum along its direction.
     Gravity,
@@ -26,8 +26,8 @@ pub enum Influence {
 }
 
 impl Scene {
-    /// All influences on the total momentum of the moving particles in the last measurement, each with the axes along
-    /// which it acts.
+    /// Influences on the total momentum of the moving particles in the last measurement, each with the axes on which it
+    /// acts.
     #[must_use]
     pub fn influences(&self) -> Vec<(Influence, [bool; 3])> {
         self.influences_with(self.run.thermostat.as_ref())
@@ -62,8 +62,8 @@ impl Scene {
         self.interactions.iter().all(|interaction| !interaction.law.dissipates())
     }
 
-    /// The axes along which the total momentum of the moving particles is conserved in the last measurement,
-    /// in a sheared box relative to the streaming velocity. Flat axes are never included.
+    /// Axes along which the total momentum of the moving particles is conserved in the last measurement, never flat
+    /// axes. In a sheared box, the momentum is relative to the streaming velocity.
     #[must_use]
     pub fn conserved_axes(&self) -> [bool; 3] {
         self.conserved_axes_with(self.run.thermostat.as_ref())
@@ -76,16 +76,15 @@ impl Scene {
         })
     }
 
-    /// Streaming velocity at a position of a sheared box: `rate (y - y_middle)` along x; zero in a box at
-    /// rest `[length / time]`.
+    /// Streaming velocity at a position `[length / time]`: `rate (y - y_middle)` along x in a sheared box, otherwise 0.
     #[must_use]
     pub fn streaming_velocity(&self, position: &Vector) -> Vector {
         let middle = self.space.lower.y + 0.5 * self.space.size.y;
         self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
     }
 
-    /// Whether contacts may lose energy in the measurement and nothing supplies any: no thermostat, sheared
-    /// box, thermal wall, moving surface or gravity. Such a system cools forever.
+    /// Whether contacts may lose energy in the measurement while nothing supplies energy: no thermostat, sheared box,
+    /// thermal wall, moving surface or gravity. Such a system cools forever.
     #[must_use]
     pub fn cools_for_ever(&self) -> bool {
         let falls = self.influences().iter().any(|(what, _)| *what == Influence::Gravity);
@@ -93,7 +92,8 @@ impl Scene {
     }
 
     /// Whether a stage with this thermostat can reach a steady state, in which the energy lost in contacts is replaced.
-    /// Gravity replaces energy forever only along a periodic axis. Otherwise, falling particles come to rest or leave.
+    /// Gravity replaces energy forever only along a periodic axis. Along other axes, falling particles come to rest or
+    /// leave.
     pub(crate) fn has_steady_state_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let is_periodic = |axis: usize| self.space.boundary[axis] == Boundary::Periodic;
         let falls_for_ever =
@@ -109,11 +109,8 @@ impl Scene {
         !is_heated && self.shear_rate.is_none() && !self.has_moving_surfaces() && !self.loses_energy()
     }
 
-    /// Whether all contacts in a stage with this thermostat only exchange velocities. This is the case for equal hard
-    /// particles on a line.
-    ///
-    /// The set of velocities is then constant, as if the particles passed through each other, and time averages depend
-    /// on the initial velocities.
+    /// Whether all contacts in a stage with this thermostat only exchange velocities, as between equal hard particles
+    /// on a line. The set of velocities is then constant, and time averages depend on the initial velocities.
     pub(crate) fn only_exchanges_velocities_with(&self, thermostat: Option<&Thermostat>) -> bool {
         if self.space.dimensions() != 1 || !self.conserves_heat_with(thermostat) {
             return false;

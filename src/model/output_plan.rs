@@ -26,8 +26,8 @@ pub struct AuditPlan {
 }
 
 impl Region {
-    /// Whether a point is inside the region. Points on the lower faces are inside, points on the upper faces are not.
-    /// Along an axis on which the region has no extent, the point must have the coordinate of the region.
+    /// Whether a point is inside the region. Points on the lower faces are inside; points on the upper faces are
+    /// outside. If the region has no extent along an axis, the coordinates must be equal.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         let Self { lower, upper } = self;
@@ -58,14 +58,13 @@ pub enum CountSpace {
 pub struct OutputPlan {
     /// Interval between rows of `thermo.csv`, in all stages; `None` lets the run choose about 200 rows in each stage.
     pub thermo_interval: Option<f64>,
-    /// Interval between frames in `trajectory.xyz`; `None` lets the run choose an interval for about 20 frames, or
-    /// fewer if these would exceed 200 MB.
+    /// Interval between frames in `trajectory.xyz`; `None` for about 20 frames, or fewer if they would exceed 200 MB.
     pub frame_interval: Option<f64>,
     /// Regions in which particles are counted. Each region has a column in `thermo.csv`.
     pub regions: Vec<CountRegion>,
-    /// Whether every physical event is written to `contacts.csv`.
+    /// Whether to write every physical event to `contacts.csv`.
     pub has_contacts: bool,
-    /// Whether every event is written to the folder `events`, with positions and velocities.
+    /// Whether to write every event, with positions and velocities, to the folder `events`.
     pub has_event_log: bool,
     /// Formats to which the trajectory is converted at the end.
     pub formats: Vec<Format>,
@@ -83,7 +82,7 @@ pub enum Format {
     Vtk,
     /// NumPy arrays.
     Npy,
-    /// A table with a line per particle and frame.
+    /// A table with one line per particle and frame.
     Csv,
     /// Extended XYZ, for an extract of the trajectory.
     Xyz,

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// `s_{k+1} <= r < s_k` and `U_0` outside. One type covers hard spheres, wells, shoulders, bonds and stepped
 /// approximations of smooth potentials (Bannerman and Strobl, section 1).
 ///
-/// The *pair state* `k` is the number of radii that the pair has been captured through. In state `k` the pair
-/// can reach the outer discontinuity `s_k` from inside, and the inner one `s_{k+1}` from outside.
+/// The *pair state* `k` is the number of radii through which the pair has been captured. In state `k` the pair can
+/// reach the outer discontinuity `s_k` from inside, and the inner discontinuity `s_{k+1}` from outside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Potential {
     radii: Vec<f64>,
@@ -18,13 +18,13 @@ pub struct Potential {
 }
 
 impl Potential {
-    /// Creates a potential from its radii, outermost first, and its energies: first the energy outside all radii, then
-    /// the energy inside each radius.
+    /// Creates a potential from its radii, outermost first, and its energies: outside all radii, then inside each
+    /// radius.
     ///
     /// # Errors
-    /// [`PotentialError`] if there is no radius, if the radii are not finite, positive and descending, or if there is
-    /// not exactly one more energy than radii. The first energy must be 0 or positive infinity, and the last one finite
-    /// or positive infinity. All others must be finite, and at least one energy must be finite.
+    /// [`PotentialError`] unless the radii are positive, finite and descending, and there is exactly one more energy
+    /// than radii. The first energy must be 0 or positive infinity, and the last one finite or positive infinity. All
+    /// others must be finite, and at least one energy must be finite.
     pub fn new(radii: Vec<f64>, energies: Vec<f64>) -> Result<Self, PotentialError> {
         if radii.is_empty() {
             return Err(PotentialError::NoRadius);
@@ -102,14 +102,14 @@ impl Potential {
 
     /// Lennard-Jones in steps of equal width between the cut-off and a hard core.
     ///
-    /// `u(r) = 4 eps [(sigma/r)^12 - (sigma/r)^6]`, cut at `cutoff` (not shifted). The energy of each step is
-    /// the average of `u` over the volume of its shell, `3 int u r^2 dr / (r_a^3 - r_b^3)`, so that the
-    /// energy of a pair spread evenly over the shell is exact (Chapela, Scriven and Davis, J. Chem. Phys. 91,
-    /// 4307, 1989). The core is placed where the potential reaches `core_energy`.
+    /// `u(r) = 4 eps [(sigma/r)^12 - (sigma/r)^6]`, cut at `cutoff` (not shifted). The energy of each step is the
+    /// average of `u` over the volume of its shell, `3 int u r^2 dr / (r_a^3 - r_b^3)`. The mean energy of a pair
+    /// distributed uniformly over the shell is then exact (Chapela, Scriven and Davis, J. Chem. Phys. 91, 4307, 1989).
+    /// The core is at the distance where the potential reaches `core_energy`.
     ///
     /// # Errors
-    /// [`PotentialError`] if a length or energy is not positive and finite, there is no step, or the cut-off
-    /// lies inside the core.
+    /// [`PotentialError`] if a length or energy is not positive and finite, `steps` is 0, or `cutoff` is inside the
+    /// core.
     pub fn stepped_lennard_jones(
         diameter: f64,
         well_depth: f64,
@@ -127,8 +127,7 @@ impl Potential {
         if steps == 0 {
             return Err(PotentialError::NoRadius);
         }
-        // The core is where `u(r) = core_energy`. With `x = (sigma/r)^6`, this is the quadratic equation
-        // `4 eps (x^2 - x) = core_energy`.
+        // With `x = (sigma/r)^6`, `u(r) = core_energy` is the quadratic equation `4 eps (x^2 - x) = core_energy`.
         let x = 0.5 * (1.0 + (1.0 + core_energy / well_depth).sqrt());
         let core = diameter / libm::cbrt(x).sqrt();
         if cutoff <= core {
@@ -160,13 +159,13 @@ impl Potential {
         &self.radii
     }
 
-    /// The energies `U_0 ... U_n` `[energy]`. There is one energy more than there are radii.
+    /// The energies `U_0 ... U_n` `[energy]`, one more than there are radii.
     #[must_use]
     pub fn energies(&self) -> &[f64] {
         &self.energies
     }
 
-    /// The outermost radius. Uncaptured pairs beyond it do not interact `[length]`.
+    /// The outermost radius `[length]`. Uncaptured pairs beyond it do not interact.
     #[must_use]
     pub fn range(&self) -> f64 {
         self.radii[0]
@@ -190,10 +189,8 @@ impl Potential {
         self.energies[0] == f64::INFINITY
     }
 
-    /// The lowest and the highest state that a pair can have.
-    ///
-    /// States with infinite energy are not accessible. A hard core limits the highest state, and a bond limits the
-    /// lowest state.
+    /// The lowest and the highest state that a pair can have. States with infinite energy are not accessible: a hard
+    /// core limits the highest state, and a bond the lowest.
     #[must_use]
     pub fn accessible_states(&self) -> std::ops::RangeInclusive<usize> {
         let lowest = usize::from(self.energies[0].is_infinite());
@@ -201,10 +198,7 @@ impl Potential {
         lowest..=highest
     }
 
-    /// State of a pair that starts at `distance`. The distance determines only this initial state; afterwards, events
-    /// change it.
-    ///
-    /// If the distance is forbidden, the result is the nearest accessible state.
+    /// Initial state of a pair at `distance`; the nearest accessible state if this distance is forbidden.
     #[must_use]
     pub fn state_at(&self, distance: f64) -> usize {
         let captured = self.radii.iter().take_while(|&&radius| distance < radius).count();
@@ -212,8 +206,7 @@ impl Potential {
         captured.clamp(*states.start(), *states.end())
     }
 
-    /// Depth of `distance` in the forbidden region, relative to the radius of the violated discontinuity; 0 if the
-    /// distance is allowed.
+    /// Depth of `distance` in the forbidden region, relative to the radius of the discontinuity; 0 if it is allowed.
     #[must_use]
     pub fn violation_at(&self, distance: f64) -> f64 {
         let inside = self.core().map_or(0.0, |core| (core - distance) / core);

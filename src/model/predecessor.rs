@@ -6,17 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use super::{InputFile, InteractionId, ParticleId};
 
-/// Predecessor of a scene: the run from whose last state the scene starts.
-///
-/// The scene contains the particles, bonds, box and time of that state. The rest is stored here until a simulation
-/// has begun.
+/// Predecessor of a scene: the run from whose last state the scene starts. The scene contains the particles, bonds, box
+/// and time of this state. The rest of the state is stored here until a simulation begins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Predecessor {
     /// Checkpoint of the run, identified by the checksum at its end.
     pub checkpoint: InputFile,
-    /// Number of random streams that the predecessor, and all runs before it, may have used for their thermostats. A
-    /// new run uses later streams.
+    /// Number of random streams that the predecessor, and all runs before it, may have used. A new run uses later
+    /// streams.
     pub(crate) streams: usize,
     /// Last state of the run; `None` once a simulation has begun from it.
     #[serde(skip)]
@@ -30,17 +28,17 @@ pub(crate) struct LastState {
     pub images: Vec<[i32; 3]>,
     /// Pairs of particles in a state other than 0, in ascending order, with their states.
     pub captured: Vec<([ParticleId; 2], u16)>,
-    /// For each interaction of the scene, whether its pairs had the same discontinuities in the predecessor. If so,
-    /// these pairs keep their states.
+    /// For each interaction of the scene, whether its discontinuities are unchanged, so that its pairs keep their
+    /// states.
     pub is_kept: Vec<bool>,
     pub differences: Vec<&'static str>,
-    /// Serialized simulation at the end of the run; `None` if the scene differs from the run.
+    /// Serialized simulation at the end of the run; `None` if the scene differs from the scene of the run.
     pub simulation: Option<Vec<u8>>,
 }
 
 impl LastState {
-    /// Returns the state of a pair at the end of the predecessor, if its interaction still has the same
-    /// discontinuities. Otherwise returns `None`, and the distance determines the state.
+    /// Returns the state of a pair at the end of the predecessor. Returns `None` if the discontinuities of its
+    /// interaction have changed; the distance then determines the state.
     pub fn state_of(&self, pair: [ParticleId; 2], interaction: InteractionId) -> Option<u16> {
         let is_kept = self.is_kept.get(interaction.0 as usize).copied().unwrap_or(false);
         let [a, b] = pair;
@@ -50,8 +48,8 @@ impl LastState {
 }
 
 impl Predecessor {
-    /// Differences between the scene and the predecessor, in words. If there are any, the run continues from the last
-    /// state of the predecessor with a new engine. The list is empty after a simulation has begun.
+    /// Differences between the scene and the predecessor, in words. If there are any, a new engine continues from the
+    /// last state of the predecessor. The list is empty after a simulation has begun.
     #[must_use]
     pub fn differences(&self) -> &[&'static str] {
         self.state.as_ref().map_or(&[], |state| &state.differences)

@@ -1,4 +1,4 @@
-//! Random numbers: one seed, and one stream for each purpose. They are equal on every platform.
+//! Random numbers from one seed, with one stream for each purpose, equal on every platform.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// Purpose of random numbers. Each purpose has its own stream, so that changing one part of a scene does not change the
-/// random numbers of the other parts.
+/// Purpose of random numbers. Each purpose has its own stream, so that parts of a scene can change independently.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Purpose {
     Placement,
@@ -25,9 +24,8 @@ pub(crate) enum Purpose {
 }
 
 impl Purpose {
-    /// Number of the random stream for a group of particles. Later versions of this program must use the same numbers.
-    /// Otherwise, scenes would get other initial configurations. The first four purposes have small numbers, all others
-    /// much larger ones.
+    /// Number of the random stream for a group of particles. These numbers must never change, because the initial
+    /// configurations of scenes depend on them.
     fn stream(self, group: usize) -> u64 {
         match self {
             Self::Growth => (1 << 63) + group as u64,
@@ -51,8 +49,8 @@ impl Random {
         Self(generator)
     }
 
-    /// Moves to the random numbers for event number `count` of a particle. They are independent of the numbers of other
-    /// particles and events. There are 64 numbers for each event, and `2^29` events for each particle.
+    /// Moves to the random numbers for event number `count` of a particle, which no other particle or event uses. There
+    /// are 64 numbers for each event, and `2^29` events for each particle.
     pub(crate) fn seek(&mut self, particle: u32, count: u32) {
         let block = (u128::from(particle) << 32) + u128::from(count << 3);
         self.0.set_word_pos(16 * block);
@@ -70,13 +68,13 @@ impl Random {
         number
     }
 
-    /// Exponential with mean 1. It is never infinite, because `uniform` stays below 1.
+    /// Exponential with mean 1. It is finite, because `uniform` is below 1.
     pub(crate) fn exponential(&mut self) -> f64 {
         -libm::log1p(-self.uniform())
     }
 
-    /// Normal with mean 0 and variance 1, by Marsaglia's polar method. The logarithm is from `libm`, because
-    /// the logarithms of different platforms differ in the last bit.
+    /// Normal with mean 0 and variance 1, by Marsaglia's polar method. The logarithm is from `libm`, because the
+    /// standard logarithm differs in the last bit between platforms.
     pub(crate) fn normal(&mut self) -> f64 {
         loop {
             let (x, y) = (2.0 * self.uniform() - 1.0, 2.0 * self.uniform() - 1.0);
@@ -92,7 +90,7 @@ impl Random {
         Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Flat { 0.0 } else { self.normal() })
     }
 
-    /// A uniformly distributed direction in the space of the axes that are not flat.
+    /// A uniformly distributed direction, perpendicular to all flat axes.
     pub(crate) fn direction(&mut self, space: &Space) -> Vector {
         loop {
             let vector = self.normal_vector(space);
@@ -160,8 +158,7 @@ mod tests {
             m4 += x * x * x * x;
         }
         let n = f64::from(count);
-        // The tolerances are four standard errors. The standard errors of the first, second and fourth moment are
-        // 1/sqrt(n), sqrt(2/n) and sqrt(96/n).
+        // Four standard errors: 1/sqrt(n), sqrt(2/n) and sqrt(96/n) for the first, second and fourth moment.
         assert!((m1 / n).abs() < 4.0 / n.sqrt());
         assert!((m2 / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt());
         assert!((m4 / n - 3.0).abs() < 4.0 * (96.0 / n).sqrt());

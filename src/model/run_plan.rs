@@ -41,8 +41,7 @@ impl RunPlan {
         Equilibration { limit: self.equilibration, until_stationary: self.until_stationary }
     }
 
-    /// Index of the first random stream of a stage, or of the last equilibration if `stage` equals the number of
-    /// stages.
+    /// Index of the first random stream of a stage; if `stage` equals the number of stages, of the last equilibration.
     pub(crate) fn first_stream_of(&self, stage: usize) -> usize {
         self.stages.iter().take(stage).map(StagePlan::streams).sum()
     }
@@ -52,8 +51,7 @@ impl RunPlan {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
-    /// Name of the stage in which a run starts: the first listed stage, or `measurement` if no stage is listed.
-    /// Surfaces refer to stages by these names.
+    /// Name of the first listed stage; `measurement` if no stage is listed. Surfaces refer to stages by these names.
     pub(crate) fn first_stage(&self) -> &str {
         self.stages.first().map_or(MEASUREMENT, |stage| &stage.name)
     }
@@ -69,7 +67,7 @@ impl RunPlan {
         self.thermostat.is_some() || self.stages.iter().any(has_any)
     }
 
-    /// Whether any stage or the measurement has a barostat, so that the volume changes.
+    /// Whether a stage or the measurement has a barostat, so that the volume changes.
     #[must_use]
     pub fn has_barostat(&self) -> bool {
         self.barostat.is_some() || self.stages.iter().any(|stage| stage.barostat.is_some())
@@ -80,7 +78,7 @@ impl RunPlan {
         self.stages.iter().map(|stage| stage.gravity).chain([self.gravity]).flatten()
     }
 
-    /// Whether any stage has an Andersen thermostat, which gives individual particles new velocities.
+    /// Whether a stage has an Andersen thermostat, which gives individual particles new velocities.
     #[must_use]
     pub fn has_andersen(&self) -> bool {
         let thermostats = self.stages.iter().map(|stage| &stage.thermostat).chain([&self.thermostat]);
@@ -99,7 +97,7 @@ pub struct StagePlan {
     pub thermostat: Option<Thermostat>,
     /// Barostat of the stage, which needs a thermostat.
     pub barostat: Option<Barostat>,
-    /// Gravity during the stage. It replaces the accelerations of the species `[length / time^2]`.
+    /// Gravity during the stage `[length / time^2]`. It replaces the accelerations of the species.
     pub gravity: Option<Vector>,
     /// Growth of the diameters.
     pub growth: Option<Growth>,
@@ -144,13 +142,12 @@ impl Equilibration {
 /// Number of random streams of a measured stage: one for its equilibration and one for its measurement.
 const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
 
-/// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990),
-/// [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
-///
-/// All diameters grow by the same factor, `1 + rate (t - t_0)` relative to the start `t_0` of the stage.
+/// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561
+/// (1990), [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983). All diameters grow by the factor
+/// `1 + rate (t - t_0)` from the start `t_0` of the stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
-    /// Growth rate of the diameters, relative to the diameters at the start of the stage `[1 / time]`.
+    /// Growth rate, relative to the diameters at the start of the stage `[1 / time]`.
     pub rate: f64,
     /// Packing fraction or compressibility factor at which the growth ends.
     pub until: GrowthTarget,

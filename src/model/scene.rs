@@ -21,14 +21,13 @@ pub struct SpeciesId(pub u32);
 pub struct InteractionId(pub u32);
 
 impl InteractionId {
-    /// Returns the index as the 16-bit number that the event loop uses. Validation limits the number of interactions
-    /// accordingly.
+    /// Returns the index as a 16-bit number for the event loop. Validation limits the number of interactions.
     pub(crate) fn narrow(self) -> u16 {
         u16::try_from(self.0).unwrap_or(u16::MAX)
     }
 }
 
-/// Index into [`Scene::particles`], and the particle's id in every output.
+/// Index into [`Scene::particles`], and the id of the particle in every output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct ParticleId(pub u32);
@@ -47,10 +46,9 @@ pub struct Species {
     pub name: String,
     /// Mass `[mass]`; infinite for a static species.
     pub mass: f64,
-    /// Diameter `[length]`. Particles touch a wall when their centre is half a diameter away, and pictures show this
-    /// size.
+    /// Diameter `[length]` in pictures and at walls. Particles touch a wall when their centre is half a diameter away.
     pub diameter: f64,
-    /// Constant acceleration, usually gravity; static species are not accelerated `[length / time^2]`.
+    /// Constant acceleration, usually gravity `[length / time^2]`; static species are not accelerated.
     pub acceleration: Vector,
 }
 
@@ -71,7 +69,7 @@ impl Species {
 /// A pair interaction: a stepped potential, and the contact law of its infinite barriers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Interaction {
-    /// The steps.
+    /// The stepped potential.
     pub potential: Potential,
     /// Law of contacts at an infinite barrier.
     pub law: ContactLaw,
@@ -79,7 +77,7 @@ pub struct Interaction {
     pub name: Option<String>,
 }
 
-/// A bond: a pair with an interaction of its own, which replaces the interaction of its species.
+/// A bond: a pair with its own interaction, which replaces the interaction of its species.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bond {
     /// The two particles, in ascending order.
@@ -114,16 +112,15 @@ macro_rules! scene {
     ($($(#[$doc:meta])* $field:ident: $type:ty => $view:ident $shown:ty,)*) => {
         /// A validated scene: everything that determines a trajectory, and what to measure and write.
         ///
-        /// [`SceneBuilder`](crate::scene::SceneBuilder) creates a scene in code, [`Scene::from_file`] from a
-        /// file, and [`Scene::new`] from the modified [`SceneParts`] of another scene. All of them validate
-        /// it.
+        /// [`SceneBuilder`](crate::scene::SceneBuilder) creates a scene in code, [`Scene::from_file`] from a file, and
+        /// [`Scene::new`] from the modified [`SceneParts`] of another scene. All of them validate the scene.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         pub struct Scene {
             $($(#[$doc])* pub(crate) $field: $type,)*
         }
 
-        /// The parts of a scene, which can be modified. [`Scene::into_parts`] returns the parts of a scene, and
-        /// [`Scene::new`] creates a scene from parts after validation.
+        /// The parts of a scene, which can be modified. [`Scene::into_parts`] returns them, and [`Scene::new`] creates
+        /// a scene from them after validation.
         #[derive(Debug, Clone, PartialEq, Default)]
         #[non_exhaustive]
         pub struct SceneParts {
@@ -171,9 +168,9 @@ scene! {
     species: Vec<Species> => lent &[Species],
     /// The interactions of species and bonds; [`InteractionId`] is an index into them.
     interactions: Vec<Interaction> => lent &[Interaction],
-    /// The interaction of each pair of species. Pairs without one pass through each other.
+    /// The interaction of each pair of species. Pairs without an interaction pass through each other.
     table: SpeciesPairs<InteractionId> => lent &SpeciesPairs<InteractionId>,
-    /// Bonds: pairs of particles with an interaction of their own.
+    /// Bonds: pairs of particles with their own interactions.
     bonds: Vec<Bond> => lent &[Bond],
     /// The particles at the start; [`ParticleId`] is an index into them.
     particles: Vec<Particle> => lent &[Particle],
@@ -181,17 +178,15 @@ scene! {
     static_surfaces: Vec<StaticSurface> => lent &[StaticSurface],
     /// Surfaces with which particles collide, besides the walls of the box.
     surfaces: Vec<SceneSurface> => lent &[SceneSurface],
-    /// For each axis, the temperatures of its lower and upper wall `[energy]`; `None` if the wall reflects,
-    /// or if there is none.
+    /// For each axis, the temperatures of its lower and upper wall `[energy]`; `None` for a reflecting wall or no wall.
     wall_temperatures: [[Option<f64>; 2]; 3] => copy [[Option<f64>; 2]; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
     shear_rate: Option<f64> => copy Option<f64>,
-    /// Initial displacement, along x, of the next periodic image along y; 0 unless the box is sheared `[length]`.
+    /// Initial displacement, along x, of the next periodic image along y `[length]`; 0 unless the box is sheared.
     displacement: f64 => copy f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     contact_time: Option<f64> => copy Option<f64>,
-    /// Whether overlaps at the start are permitted. The simulation then resolves them by the stable rule; otherwise
-    /// they are an error.
+    /// Whether overlaps at the start are permitted, and resolved by the stable rule. Otherwise they are an error.
     allow_invalid_start: bool => copy bool,
     /// Limits of the audit of a run.
     audit: AuditPlan => copy AuditPlan,
@@ -212,20 +207,18 @@ scene! {
 }
 
 impl Scene {
-    /// Index of the first random stream that thermostats of this scene use. Streams with lower indices belong to the
-    /// predecessor.
+    /// Index of the first random stream for the thermostats of this scene. The predecessor has used all lower indices.
     pub(crate) fn first_stream(&self) -> usize {
         self.predecessor.as_ref().map_or(0, |run| run.streams)
     }
 
-    /// Index of the first random stream after the streams of this run. Each stage, equilibration and measurement has
-    /// one stream. A scene that continues from the end of this run starts with this index.
+    /// Index of the first random stream after the streams of this run: one for each stage, equilibration and
+    /// measurement. A scene that continues from the end of this run starts with this index.
     #[must_use]
     pub fn next_stream(&self) -> usize {
         self.first_stream() + self.run.streams()
     }
 
-    /// Last state of the predecessor; `None` after a simulation has begun.
     pub(crate) fn last_state(&self) -> Option<&LastState> {
         self.predecessor.as_ref()?.state.as_deref()
     }
@@ -283,7 +276,7 @@ impl Scene {
         self.bonds.iter().any(|bond| !self.interactions[bond.interaction.0 as usize].potential.is_bond())
     }
 
-    /// Largest distance at which two particles, or a particle and a wall, interact. Bonds are ignored `[length]`.
+    /// Largest distance `[length]` at which two particles, or a particle and a wall, interact. Bonds are ignored.
     #[must_use]
     pub fn longest_range(&self) -> f64 {
         let potentials = self.table.iter().map(|(_, id)| self.interactions[id.0 as usize].potential.range());
@@ -291,8 +284,7 @@ impl Scene {
         potentials.chain(diameters).fold(0.0, f64::max)
     }
 
-    /// The largest distance at which uncaptured pairs of two species interact; negative if they never do
-    /// `[length]`.
+    /// Largest distance `[length]` at which uncaptured pairs of two species interact; negative if they never do.
     #[must_use]
     pub fn range(&self, a: SpeciesId, b: SpeciesId) -> f64 {
         let is_static = |id: SpeciesId| self.species[id.0 as usize].is_static();

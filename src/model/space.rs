@@ -18,8 +18,7 @@ pub enum Face {
 /// Boundary condition along one axis: periodic, bounded or flat.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub enum Boundary {
-    /// Periodic boundary: particles that leave on one side enter on the other. Pairs interact by the minimum
-    /// image.
+    /// Periodic boundary: particles that leave on one side enter on the other. Pairs interact with their minimum image.
     #[default]
     Periodic,
     /// The two sides of the box, each open or a wall.
@@ -29,8 +28,8 @@ pub enum Boundary {
         /// Boundary condition at the side through the upper corner.
         upper: Face,
     },
-    /// Flat axis: the box has no extent along it, and every particle stays exactly at the coordinate of the lower
-    /// corner, with zero velocity. One flat axis makes a two-dimensional scene, two make a line.
+    /// Flat axis: the box has no extent along it. Every particle stays at the coordinate of the lower corner, with zero
+    /// velocity. A scene with one flat axis is two-dimensional, with two it is a line.
     Flat,
 }
 
@@ -60,8 +59,8 @@ impl Boundary {
 pub struct Space {
     /// Lower corner `[length]`.
     pub lower: Vector,
-    /// Edge lengths `[length]`; 0 along flat axes, otherwise positive. Along an open axis, the length only
-    /// determines the grid of cells and the picture.
+    /// Edge lengths `[length]`; 0 along flat axes, otherwise positive. Along open axes, they affect only cells and
+    /// pictures.
     pub size: Vector,
     /// Boundary conditions, per axis.
     pub boundary: [Boundary; 3],
@@ -92,14 +91,13 @@ impl Space {
         (0..3).filter(|&k| self.boundary[k] != Boundary::Flat).map(|k| self.size[k]).product()
     }
 
-    /// Returns for the lower and the upper side across an axis whether the side is a wall.
+    /// Returns whether the lower and the upper side across an axis are walls.
     #[must_use]
     pub fn walled_sides(&self, axis: usize) -> [bool; 2] {
         self.boundary[axis].contact_laws().map(|wall| wall.is_some())
     }
 
-    /// Keeps the values of sides that are walls, and replaces the other values by `None`. `values` has one entry for
-    /// the lower and one for the upper side of each axis.
+    /// Replaces the values of sides without a wall by `None`. Each axis has a value for its lower and its upper side.
     pub(crate) fn of_walls<T: Copy>(&self, values: [[Option<T>; 2]; 3]) -> [[Option<T>; 2]; 3] {
         std::array::from_fn(|axis| {
             let is_wall = self.walled_sides(axis);
@@ -123,8 +121,7 @@ impl Space {
         !matches!(self.boundary[axis], Boundary::Bounded { .. }) || self.walls(axis) == 2
     }
 
-    /// Length along an axis that the centres of particles of a given diameter can reach: each wall keeps them
-    /// a radius away `[length]`.
+    /// Length along an axis that centres of particles can reach, one radius away from each wall `[length]`.
     #[must_use]
     pub fn accessible_length(&self, axis: usize, diameter: f64) -> f64 {
         match self.walls(axis) {
@@ -140,16 +137,15 @@ impl Space {
         axes.map(|axis| self.accessible_length(axis, diameter)).product()
     }
 
-    /// Area of a wall across an axis that the centres of particles of a given diameter can reach, half a
-    /// diameter in front of it `[length^(D - 1)]`; `None` if it is infinite because a side across another
-    /// axis is open.
+    /// Area, half a diameter in front of a wall, that the centres of particles of a given diameter can reach
+    /// `[length^(D - 1)]`; `None` if it is infinite because a side across another axis is open.
     #[must_use]
     pub fn accessible_area(&self, axis: usize, diameter: f64) -> Option<f64> {
         self.area(axis, |other| self.accessible_length(other, diameter))
     }
 
-    /// Area of a wall across an axis `[length^(D - 1)]`, 1 on a line; `None` if it is infinite because a side
-    /// across another axis is open.
+    /// Area of a wall across an axis `[length^(D - 1)]`, 1 on a line; `None` if it is infinite because a side across
+    /// another axis is open.
     #[must_use]
     pub fn wall_area(&self, axis: usize) -> Option<f64> {
         self.area(axis, |other| self.size[other])
@@ -173,9 +169,8 @@ impl Space {
         self.size.max() - self.size.min() <= ROUNDING * self.size.max()
     }
 
-    /// Largest coordinate, in magnitude, of a side at which particles are wrapped; 0 without periodic axes `[length]`.
-    /// Wrapping rounds a coordinate to a unit in the last place of this value, even if the coordinate is small
-    /// afterwards.
+    /// Largest magnitude of the coordinates of periodic sides; 0 without periodic axes `[length]`. Wrapping a position
+    /// rounds its coordinate to a unit in the last place of this value.
     #[must_use]
     pub(crate) fn farthest_side(&self) -> f64 {
         let upper = self.upper();
@@ -183,8 +178,7 @@ impl Space {
         periodic.map(|axis| self.lower[axis].abs().max(upper[axis].abs())).fold(0.0, f64::max)
     }
 
-    /// Wraps a position into the box along periodic axes. Along flat axes, the coordinate becomes that of the lower
-    /// corner.
+    /// Wraps a position into the box along periodic axes. Along flat axes, sets the coordinate of the box.
     #[must_use]
     pub(crate) fn wrapped(&self, mut position: Vector) -> Vector {
         for k in 0..3 {
@@ -211,14 +205,14 @@ impl Space {
     }
 }
 
-/// The shortest image of a coordinate of a separation; see [`minimum_image`].
+/// Returns the shortest image of one component of a separation; see [`minimum_image`].
 #[inline]
 #[must_use]
 pub fn minimum_image_along(x: f64, period: f64) -> f64 {
     x - if x.abs() > 0.5 * period { period.copysign(x) } else { 0.0 }
 }
 
-/// The shortest image of a separation. It is exactly antisymmetric in the separation.
+/// Returns the shortest image of a separation. Opposite separations give exactly opposite images.
 ///
 /// Requires every coordinate to be within one period of the shortest image. This holds for two particles in the box,
 /// even if one of them is up to half a period outside.
@@ -231,13 +225,11 @@ pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
     separation
 }
 
-/// [`minimum_image`] in a sheared box. The next image along y is displaced by `displacement` along x
-/// `[length]`.
+/// [`minimum_image`] in a sheared box, where the next image along y is displaced by `displacement` along x `[length]`;
+/// 0 in a box at rest. Requires a displacement of at most half a period, as returned by [`displacement_within_period`].
 ///
-/// The image along y is chosen first, together with its displacement, then the images along x and z. If any
-/// image is shorter than half of the shortest period, the result is the shortest image. Requires a
-/// displacement of at most half a period, as returned by [`displacement_within_period`]. In a box at rest, the
-/// displacement is 0.
+/// The image along y is chosen first, together with its displacement, then the images along x and z. If any image is
+/// shorter than half of the shortest period, the result is the shortest image.
 #[inline]
 #[must_use]
 pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64) -> Vector {
@@ -280,7 +272,7 @@ mod tests {
         for displacement in [0.0, 0.7, -1.9, 2.4, -2.9, 3.0] {
             let mut near = 0;
             for index in 0..20_000_u32 {
-                // Quasi-random numbers, so that the separations of two points in the box are spread evenly.
+                // Quasi-random numbers spread the separations evenly.
                 let part = |factor: f64| 2.0 * (f64::from(index) * factor).fract() - 1.0;
                 let apart = Vector::new(part(0.754_878), part(0.569_84), part(0.430_16)).component_mul(&size);
                 let nearest = nearest_image(apart, &size, displacement);
@@ -293,7 +285,7 @@ mod tests {
                     assert!((nearest.norm() - expected).abs() < 1e-14, "{apart} {displacement}: {nearest} {expected}");
                 }
             }
-            // A sphere of radius 2 fills a fifth of the box, so that about 4000 of the 20 000 separations are short.
+            // A sphere of radius 2 fills a fifth of the box, so about 4000 of the 20 000 separations are short.
             assert!(near > 3000, "{near}");
         }
     }

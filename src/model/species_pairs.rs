@@ -8,9 +8,8 @@ use serde::{Deserialize, Serialize};
 /// Largest number of species for a dense table. With more species, only pairs with a value use memory.
 const FEW: usize = 256;
 
-/// A symmetric table over pairs of species, such as interactions or distances. Pairs may have no value.
-///
-/// Its memory grows with the number of pairs with a value, not with the square of the number of species.
+/// A symmetric table over pairs of species, such as interactions or distances. Pairs may have no value. With many
+/// species, the memory grows with the number of pairs that have a value, not with the square of the number of species.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesPairs<T> {
     species: usize,
@@ -81,7 +80,7 @@ impl<T: Copy> SpeciesPairs<T> {
         few.chain(entries.map(|(&(a, b), &value)| ([a as usize, b as usize], value)))
     }
 
-    /// Replaces each value by the result of `of`. Pairs for which `of` returns `None` have no value in the new table.
+    /// Replaces each value by the result of `of`. If the result is `None`, the pair has no value in the new table.
     #[must_use]
     pub fn map<U: Copy>(&self, of: impl Fn(T) -> Option<U>) -> SpeciesPairs<U> {
         let mut mapped = SpeciesPairs::new(self.species);

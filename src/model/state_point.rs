@@ -1,5 +1,4 @@
-//! Hash of the state point of a system. Systems at different state points get independent random numbers from the same
-//! seed.
+//! Hash of the state point of a system.
 
 use super::Scene;
 use super::space::Boundary;
@@ -55,7 +54,7 @@ impl StatePoint {
         Self::of(scene, &population)
     }
 
-    /// Adds numbers to the hash. Their order matters.
+    /// Adds numbers to the hash, in their order.
     pub fn with(self, values: &[f64]) -> Self {
         values.iter().fold(self, |hash, value| hash.and((value + 0.0).to_bits()))
     }
@@ -64,9 +63,8 @@ impl StatePoint {
         self.and(seed).0
     }
 
-    /// The finalizer of SplitMix64, a bijection of 64 bits in which each bit depends on all others (G. L.
-    /// Steele, D. Lea, C. H. Flood, OOPSLA 2014,
-    /// [doi:10.1145/2660193.2660195](https://doi.org/10.1145/2660193.2660195)).
+    /// The finalizer of SplitMix64, a bijection of 64 bits in which each bit depends on all others (G. L. Steele, D.
+    /// Lea, C. H. Flood, OOPSLA 2014, [doi:10.1145/2660193.2660195](https://doi.org/10.1145/2660193.2660195)).
     fn and(self, word: u64) -> Self {
         let mut hash = (self.0 ^ word).wrapping_add(0x9e37_79b9_7f4a_7c15);
         hash = (hash ^ (hash >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

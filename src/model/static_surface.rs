@@ -10,14 +10,13 @@ use super::{ParticleId, SpeciesId};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StaticSurface {
-    /// Name of the surface; if the scene gives none, its number among the static surfaces.
+    /// Name of the surface; by default its number among the static surfaces.
     pub name: String,
-    /// The static species.
+    /// Species of the spheres.
     pub species: SpeciesId,
-    /// Ids of the spheres of the surface.
+    /// Ids of the spheres.
     pub particles: Range<u32>,
-    /// Largest circumradius of a hole between the spheres `[length]`; `None` if the scene gives the positions of the
-    /// spheres.
+    /// Largest circumradius of a hole between the spheres `[length]`; `None` if the scene lists their positions.
     pub hole: Option<f64>,
     /// For each open rim of the shape, the ids of the spheres along it.
     pub rims: Vec<Vec<ParticleId>>,

@@ -1,5 +1,4 @@
-//! Surfaces with which particles collide, besides the walls of the box: planes, spheres, cylinders, capsules and
-//! triangle meshes.
+//! Surfaces besides the walls of the box: planes, spheres, cylinders, capsules and triangle meshes.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,16 +12,15 @@ use crate::physics::response::ContactLaw;
 pub struct SceneSurface {
     /// Name, unique among the surfaces of the scene.
     pub name: String,
-    /// Its shape.
+    /// Shape of the surface.
     pub shape: SurfaceShape,
     /// Species that collide with the surface. If the list is empty, all species do.
     pub species: Vec<SpeciesId>,
     /// Law of contact between particles and the surface.
     pub law: SurfaceLaw,
-    /// Names of the stages in which the surface is present. If the list is empty, it is present in all stages.
-    /// `measurement` stands for everything after the listed stages.
+    /// Names of the stages with the surface; all stages if empty. `measurement` is everything after the listed stages.
     pub stages: Vec<String>,
-    /// Motions of the surface in order of time, which do not overlap. `shape` is the shape before the first motion.
+    /// Motions of the surface, in order of time and without overlap. `shape` is the shape before the first motion.
     pub motions: Vec<SurfaceMotion>,
 }
 
@@ -65,7 +63,7 @@ pub enum SurfaceLaw {
     Reflecting(ContactLaw),
     /// A thermal surface. Particles leave it with velocities from the flux distribution of a gas at this temperature.
     Thermal {
-        /// `[energy]`
+        /// Temperature of the gas `[energy]`.
         temperature: f64,
     },
 }

@@ -51,8 +51,7 @@ pub enum MotionKind {
 }
 
 impl MotionKind {
-    /// Whether the position of a particle in free flight, relative to the surface, is a polynomial in time, as for a
-    /// surface at rest.
+    /// Whether a particle in free flight, relative to the surface, moves along a parabola or a straight line.
     #[must_use]
     pub fn is_polynomial(&self) -> bool {
         matches!(self, Self::Translation { .. })
@@ -84,11 +83,11 @@ mod endless {
 /// Pose of a surface: the point `x` of its shape is at `R x + d` in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
-    /// `R`.
+    /// Rotation matrix `R`.
     pub rotation: Matrix3<f64>,
     /// Whether `R` differs from the identity.
     pub is_turned: bool,
-    /// `d` `[length]`.
+    /// Displacement `d` `[length]`.
     pub displacement: Vector,
 }
 
@@ -139,7 +138,7 @@ impl Pose {
 /// Pose, velocity and acceleration of a surface at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
-    /// Its pose.
+    /// Pose of the surface.
     pub pose: Pose,
     /// Velocity of the surface at the point `origin` `[length / time]`.
     pub velocity: Vector,
@@ -165,17 +164,14 @@ impl Moment {
         (self.pose.place_of_shape(position), self.pose.direction_of_shape(&apart))
     }
 
-    /// Converts a velocity in the frame of the surface, at a point in space, to the velocity in space
-    /// `[length / time]`.
+    /// Converts a velocity in the frame of the surface, at a point, to the velocity in space `[length / time]`.
     #[must_use]
     pub fn velocity_of(&self, position: &Vector, seen: &Vector) -> Vector {
         self.pose.direction(seen) + self.velocity_at(position)
     }
 
-    /// Returns the acceleration `[length / time^2]` in the frame of the surface, which includes the effects of its
-    /// rotation.
-    ///
-    /// With the acceleration `A` and the angular velocity `W` of the surface, it is `a - A - W x (W x r) - 2 W x v'`.
+    /// Returns the acceleration in the frame of the surface, `a - A - W x (W x r) - 2 W x v'` `[length / time^2]`. `A`
+    /// and `W` are the acceleration and the angular velocity of the surface.
     #[must_use]
     pub fn acceleration_seen(&self, position: &Vector, velocity: &Vector, acceleration: &Vector) -> Vector {
         let arm = position - self.origin;
@@ -185,15 +181,15 @@ impl Moment {
     }
 }
 
-/// A motion of a surface, or a rest between two motions, and the pose at its beginning.
+/// An interval of time in which a surface has one motion or is at rest, with the pose at its beginning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// `[time]`
+    /// Beginning of the interval `[time]`.
     pub from: f64,
-    /// `[time]`
+    /// End of the interval `[time]`.
     pub until: f64,
     start: Pose,
-    /// `None` at rest.
+    /// Motion of the surface; `None` at rest.
     pub kind: Option<MotionKind>,
 }
 
@@ -239,8 +235,7 @@ impl Piece {
     }
 }
 
-/// Sine and cosine of an angle in turns. They are the same to the bit on every machine, and remain precise after many
-/// turns.
+/// Sine and cosine of an angle in turns, equal to the bit on every machine and precise even after many turns.
 pub(crate) fn sine_and_cosine(turns: f64) -> (f64, f64) {
     let quarters = 4.0 * (turns - turns.floor());
     if quarters == quarters.floor() {
@@ -263,7 +258,6 @@ pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
 /// The motions of a surface and the rests between them. Every time belongs to exactly one piece.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
-    /// The rest before the first motion.
     first: Piece,
     /// All motions in order of time, each followed by a rest unless it never ends.
     later: Vec<Piece>,

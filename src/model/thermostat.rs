@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::limits::is_positive;
 use super::space::{Boundary, Space};
 
-/// Thermostat: it controls the temperature.
+/// A thermostat, which controls the temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Thermostat {
@@ -17,7 +17,7 @@ pub enum Thermostat {
         temperature: f64,
         /// Mean rate of collisions of each particle with the bath `[1 / time]`.
         rate: f64,
-        /// Axes along which the velocity components are drawn anew.
+        /// Axes along which a collision replaces the velocity component.
         axes: [bool; 3],
     },
     /// All velocities are scaled to the temperature at regular times.
@@ -38,7 +38,7 @@ pub enum ThermostatError {
     Number {
         /// Name of the parameter: temperature, rate or interval.
         name: &'static str,
-        /// Its value.
+        /// The value.
         value: f64,
     },
     /// The heat bath acts along no axis.
@@ -55,7 +55,7 @@ pub enum ThermostatError {
         "velocities cannot be scaled without a temperature; a temperature needs two or more moving particles without gravity"
     )]
     NoTemperature,
-    /// A simulation does not rescale velocities by itself. Its caller, such as `run::Run`, has to do it.
+    /// A simulation does not rescale velocities by itself. Its caller, such as `run::Run`, must do it.
     #[error(
         "a simulation does not scale velocities by itself: call Simulation::scale_velocities at each interval, or use run::Run"
     )]
@@ -63,7 +63,6 @@ pub enum ThermostatError {
 }
 
 impl Thermostat {
-    /// Rejects settings that are invalid for every system.
     pub(crate) fn check(&self) -> Result<(), ThermostatError> {
         let number =
             |name, value| if is_positive(value) { Ok(()) } else { Err(ThermostatError::Number { name, value }) };

@@ -5,8 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Minimum number of particles per domain. With fewer particles, domains bring little or no gain in speed over a single
-/// engine.
+/// Minimum number of particles per domain. Smaller domains bring little or no gain in speed.
 pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 
 /// Number of threads for a system. The results have the same bits for any number.
@@ -14,14 +13,12 @@ pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 pub enum Threads {
     /// A fixed number from 1 to 64.
     Number(usize),
-    /// One thread for each core, but at most one per 250,000 particles. With fewer particles per thread, additional
-    /// threads bring little or no gain in speed.
+    /// One thread for each core, but at most one per 250,000 particles. More threads bring little or no gain in speed.
     Auto,
 }
 
 impl Threads {
-    /// The largest number of threads, over all processes. Each thread has a domain, and a set of domains is stored as
-    /// the bits of one integer.
+    /// Largest number of threads, over all processes. A set of threads is stored as the bits of one integer.
     pub const MOST: usize = 64;
 
     /// Returns the number of threads for a system of `particles` on a machine with `cores`.

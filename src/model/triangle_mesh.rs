@@ -18,8 +18,7 @@ use crate::Vector;
 /// Largest number of triangles. A mesh has at most three times as many vertices, so their indices fit in 32 bits.
 pub const MOST_TRIANGLES: usize = 1 << 28;
 
-/// Largest magnitude of a coordinate `[length]`. Squares of areas and products of volumes then stay far from
-/// overflow.
+/// Largest magnitude of a coordinate `[length]`. Squares of areas and products of volumes stay far from overflow.
 pub const LARGEST_COORDINATE: f64 = LARGEST;
 
 /// Surface of triangles that share vertices. Corners are counterclockwise as seen from the tip of the normal.
@@ -46,8 +45,7 @@ impl TriangleMesh {
     #[must_use]
     pub fn cuboid(lower: &Vector, upper: &Vector) -> Self {
         let at = |k: u32| Vector::from_fn(|axis, _| if k >> axis & 1 == 1 { upper[axis] } else { lower[axis] });
-        // The corners of each side, counterclockwise as seen from outside. The lower and the upper side across x come
-        // first, then those across y and z.
+        // Corners of the two sides across x, then y, then z, counterclockwise as seen from outside.
         let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         Self { vertices: (0..8).map(at).collect(), triangles }
@@ -76,8 +74,7 @@ impl TriangleMesh {
         numbers.map(|number| self.vertices.get(number as usize).copied().unwrap_or(Vector::repeat(f64::NAN)))
     }
 
-    /// The first triangle whose vertices are missing, not finite, or beyond [`LARGEST_COORDINATE`]; `None` if
-    /// all are usable.
+    /// The first triangle whose vertices are missing, not finite, or beyond [`LARGEST_COORDINATE`].
     #[must_use]
     pub fn first_unusable(&self) -> Option<usize> {
         let is_usable = |corner: &Vector| corner.iter().all(|x| x.abs() <= LARGEST_COORDINATE);
@@ -92,8 +89,8 @@ impl TriangleMesh {
         corners.fold([first; 2], |[lower, upper], corner| [lower.inf(&corner), upper.sup(&corner)])
     }
 
-    /// The mesh scaled about the origin, then rotated, then translated. A negative scale mirrors it; the
-    /// order of corners is then reversed, so that outward normals stay outward.
+    /// The mesh scaled about the origin, then rotated, then translated. A negative scale mirrors the mesh and reverses
+    /// the order of corners, so that outward normals stay outward.
     #[must_use]
     pub fn transformed(&self, scale: f64, rotation: &Rotation3<f64>, translation: &Vector) -> Self {
         let moved = |vertex: &Vector| rotation * (vertex * scale) + translation;
@@ -128,7 +125,7 @@ impl TriangleMesh {
     }
 }
 
-/// Normal of a triangle, whose length is twice the area `[length^2]`.
+/// Vector along the normal of a triangle; its length is twice the area `[length^2]`.
 #[must_use]
 pub fn twice_area([a, b, c]: &[Vector; 3]) -> Vector {
     (b - a).cross(&(c - a))

@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ParticleId;
 
-/// Umbrella sampling plan: the distance of two particles, or of the centres of mass of two groups, and the windows to
-/// which this distance is confined.
+/// Umbrella sampling plan: the distance of two particles, or of two centres of mass, is confined to windows.
 ///
 /// G. M. Torrie and J. P. Valleau, J. Comput. Phys. 23, 187 (1977),
 /// [doi:10.1016/0021-9991(77)90121-8](https://doi.org/10.1016/0021-9991(77)90121-8).
@@ -23,7 +22,7 @@ pub(crate) const USUAL_BINS: usize = 100;
 
 pub(crate) const MOST_BINS: usize = 2000;
 
-/// The centre of mass is computed again whenever a member changes its velocity.
+/// Largest number of particles in a group. Each change of a velocity in the group needs a new centre of mass.
 pub(crate) const MOST_MEMBERS: usize = 1000;
 
 impl UmbrellaPlan {

@@ -4,14 +4,12 @@
 //!
 //! > A pair interacts at the first time at which its overlap function `f <= 0` and `df/dt < 0`.
 //!
-//! A pair in an invalid state does not interact while its state improves. If the state gets worse, the pair
-//! interacts immediately. Nothing here depends on absolute time, particle ids or boxes. At a zero of `df/dt`,
-//! the next derivative that is not zero decides whether `f` falls at once.
+//! A pair in an invalid state does not interact while its state improves. If the state gets worse, the pair interacts
+//! immediately. At a zero of `df/dt`, the next derivative that is not zero decides whether `f` falls.
 //!
-//! The result equals the result of exact arithmetic, either for the given coefficients or for coefficients that differ
-//! from them by no more than their rounding errors. This holds if every component is zero or between `1e-50`
-//! and `1e50` in magnitude, as the test target `oracle` shows. Scenes with larger numbers are rejected,
-//! because a product of four such numbers would overflow.
+//! The result is exact for coefficients that differ from the given ones by no more than their rounding errors. This
+//! holds if every component is zero or between `1e-50` and `1e50` in magnitude, as the test target `oracle` shows.
+//! Scenes with larger numbers are rejected, because a product of four such numbers would overflow.
 //!
 //! | module | pairs | paper |
 //! |---|---|---|

@@ -2,10 +2,7 @@
 
 use crate::Vector;
 
-/// Position after free flight for a time `dt` from `position`, with `velocity` and constant `acceleration`
-/// (paper, equation 1).
-///
-/// `r(t + dt) = r + dt v + dt^2/2 a`.
+/// Position after free flight for a time `dt` (paper, equation 1): `r(t + dt) = r + dt v + dt^2/2 a`.
 #[inline]
 #[must_use]
 pub fn stream_position(position: &Vector, velocity: &Vector, acceleration: &Vector, dt: f64) -> Vector {

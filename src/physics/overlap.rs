@@ -1,9 +1,9 @@
 //! Overlap functions: positive in valid states, negative in invalid states, zero on the discontinuity.
 //!
-//! `f+(dt) = |r_ij(dt)|^2 - s^2` for a pair that belongs outside the distance `s`, and `f- = -f+` for a pair
-//! that belongs inside (paper, equation 5). The type shows how the pair moves: [`Quadratic`] without relative
-//! acceleration, [`Quartic`] with relative acceleration. Each detection algorithm accepts only one of these
-//! types, as the `Require` line in the paper demands.
+//! `f+(dt) = |r_ij(dt)|^2 - s^2` for a pair that belongs outside the distance `s`, and `f- = -f+` for a pair that
+//! belongs inside (paper, equation 5). It is a [`Quadratic`] without relative acceleration and a [`Quartic`] with
+//! relative acceleration. Each detection algorithm accepts only one of these types, as the `Require` line in the paper
+//! demands.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;
@@ -79,8 +79,7 @@ pub struct Quartic {
 }
 
 impl Quartic {
-    /// Creates the overlap function from a relative state, the relative acceleration `a_ij` and the squared distance of
-    /// the discontinuity `[length^2]`.
+    /// Creates the overlap function from the relative state and acceleration, and the squared distance `[length^2]`.
     #[inline]
     #[must_use]
     pub fn new(state: &RelativeState, acceleration: &Vector, distance_squared: f64) -> Self {

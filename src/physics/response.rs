@@ -42,12 +42,12 @@ pub enum Outcome {
 
 /// Radial state of a pair at a discontinuity, which determines the outcome.
 ///
-/// The radial motion is given by `B = v . r`, as in the overlap function, not by `vn = B / |r|`. At a contact,
-/// `|r|` is close to the discontinuity's distance, which is often 1. Near 1 the square root of a float rounds down
-/// more often than up, and a unit normal computed from `|r|` is too long by a quarter of a unit in the last place
-/// on average. Each reflection along this normal adds `4 mu vn^2` times this error to the energy. A hard-sphere
-/// fluid would heat by 3e-16 kT per event. `B` and `|r|^2` need no square root. In both, `r_ij` may be replaced by any
-/// parallel vector.
+/// The radial motion is given by `B = v . r`, as in the overlap function, not by `vn = B / |r|`. At a contact, `|r|` is
+/// close to the distance of the discontinuity, which is often 1. Near 1 the square root of a float rounds down more
+/// often than up, and a unit normal computed from `|r|` is too long by a quarter of a unit in the last place on
+/// average. Each reflection along this normal would add `4 mu vn^2` times this error to the energy, 3e-16 kT per event
+/// in a hard-sphere fluid. `B` and `|r|^2` need no square root, and any vector parallel to `r_ij` may replace it in
+/// both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
     /// `B = v_ij . r_ij` `[length^2 / time]`, negative if the pair approaches.
@@ -119,22 +119,20 @@ pub struct Leaving {
     pub tangential_scale: f64,
 }
 
-/// Largest number of contacts within one contact time. A pair that would have more contacts slides instead of bouncing.
+/// Largest number of contacts within one contact time. A pair that would have more contacts slides.
 const SLIDING: f64 = 64.0;
 
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
 ///
-/// `approach >= 0` is the normal speed of approach, `tangential` the relative speed along the barrier, and
-/// `closing` the relative acceleration towards the barrier, centrifugal or gravity (`[length / time^2]`,
-/// negative if it drives the pair away).
+/// `approach >= 0` is the normal speed of approach, `tangential` the relative speed along the barrier, and `closing`
+/// the relative acceleration towards the barrier `[length / time^2]`, negative if it drives the pair away.
 ///
-/// A contact is elastic if either particle had its previous contact less than `contact_time` ago
-/// (`is_recent`). This rule alone is not sufficient. With a restitution near 0 a contact leaves no speed that
-/// a later elastic contact could preserve, and the events never end. After a contact, the speed is therefore
-/// at least `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides
-/// along the barrier and arrives with hardly any normal speed, a small fraction of its tangential motion is
-/// turned into the normal direction, at constant kinetic energy, as the paper proposes for contacts without
-/// normal velocity. Neither rule ever adds energy.
+/// A contact is elastic if either particle had its previous contact less than `contact_time` ago (`is_recent`). This
+/// rule alone is not sufficient: with a restitution near 0, a contact leaves no normal speed that a later elastic
+/// contact could preserve, and the events never end. After a contact, the speed is therefore at least `closing *
+/// contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides along the barrier with hardly
+/// any normal speed, a small fraction of its tangential motion is turned into the normal direction, at constant kinetic
+/// energy, as the paper proposes for contacts without normal velocity. Neither rule ever adds energy.
 #[inline]
 #[must_use]
 pub fn tc_contact(
@@ -198,8 +196,7 @@ mod tests {
 
     #[test]
     fn a_pair_that_falls_into_a_well_gains_its_depth() {
-        // The kinetic energy of the normal motion grows by mu/2 (vn'^2 - vn^2) = 1/4 (9 - 1) = 2, the depth of the
-        // well.
+        // The kinetic energy of the normal motion grows by the depth, mu/2 (vn'^2 - vn^2) = 1/4 (9 - 1) = 2.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -2.0, -1.0, 0.0), (Outcome::Capture, -3.0));
         assert_eq!(outcome_and_normal_velocity(Side::Negative, 2.0, 3.0, 0.0), (Outcome::Release, 1.0));
     }
@@ -221,8 +218,8 @@ mod tests {
             assert_eq!(outcome_and_normal_velocity(Side::Negative, f64::INFINITY, -vn, 0.5).1, -vn);
             assert_eq!(outcome_and_normal_velocity(Side::Positive, 1.0, vn, 0.5).1, vn);
         }
-        // A pair always crosses a step to lower energy, even at normal velocity 0. Otherwise it would have events at
-        // this step forever.
+        // A pair crosses a step to lower energy even at normal velocity 0. Otherwise it would have events there
+        // forever.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -1.0, 0.0, 0.5).1, -2.0);
     }
 

@@ -133,7 +133,7 @@ pub enum AuditFault {
         events: u64,
         /// Number of pairs in an invalid state at the end.
         pairs: usize,
-        /// The deepest, relative.
+        /// Depth of the deepest overlap, relative to the contact distance.
         depth: f64,
     },
 }
@@ -221,7 +221,7 @@ impl Ledger {
     fn momentum_drift(&self, momentum: &Vector, simulation: &Simulation) -> Option<f64> {
         self.initial_momentum.map(|initial| {
             let drift = relative((momentum - initial).norm(), self.largest_momenta.max(sum_of_momenta(simulation)));
-            // NaN is kept.
+            // A NaN drift is returned as NaN.
             if drift >= self.earlier_drift || drift.is_nan() { drift } else { self.earlier_drift }
         })
     }

@@ -221,11 +221,11 @@ impl Run {
         drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
     }
 
-    /// Runs to the point at which another run of the same scene was interrupted, and interrupts this run at the same
-    /// point. `events` is the number of physical events at that point, since the start of the simulation. `time` is its
-    /// simulated time, which may be the time of a cell transition after the last event.
+    /// Repeats a run of the same scene up to the point at which it was interrupted: `events` physical events since the
+    /// start of the simulation, and the simulated time `time`, which may be a cell transition after the last event.
+    /// Then interrupts this run.
     ///
-    /// `watch` is called as in [`Self::execute`]. When it returns `Break`, the run ends at once.
+    /// `watch` is called as in [`Self::execute`]. If it returns `Break`, the run ends at once.
     pub(crate) fn execute_up_to<R: Recorder>(
         self,
         events: u64,

@@ -21,11 +21,10 @@ pub enum ChangeError {
 }
 
 impl Run {
-    /// Creates a run from `text`, a scene with changed values (gravity, interactions, temperatures of walls, ...). The
-    /// new run starts from the present positions and velocities, at the beginning of the present stage. The present
-    /// particles, bonds and static meshes replace those in `text`.
-    ///
-    /// `overrides` have the same form as in [`Scene::from_file_with`].
+    /// Creates a run from `text`, a scene with changed values (gravity, interactions, wall temperatures, ...). The new
+    /// run starts at the beginning of the present stage, from the present positions and velocities. The present
+    /// particles, bonds and static meshes replace the particles, bonds and static meshes of the text. `overrides` have
+    /// the same form as in [`Scene::from_file_with`].
     ///
     /// # Errors
     /// [`ChangeError::Scene`] if the text has an error, or does not fit the state (for example if the box has another

@@ -37,7 +37,7 @@ use crate::engine::{EngineError, Simulation};
 use crate::model::Until;
 use crate::run::RunState;
 
-/// Two times are equal within round-off if their relative difference is below this value.
+/// Largest relative difference of two times that are equal within round-off.
 const NEAR: f64 = 1e-9;
 
 /// Checkpoint of a run: everything needed to continue it as if it had not been interrupted, bit for bit.
@@ -47,7 +47,7 @@ pub struct Checkpoint {
     pub simulation: Simulation,
     /// State of the run besides the simulation.
     pub state: RunState,
-    /// Its files.
+    /// Output files of the run.
     pub manifest: Manifest,
 }
 
@@ -85,7 +85,7 @@ impl Checkpoint {
     }
 
     /// Reads the checksum stored at the end of a checkpoint, which identifies its content. The CRC-32 of the whole file
-    /// cannot: it is the same for any content that ends with its own CRC-32.
+    /// is the same for all checkpoints.
     pub(crate) fn stated_checksum(path: &Path) -> Result<u32, CheckpointError> {
         let unreadable = |source| CheckpointError::unreadable(path, source);
         let mut file = File::open(path).map_err(unreadable)?;

@@ -104,7 +104,7 @@ struct Driver<'a> {
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// Wall time at which the present measurement began or was continued.
     started: Option<Instant>,
-    /// Whether the present stage has ended before its limit. Growing spheres have then reached their target pressure,
+    /// Whether the present stage has ended before its limit, because growing spheres have reached their target pressure
     /// or an automatic equilibration has found no drift.
     is_over: bool,
     /// Whether a pilot run is being simulated on a copy that will be discarded.
@@ -114,8 +114,8 @@ struct Driver<'a> {
     halt: Halt,
     /// Whether the run has reached the pause that the caller requested.
     is_halted: bool,
-    /// A pilot run gives up when its number of events, cell transitions and Andersen collisions exceeds this value.
-    /// Without a pilot run there is no limit.
+    /// Number of events, cell transitions and Andersen collisions at which a pilot run gives up; no limit without a
+    /// pilot run.
     patience: u64,
     /// Number of engine steps until the next call of `watch`.
     steps: u64,

@@ -243,9 +243,8 @@ fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Number of particles in the cells around a particle; `None` if it is at most [`CROWD`]. It is large if the longest
-/// range of an interaction is much longer than the distance between particles, because cells are as large as this
-/// range.
+/// Number of particles in the cells around a particle; `None` if it is at most [`CROWD`]. Cells are as large as the
+/// longest range of an interaction, which may be much longer than the distance between particles.
 fn crowd(scene: &Scene) -> Option<f64> {
     let range = scene.longest_range();
     let part = |k: usize| {

@@ -14,8 +14,7 @@ const AIM: u32 = 20;
 /// written, even if it is larger.
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
-/// Text for the user if the total size of the frames limits their number. The second text is for a single frame that is
-/// larger than the limit.
+/// Text for the user if the total size of the frames limits their number, and text for a single frame above the limit.
 const REASON: &str = "limited to 200 MB, because output.frame_interval is not given";
 const REASON_BEYOND: &str = "only the last one: it alone exceeds 200 MB, the limit without output.frame_interval";
 
@@ -62,8 +61,8 @@ impl FrameLimit {
         AIM.min(self.between()).max(1)
     }
 
-    /// Returns the largest number of frames that a stage may have if the scene gives no interval, including the first
-    /// and the last.
+    /// Returns the largest number of frames of a stage if the scene gives no interval, including the first and the last
+    /// frame.
     pub fn most(self, stage: Stage) -> f64 {
         let ends = u32::from(self.has_first()) + u32::from(self.has_last(stage));
         f64::from(self.between().saturating_add(ends).min(2 * AIM))

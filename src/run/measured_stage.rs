@@ -16,7 +16,7 @@ use crate::model::VolumeMoves;
 pub struct MeasuredStage {
     /// Name of the stage in the scene.
     pub name: String,
-    /// Its measurement.
+    /// The measurement.
     pub measurement: MeasurementPeriod,
     /// Event counts of the measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,

@@ -15,8 +15,8 @@ const STEPS_OF_PART: u64 = 10_000;
 /// Number of engine steps after which a trial is given up if it advances too slowly.
 const PATIENCE: u64 = 120_000;
 
-/// A trial is too slow if it would cover too little of the run even if it became faster by this factor. The margin is
-/// needed because the speed may increase: a system that cools has fewer and fewer events.
+/// A trial is too slow if it would cover too little of the run even at a speed higher by this factor. The speed may
+/// increase, because a system that cools has fewer and fewer events.
 const MARGIN: f64 = 4.0;
 
 /// The rates in two intervals count as equal if they differ by less than this factor.
@@ -35,10 +35,10 @@ pub enum NoRate {
     /// Particles fall and lose energy in contacts. While they come to rest, contacts become more and more frequent.
     #[error("particles that fall and lose energy come to rest, in more and more contacts")]
     Collects,
-    /// Open sides.
+    /// Particles can leave through open sides.
     #[error("particles can leave")]
     Leaves,
-    /// Gravity.
+    /// Particles become faster and faster under gravity.
     #[error("falling particles keep getting faster")]
     Falls,
     /// Contacts dissipate energy and nothing supplies it.

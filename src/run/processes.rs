@@ -135,7 +135,7 @@ mod tests {
             .unwrap()
     }
 
-    /// The first process interrupts the run at the `asked`-th call of `watch`.
+    /// Runs the scene on several processes. The first process interrupts the run at the `asked`-th call of `watch`.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
         let mut results = in_processes(processes, |communicator| {
             let (mut all, mut left) = (All::default(), asked);

@@ -42,8 +42,7 @@ pub fn expected_rate(scene: &Scene) -> Option<f64> {
 /// A trial: a short simulation of a scene with limited work.
 pub(super) struct Try {
     pub simulation: Simulation,
-    /// The trial is given up when the present thread's count of search steps reaches this number. `None` if no surface
-    /// moves.
+    /// Number of search steps of the present thread at which the trial is given up; `None` if no surface moves.
     most: Option<u64>,
 }
 

@@ -37,7 +37,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// A stage is skipped if it has no limit, no growth and no automatic end.
+    /// Whether the stage has a limit, growth or an automatic end. A stage without an end is skipped.
     pub fn has_end(&self) -> bool {
         self.limit != Until::default() || self.growth.is_some() || self.until_stationary
     }

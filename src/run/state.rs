@@ -37,8 +37,8 @@ impl Start {
     }
 }
 
-/// A sampling time coincides with the end of the stage, within round-off, if they differ by less than this fraction of
-/// the duration of the stage.
+/// Largest difference, relative to the duration of the stage, of a sampling time and an end of stage that coincide
+/// within round-off.
 pub(super) const NEAR: f64 = 1e-9;
 
 /// Time of the first check for remaining initial overlaps, as a fraction of the crossing time of the box.
@@ -276,10 +276,9 @@ impl RunState {
     }
 }
 
-/// Shortest simulated time in which a particle crosses the box. The particle has the highest initial speed, or the
-/// thermal speed at the highest temperature of a thermostat or wall, or starts from rest with its acceleration. With an
-/// Andersen thermostat, the result is at most the time of [`MANY_COLLISIONS`] Andersen collisions. Infinite if nothing
-/// moves.
+/// Shortest simulated time in which a particle crosses the box; infinite if nothing moves. The particle has the highest
+/// initial speed, or the thermal speed at the highest temperature of a thermostat or wall, or starts from rest with its
+/// acceleration. The result is at most the time of [`MANY_COLLISIONS`] Andersen collisions.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! Access to the files that a scene reads. They are on disk or, in a browser, provided by the page.
+//! Access to the files that a scene reads, on disk or, in a browser, provided by the page.
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use std::fs::read;

@@ -37,8 +37,8 @@ use crate::scene::unvalidated::{
 #[derive(Debug, Clone, PartialEq)]
 #[must_use = "a builder does nothing until `build`"]
 pub struct SceneBuilder {
-    /// Values of the scene that are set directly. Species, interactions, bonds, particles and the size of the box are
-    /// derived from the other fields instead.
+    /// Parts of the scene that are set directly. Species, interactions, bonds, particles and the size of the box follow
+    /// from the other fields.
     pub(crate) parts: SceneParts,
     /// Size of the box; `None` if it follows from the only fill with a count and a density.
     pub(crate) size: Option<Vector>,
@@ -55,7 +55,7 @@ pub struct SceneBuilder {
     pub(crate) entries: BTreeMap<&'static str, usize>,
     /// Id of the next particle; `None` after a group whose number of particles is not known yet.
     pub(crate) next_id: Option<u64>,
-    /// First group whose ids the caller requested although an earlier group has an unknown size. The scene is then
+    /// First group whose ids the caller requested although the size of an earlier group is unknown. The scene is then
     /// rejected.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,

@@ -1,4 +1,4 @@
-//! Replaces species with distributed diameters by several species with one diameter each, called classes.
+//! Replaces species with distributed diameters by classes: species with one diameter each.
 
 use crate::prepare::polydispersity::{Class, mass_of, mean_diameter, spread};
 use crate::scene::SceneBuilder;
@@ -8,8 +8,8 @@ use crate::scene::limits::positive;
 use crate::scene::unvalidated::{Fill, Group, InteractionDraft, LocatedGroup, Model, SpeciesDraft};
 use crate::scene::validate::measure;
 
-/// Maximum number of species in a scene with distributed diameters. Each of their 32,896 pairs may be an interaction,
-/// and interactions are numbered with 16 bits.
+/// Maximum number of species with distributed diameters. Their 32,896 pairs may all be interactions, with 16-bit
+/// numbers.
 const MOST_SPECIES: usize = 256;
 
 /// A species with a distribution of diameters.
@@ -71,8 +71,7 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
     Ok(())
 }
 
-/// In interactions, replaces the name of a species with distributed diameters by the names of its classes. The earlier
-/// run has only the classes, such as `grain-1` and `grain-2`.
+/// Replaces a species with distributed diameters in interactions by its classes, such as `grain-1` and `grain-2`.
 pub(crate) fn expand_families(scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let is_known = |name: &str| scene.species.iter().any(|species| species.name == name);
     let is_new = |names: &[Distributed], name: &str| named(names, name).is_none() && !is_known(name);
@@ -151,7 +150,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
         };
         let is_alike = species[0] == species[1];
         let (first, second) = (names(0), names(1));
-        // Only one of the expanded drafts keeps the name, because names are unique. Bonds find this draft by its name.
+        // Only one expanded draft keeps the name, because names are unique. Bonds find this draft by its name.
         let mut name = draft.name.clone();
         for (k, a) in first.iter().enumerate() {
             for b in second.iter().skip(if is_alike { k } else { 0 }) {
@@ -165,8 +164,8 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
     Ok(())
 }
 
-/// Rejects an explicit contact distance for species with distributed diameters: each pair of classes has its own
-/// contact distance.
+/// Rejects an explicit contact distance for species with distributed diameters, which have one for each pair of
+/// classes.
 fn check_diameter(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
     let expected =
         "no lengths: with a distribution of diameters, they follow from the diameters of each pair of classes";
@@ -192,8 +191,7 @@ fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) ->
     Ok(())
 }
 
-/// For each species and interaction of a builder, its index in the scene file. Empty if no species was replaced by
-/// classes.
+/// For each species and interaction of a builder, its index in the scene file; empty if classes replace no species.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Origins {
     species: Vec<usize>,

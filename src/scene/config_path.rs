@@ -15,8 +15,7 @@ pub enum PathStep {
 
 /// Config path of a value in a scene, such as `interaction[0].restitution`.
 ///
-/// Scenes built in code have the same paths as scenes from a file, so that errors read the same. For a file, an error
-/// also shows the line.
+/// Scenes from code and from a file have the same paths and error messages. For a file, errors also show the line.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct ConfigPath(Vec<PathStep>);
 

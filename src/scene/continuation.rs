@@ -1,4 +1,4 @@
-//! Builds a scene that starts from the end of a run, and checks the state that the scene inherits.
+//! Builds a scene that starts from the end of a run, and checks the inherited state.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -43,9 +43,8 @@ fn at_start() -> ConfigPath {
 
 impl Scene {
     /// Reads a scene that continues from the present state of a simulation. The particles, bonds and static meshes come
-    /// from the simulation, and everything else from `text` and `overrides`.
-    ///
-    /// Returns [`SceneError`] for the first error in the text, or if the state does not fit the scene.
+    /// from the simulation, and everything else from `text` and `overrides`. Returns [`SceneError`] for the first error
+    /// in the text, or if the state does not fit the scene.
     pub(crate) fn from_toml_after(
         text: &str,
         name: &Path,
@@ -86,7 +85,7 @@ impl SceneBuilder {
         next.starting_from(&last).map_err(|error| next.origins.located(error))
     }
 
-    /// Returns a builder in which the parts that the scene leaves out are taken from the run.
+    /// Returns a builder that takes the parts missing in the scene from the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
         (next.parts.start_time, next.parts.displacement) = (simulation.time(), simulation.displacement());
@@ -144,8 +143,8 @@ impl SceneBuilder {
             static_surfaces: static_surfaces(run, &particles, &species)?,
             starts: vec![(0, at_start())],
         };
-        // When a periodic side opens, pairs captured across it are suddenly far apart. When a side becomes periodic,
-        // pairs across it may suddenly be close. In both cases, the distances determine which pairs are captured.
+        // If a periodic side opens, pairs captured across it are suddenly far apart. If a side becomes periodic, pairs
+        // across it may suddenly be close. In both cases, the distances determine which pairs are captured.
         let is_kept = if has_same_periods(&space, &run.space) {
             kept(run, &species, &interactions, &bonds)
         } else {
@@ -164,7 +163,7 @@ impl SceneBuilder {
         let displacement = self.parts.displacement;
         let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
-        // If interactions, walls and surfaces are the same as in the run, the positions need no check.
+        // The positions need no check if interactions, walls and surfaces are the same as in the run.
         if !is_as_it_was {
             self.check_places(&start)?;
         }
@@ -271,7 +270,7 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
     Ok(left)
 }
 
-/// Returns the bonds of a run. Each bond gets the interaction of the new scene with the same name.
+/// Returns the bonds of a run, with the interactions of the new scene. Interactions are matched by name.
 fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_>) -> Result<Vec<Bond>, SceneError> {
     let mut bonds = Vec::with_capacity(run.bonds.len());
     for bond in &run.bonds {
@@ -288,16 +287,15 @@ fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_
     Ok(bonds)
 }
 
-/// Whether two potentials have steps at the same radii, and infinite barriers at the same steps. Finite energies may
-/// differ.
+/// Whether two potentials have the same radii, and infinite barriers at the same steps. Finite energies may differ.
 fn are_alike(a: &Potential, b: &Potential) -> bool {
     let are_finite =
         |potential: &Potential| potential.energies().iter().map(|energy| energy.is_finite()).collect::<Vec<_>>();
     a.radii() == b.radii() && a.is_bond() == b.is_bond() && are_finite(a) == are_finite(b)
 }
 
-/// For each interaction, whether every pair with this interaction had the same discontinuities in the earlier run. If
-/// so, captured pairs stay captured, and free pairs stay free.
+/// For each interaction, whether its discontinuities are the same as in the earlier run, so that pairs keep their
+/// states.
 fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds: &[Bond]) -> Vec<bool> {
     let in_run: HashMap<&str, usize> = run.species.iter().enumerate().map(|(k, it)| (it.name.as_str(), k)).collect();
     let mut is_kept = vec![true; interactions.len()];
@@ -323,8 +321,7 @@ fn has_same_periods(one: &Space, other: &Space) -> bool {
     periodic(one) == periodic(other)
 }
 
-/// Whether the walls of the box and the diameters of the species are unchanged since the run. No particle can then
-/// overlap a wall.
+/// Whether the walls of the box and the diameters are unchanged since the run, so that no particle overlaps a wall.
 fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
     let diameters: HashMap<&str, f64> = run.species.iter().map(|it| (it.name.as_str(), it.diameter)).collect();
     let walls = |space: &Space| [0, 1, 2].map(|axis| space.walled_sides(axis));

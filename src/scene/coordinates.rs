@@ -1,4 +1,4 @@
-//! Starts a scene from frames with bonds and a box. The frames come from extended XYZ files or from a program.
+//! Starts a scene from frames with bonds and a box, read from extended XYZ files or passed by a program.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -28,7 +28,7 @@ struct Start<'f> {
     has_box: bool,
     has_radii: bool,
     beside: Beside,
-    /// Line number of the frame's comment line in the file. The comment line contains the box and the bonds.
+    /// Line number, in the file, of the comment line of the frame. This line contains the box and the bonds.
     comment: usize,
 }
 
@@ -37,7 +37,7 @@ struct Start<'f> {
 struct Origin {
     at: ConfigPath,
     path: Option<PathBuf>,
-    /// Name of the interaction for the frame's bonds, if the scene gives one.
+    /// Name of the interaction for the bonds of the frame, if the scene gives one.
     bond: Option<String>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Frames<'a> {
 }
 
 /// Adds the particles and bonds of frames to a scene. The first frame with a box also gives the box of the scene,
-/// unless the scene determines its size in another way.
+/// unless the scene determines its size otherwise.
 pub(super) fn add(frames: &Frames<'_>, scene: &mut SceneBuilder) -> Result<Vec<RadiiAndMasses>, SceneError> {
     let mut sizes = Vec::with_capacity(frames.files.len());
     if let Some(given) = frames.given {
@@ -122,9 +122,9 @@ fn add_start(
     Ok(())
 }
 
-/// Takes the size of the box from a frame, and also its lower corner and its sides where the scene does not give them.
-/// A frame cannot distinguish walls from open sides, so the scene must give the sides of an axis that is neither
-/// periodic nor flat.
+/// Takes the size of the box from a frame. Also takes the lower corner and the sides of the box if the scene does not
+/// give them. A frame cannot distinguish walls from open sides, so the scene must give the sides of an axis that is
+/// neither periodic nor flat.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let boundary = scene.parts.space.boundary;
     scene.size = Some(Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { 0.0 } else { frame.size[k] }));
@@ -144,8 +144,7 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
     Ok(())
 }
 
-/// Each bond gets the interaction that the scene names for all bonds, or else the interaction whose name is in the
-/// file.
+/// Adds the bonds of a frame, with the interaction that the scene names for all bonds, or else the file for each bond.
 fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let frame = &*start.frame;
     if frame.bonds.is_empty() {
@@ -201,7 +200,7 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
     Ok(())
 }
 
-/// Returns the path and checksum of a file. If the scene states a checksum, the file must have it.
+/// Returns the path and checksum of a file. If the scene states another checksum, returns an error.
 pub(super) fn unchanged(
     path: &Path,
     text: &[u8],
@@ -219,7 +218,7 @@ pub(super) fn unchanged(
     Err(SceneError::new(at.key("checksum"), kind))
 }
 
-/// An error consists of a line number and a message.
+/// The error is a line number and a message.
 fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     let open = || compressed::unpacked(text).map_err(|error| (1, error.to_string()));
     let lines = || open().map_or(1, |text| BufReader::new(text).split(b'\n').map_while(Result::ok).count().max(1));

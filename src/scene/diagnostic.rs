@@ -57,8 +57,7 @@ pub enum SceneErrorKind {
     /// An invalid potential.
     #[error(transparent)]
     Potential(#[from] PotentialError),
-    /// A periodic edge of the box that is shorter than twice the longest interaction range. A particle could then
-    /// interact with two images of another particle.
+    /// A periodic edge of the box that is too short: a particle could interact with two images of another particle.
     #[error(
         "the box is {size} long along the periodic axis {axis}, expected at least {needed}, twice the longest range {range}"
     )]
@@ -92,10 +91,10 @@ pub enum SceneErrorKind {
         "{count} particles do not fit on this lattice: its sites would be {spacing} apart where {contact} is needed"
     )]
     LatticeTooTight { count: usize, spacing: f64, contact: f64 },
-    /// The region of a fill is smaller than a particle.
+    /// A fill whose region is smaller than a particle.
     #[error("the region has no room for a particle of diameter {diameter}: expected a larger one")]
     RegionTooSmall { diameter: f64 },
-    /// No free position was found for a further particle.
+    /// A fill or chain that finds no free position for a further particle.
     #[error("only {placed} of {count} fitted: {attempts} random attempts found no place for the next one")]
     NoRoom { placed: usize, count: usize, attempts: usize },
     /// A dense random start whose growing spheres jam before they reach their final diameters.
@@ -116,7 +115,7 @@ pub enum SceneErrorKind {
     /// A coordinate or mesh file whose checksum differs from the checksum in the scene.
     #[error("{} has changed: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },
-    /// A scene that starts from a run, in a context where runs cannot be read.
+    /// A scene that starts from a run, where runs cannot be read.
     #[error("the scene starts from the run in {}, expected one with particles of its own", path.display())]
     NeedsRun { path: PathBuf },
     /// A run whose last state cannot be the start of another run.
@@ -190,7 +189,7 @@ impl SceneErrorKind {
     }
 }
 
-/// Explains a key for a feature that other programs have and Carom lacks, and suggests an alternative.
+/// Explains that Carom lacks a feature of other programs, and suggests an alternative to its key.
 fn not_there(key: &str) -> Option<&'static str> {
     Some(match key {
         "inlet" | "inlets" | "outlet" | "outlets" | "insertion" | "recirculate" => {
@@ -267,8 +266,7 @@ fn one_of<S: AsRef<str>>(words: &[S]) -> String {
 }
 
 pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
-    // The Jaro-Winkler similarity of unrelated key names stays below 0.7. With one or two typos it is above
-    // 0.8.
+    // The Jaro-Winkler similarity of unrelated key names is below 0.7. With one or two typos it is above 0.8.
     const ALIKE: f64 = 0.75;
     known
         .iter()
@@ -278,10 +276,8 @@ pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> 
         .map(|(_, candidate)| candidate.to_owned())
 }
 
-/// Error in a scene, with the config path of the value and its line in the file.
-///
-/// Displays as one line. As a [`miette::Diagnostic`] it also shows the file, the line with the value
-/// underlined, and a suggestion.
+/// Error in a scene, with the config path of the value and its line in the file. Displays as one line. As a
+/// [`miette::Diagnostic`] it also shows the file, the line with the value underlined, and a suggestion.
 #[derive(Debug)]
 pub struct SceneError(Box<Inner>);
 
@@ -318,7 +314,7 @@ impl SceneError {
         &self.0.at
     }
 
-    /// Line of the error in the scene's text, counted from 1. `None` if the text is not known.
+    /// Line of the error in the text of the scene, counted from 1; `None` without a text.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
         let (source, span) = self.0.source.as_ref()?;
@@ -327,7 +323,7 @@ impl SceneError {
     }
 
     pub(crate) fn in_source(mut self, name: &str, text: Arc<String>, span: std::ops::Range<usize>) -> Self {
-        // `printable` keeps the length of the text in bytes, so the span stays valid.
+        // `printable` keeps the number of bytes of the text, so the span stays valid.
         let text = match printable(&text) {
             Cow::Borrowed(_) => text,
             Cow::Owned(safe) => Arc::new(safe),
@@ -342,7 +338,7 @@ impl SceneError {
         self
     }
 
-    /// Further errors in the same text, in the order of the text: unknown keys, and values of the wrong type.
+    /// Further errors in the same text, in its order: unknown keys, and values of the wrong type.
     #[must_use]
     pub fn others(&self) -> &[Self] {
         &self.0.others

@@ -1,7 +1,7 @@
 //! The file format of a scene: its TOML, key by key, before validation.
 //!
-//! Editors show the comments and ranges of the fields: they become the descriptions and limits of
-//! [`schema`](fn@crate::scene::schema). So each comment says what the key means to a user, with its unit.
+//! The comments and ranges of the fields become the descriptions and limits of [`schema`](fn@crate::scene::schema),
+//! which editors show. Each comment therefore states the meaning of the key for a user, with its unit.
 
 mod diameter;
 mod drive;
@@ -41,11 +41,10 @@ use crate::scene::parse::plan::AUTOMATIC;
     "anyOf" = json!([{ "required": ["species"] }, { "required": ["start"] }])
 ))]
 pub(crate) struct SceneFile {
-    /// Name of the run folder: up to 100 letters, digits, `-` and `_`. If not given, it is the name of the scene file.
+    /// Name of the run folder: up to 100 letters, digits, `-` and `_`; the name of the scene file if not given.
     #[schemars(regex(pattern = SCENE))]
     pub name: Option<String>,
-    /// Text about the scene in Markdown. The page of `carom live` shows it. If not given, the page shows the comment at
-    /// the start of the file.
+    /// Text about the scene in Markdown, for the page of `carom live`; the first comment in the file if not given.
     pub description: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]
@@ -54,8 +53,8 @@ pub(crate) struct SceneFile {
     /// Simulated time at the start `[time]`.
     #[schemars(extend("default" = 0.0))]
     pub start_time: Option<f64>,
-    /// Whether particles may overlap at the start. If they do, overlaps never grow deeper, and disappear unless gravity
-    /// or wells hold the particles together.
+    /// Whether particles may overlap at the start. Overlaps never grow deeper, and disappear unless gravity or wells
+    /// hold the particles together.
     pub allow_invalid_start: bool,
     /// The run whose last state is the start of this run, instead of particles in the scene.
     pub start: Option<StartFile>,
@@ -63,11 +62,10 @@ pub(crate) struct SceneFile {
     pub space: Option<SpaceFile>,
     /// Gravity, and the contact time of the TC model.
     pub dynamics: Option<DynamicsFile>,
-    /// Species of particles, at least one. A scene with `start` may leave them out, and takes them from the earlier run.
+    /// Species of particles, at least one; with `start`, taken from the earlier run if not given.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// Interactions of pairs of species and of bonded particles. A scene with `start` may
-    /// leave them out, and takes them from the earlier run.
+    /// Interactions of pairs of species and of bonded particles; with `start`, taken from the earlier run if not given.
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
     pub particle: Vec<ParticleFile>,
@@ -79,8 +77,7 @@ pub(crate) struct SceneFile {
     pub fill: Vec<FillFile>,
     /// Surfaces made of static particles.
     pub mesh: Vec<MeshFile>,
-    /// Surfaces that particles collide with, in addition to the walls of the box. If a scene with `start` does not have
-    /// this key, it takes the surfaces of the earlier run.
+    /// Surfaces that particles collide with, besides the walls; with `start`, taken from the earlier run if not given.
     pub surface: Option<Vec<SurfaceFile>>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
@@ -90,8 +87,8 @@ pub(crate) struct SceneFile {
     pub stage: Vec<StageFile>,
     /// Settings of the run, such as its length.
     pub run: Option<RunFile>,
-    /// Replica exchange instead of a single run. Replicas at several temperatures, or in several windows of a distance,
-    /// are swapped at intervals.
+    /// Replica exchange instead of a single run: replicas at several temperatures or distances are swapped at
+    /// intervals.
     pub exchange: Option<ExchangeFile>,
     /// Measurements.
     pub measure: MeasureFile,
@@ -114,10 +111,10 @@ impl SceneFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartFile {
-    /// Folder of the run. A relative path is relative to the folder of the scene.
+    /// Folder of the run, relative to the folder of the scene.
     pub from: String,
-    /// Checksum that the checkpoint of the other run must have at its end: `crc32:` and eight hexadecimal digits. The
-    /// new run adds this checksum to its copy of the scene.
+    /// Checksum at the end of the checkpoint of the other run: `crc32:` and eight hexadecimal digits. The new run adds
+    /// it to its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
@@ -138,14 +135,12 @@ pub(crate) struct DynamicsFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpeciesFile {
-    /// Unique name of the species. It has up to 64 letters, digits and any of `_ - + . ( )`, and begins with a letter
-    /// or a digit.
+    /// Unique name: up to 64 letters, digits and any of `_ - + . ( )`, beginning with a letter or a digit.
     #[schemars(regex(pattern = WORD))]
     pub name: String,
     /// Diameter or distribution of diameters `[length]`.
     pub diameter: DiameterFile,
-    /// Mass `[mass]`. Every moving species needs a mass. If diameters are distributed, this is the mass of a particle
-    /// of the mean diameter.
+    /// Mass `[mass]`, which every moving species needs. With distributed diameters, it is given at the mean diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
     /// Whether the particles of the species never move.
@@ -170,12 +165,12 @@ pub(crate) struct AuditFile {
     pub overlap: Option<f64>,
 }
 
-/// `[run]`: length of the run. It ends at `until_time` or `until_events`, whichever comes first.
+/// `[run]`: length of the run, which ends at `until_time` or `until_events`, whichever comes first.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RunFile {
-    /// With `auto`, the equilibration ends when no observable drifts any more. It ends at the latest after
-    /// `equilibration_time` or `equilibration_events`.
+    /// With `auto`, the equilibration ends when no observable drifts, but at the latest after `equilibration_time` or
+    /// `equilibration_events`.
     #[schemars(extend("enum" = AUTOMATIC))]
     pub equilibration: Option<String>,
     /// Duration simulated before the measurement `[time]`.
@@ -210,8 +205,7 @@ pub(crate) struct OutputFile {
     /// Time between two rows of `thermo.csv`, in all stages `[time]`. If not given, each stage gets about 200 rows.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thermo_interval: Option<f64>,
-    /// Time between two frames of `trajectory.xyz` `[time]`. If not given, about 20 frames are written, but at most
-    /// 200 MB.
+    /// Time between two frames of `trajectory.xyz` `[time]`; if not given, about 20 frames of at most 200 MB in total.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frame_interval: Option<f64>,
     /// Whether every physical event is written to `contacts.csv`.
@@ -229,26 +223,26 @@ pub(crate) struct OutputFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CountFile {
-    /// Unique name of the column. It has up to 100 letters, digits, blanks and any of `_ - + . ( )`, and begins with a
-    /// letter or a digit.
+    /// Unique name of the column: up to 100 letters, digits, blanks and any of `_ - + . ( )`, the first a letter or
+    /// digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
     /// Lower corner of a box `[length]`.
     pub lower: Option<[f64; 3]>,
     /// Upper corner of a box `[length]`.
     pub upper: Option<[f64; 3]>,
-    /// STL or OBJ file of a closed mesh, instead of a box. Its path is relative to the folder of the scene.
+    /// STL or OBJ file of a closed mesh, instead of a box, relative to the folder of the scene.
     pub path: Option<String>,
-    /// Vertices of the file are merged if they are closer than this fraction of the largest extent of the mesh. If not
-    /// given, no vertices are merged.
+    /// Largest distance at which vertices of the file are merged, as a fraction of the largest extent of the mesh; none
+    /// are merged if not given.
     #[schemars(range(min = 0, max = 0.01))]
     pub weld: Option<f64>,
-    /// Factor by which the mesh is scaled. Scaling comes before rotation.
+    /// Factor by which the mesh is scaled before its rotation.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
-    /// Axis and angle in degrees of the rotation of the mesh. The mesh is scaled before it is rotated.
+    /// Axis and angle in degrees of the rotation of the mesh, after its scaling.
     pub rotation: Option<RotationFile>,
-    /// Displacement of the mesh, after its rotation `[length]`.
+    /// Displacement of the mesh after its rotation `[length]`.
     pub translation: Option<[f64; 3]>,
     /// Checksum that the mesh file must have: `crc32:` and eight hexadecimal digits. A run adds it to its copy of the
     /// scene.

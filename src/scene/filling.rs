@@ -1,5 +1,4 @@
-//! Numbers, species and positions of the particles of a fill. Any two of box, count and density determine the
-//! third.
+//! Numbers, species and positions of the particles of a fill.
 
 use crate::Vector;
 use crate::base::numbers::{index, trunc_to_u64};
@@ -19,16 +18,15 @@ use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
 /// Maximum number of lattice sites in the bounding box of a region, unless at least a tenth of the sites are needed. A
-/// thin diagonal cylinder contains only a few of the sites in its bounding box. At the maximum, a fill takes a few
-/// seconds and about a gigabyte of memory.
+/// thin diagonal cylinder contains only a few of these sites. At the maximum, a fill takes a few seconds and about a
+/// gigabyte of memory.
 const MOST_SITES: f64 = 2e7;
 
-/// Relative tolerance when the mean of two diameters is compared with the contact distance.
+/// Relative tolerance between the mean of two diameters and the contact distance.
 const ROUNDING: f64 = 1e-12;
 
-/// A fill whose number of particles of each species is known.
+/// A fill with a known number of particles of each species.
 pub(crate) struct Filling {
-    /// Species of the fill, and the number of particles of each species.
     shares: Vec<(SpeciesId, usize)>,
     pub region: FillRegion,
 }
@@ -46,7 +44,7 @@ impl Filling {
         Ok(filling)
     }
 
-    /// Number of particles of a fill. It is an upper bound if the fill has the key `as_many_as_fit`.
+    /// Number of particles of a fill; an upper bound if the fill has the key `as_many_as_fit`.
     pub(crate) fn count(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<u64, SceneError> {
         let (species, space) = (placing.species, placing.space);
         if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {
@@ -82,7 +80,7 @@ impl Filling {
         Ok(count)
     }
 
-    /// Returns the species of all particles, one species after the other.
+    /// Returns the species of all particles, one species after another.
     pub(crate) fn kinds(&self) -> Vec<SpeciesId> {
         self.shares.iter().flat_map(|&(species, count)| std::iter::repeat_n(species, count)).collect()
     }
@@ -91,7 +89,7 @@ impl Filling {
         self.shares.iter().filter(|(_, count)| *count > 0).map(|(species, _)| *species)
     }
 
-    /// The sites must be at least the longest contact distance apart, unless overlaps are allowed.
+    /// Returns positions on a lattice. Rejects sites closer than a contact distance, unless overlaps are allowed.
     pub(crate) fn on_lattice(
         &self,
         lattice: Lattice,
@@ -124,12 +122,10 @@ impl Filling {
         .map_err(|too_tight| SceneError::new(at.clone(), too_tight))
     }
 
-    /// Diameter of the largest particle `[length]`.
     fn largest(&self, species: &[Species]) -> f64 {
         self.species().map(|kind| species[kind.0 as usize].diameter).fold(0.0, f64::max)
     }
 
-    /// The longest contact distance of two species of the fill `[length]`.
     fn longest_contact(&self, placing: &Placing<'_>) -> f64 {
         let mut is_here = vec![false; placing.species.len()];
         self.species().for_each(|kind| is_here[kind.0 as usize] = true);
@@ -138,7 +134,6 @@ impl Filling {
     }
 }
 
-/// Returns the species of a fill, each with its relative number of particles.
 fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
     let several = fill.composition.len() != 1;
     let mut shares = Vec::with_capacity(fill.composition.len());
@@ -157,8 +152,8 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
     Ok(shares)
 }
 
-/// Upper bound of the number of particles that fit without overlaps. It is the volume of the region divided by the mean
-/// volume of the particles' impenetrable spheres.
+/// Upper bound of the number of particles that fit without overlaps: the volume of the region divided by the mean
+/// volume of the impenetrable cores.
 fn most_that_fit(
     room: f64,
     shares: &[(SpeciesId, f64)],
@@ -209,8 +204,7 @@ fn volume_per_particle(
 }
 
 impl SceneBuilder {
-    /// Computes the edges of the box from the count and density of the only fill that has both. The box is a cube, a
-    /// square or a line.
+    /// Computes the edges of the box, a cube, square or line, from the only fill with a count and a density.
     pub(crate) fn derived_size(&self, species: &[Species], space: &Space) -> Result<Vector, SceneError> {
         let mut deciding = self.groups.iter().filter_map(|placed| match &placed.group {
             Group::Fill(fill @ Fill { count: Some(count), amount: Some(amount), region: None, .. }) => {

@@ -1,4 +1,4 @@
-//! Particles that a program passes to a scene in memory, instead of a coordinate file.
+//! Particles that a program passes to a scene, instead of a coordinate file.
 
 use std::collections::HashMap;
 
@@ -12,22 +12,22 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{WriteError, write_frame};
 use crate::trajectory::frame::FrameParticle;
 
-/// Particles that a program passes to a scene. They are treated like the particles of a `[[file]]`. Their ids follow
-/// the ids of `[[particle]]` and precede the ids of files.
+/// Particles that a program passes to a scene, treated like the particles of a `[[file]]`. Their ids follow the ids of
+/// `[[particle]]` and precede the ids of files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GivenParticles {
-    /// Name of the particles in error messages, in place of the path of a file.
+    /// Name of the particles in error messages, instead of the path of a file.
     pub name: String,
     /// The particles, their bonds and their box.
     pub frame: Frame,
     /// Whether a scene without a given size takes its box from the frame.
     pub has_box: bool,
-    /// Whether the frame has radii. They must then equal the radii of the species.
+    /// Whether the frame has radii, which must then equal the radii of the species.
     pub has_radii: bool,
-    /// Whether the positions have only x and y. The z axis must then be flat, and z is the same for all particles.
+    /// Whether the positions have only x and y. The z axis must then be flat, and all particles have the same z.
     pub is_plane: bool,
-    /// Name of the interaction for all bonds. If `None`, each bond has the interaction that the frame names.
+    /// Name of the interaction for all bonds; `None` for the interactions that the frame names.
     pub bond: Option<String>,
 }
 
@@ -35,9 +35,9 @@ pub struct GivenParticles {
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum KeptParticles<'a> {
-    /// The particles are in a file next to the record, with this name and content.
+    /// The particles are in a file with this name and content, next to the record.
     InFile(&'a str, &'a [u8]),
-    /// The particles are tables in the record, one for each particle, so that no other file is needed.
+    /// The particles are tables in the record, and no other file is needed.
     InTables(&'a GivenParticles),
 }
 
@@ -48,14 +48,14 @@ impl GivenParticles {
         Self { name: name.to_owned(), frame, has_box: false, has_radii: false, is_plane: false, bond: None }
     }
 
-    /// Content of an extended XYZ file that gives a scene the same particles, bit for bit.
+    /// Content of an extended XYZ file that gives the same particles, bit for bit.
     ///
     /// # Errors
     /// [`WriteError`] if the scene was not made from these particles.
     pub fn file_for(&self, scene: &Scene) -> Result<Vec<u8>, WriteError> {
         let known: HashMap<&str, u32> =
             scene.species.iter().zip(0..).map(|(species, number)| (species.name.as_str(), number)).collect();
-        // Names that no particle uses may be missing from the scene.
+        // Species that no particle uses may be missing from the scene.
         let numbers: Vec<u32> =
             self.frame.species.iter().map(|it| known.get(it.name.as_str()).copied().unwrap_or(u32::MAX)).collect();
         let in_scene = |particle: &FrameParticle| {
@@ -87,8 +87,7 @@ impl GivenParticles {
         if self.is_plane { Vector::new(position.x, position.y, space.lower.z) } else { position }
     }
 
-    /// Returns TOML with a table for each particle and each bond, to be appended to a scene. The ids of these particles
-    /// begin with `first`.
+    /// Returns TOML with a table for each particle and each bond. `first` is the id of the first particle.
     pub(super) fn tables(&self, scene: &Scene, first: usize) -> String {
         let frame = &self.frame;
         let name = |number: usize| frame.species.get(number).map_or("", |species| species.name.as_str());
@@ -112,8 +111,7 @@ impl GivenParticles {
         text
     }
 
-    /// Adds the box that the program passed with the particles to the tables of a scene. Adds nothing if there is no
-    /// such box, or if the scene gives a size or a fill.
+    /// Adds the box passed by the program, if any, to the tables of a scene without a size and a fill.
     pub(super) fn put_box(&self, scene: &Scene, table: &mut Table) {
         let has_fill = table.get("fill").and_then(Value::as_array).is_some_and(|fills| !fills.is_empty());
         let space = table.entry("space").or_insert_with(|| Value::Table(Table::new()));
@@ -166,7 +164,7 @@ position = [0.5, 0.5, 0.5]
 until_time = 1.0
 "#;
 
-    /// The second bead lies beyond a periodic side of the box.
+    /// Two beads, the second beyond a periodic side of the box.
     fn given() -> GivenParticles {
         let particle = |id: u32, x: f64| FrameParticle {
             id: ParticleId(id),

@@ -1,5 +1,5 @@
-//! Places the particles of a scene, group by group. Groups whose positions are not random come first, so that random
-//! groups fill the space that is left. Ids follow the order of the groups in the scene.
+//! Places the particles of a scene, group by group. Groups without random positions come first, so that random groups
+//! fill the remaining space. Ids follow the order of the groups in the scene.
 
 mod placing;
 
@@ -55,8 +55,7 @@ impl Groups {
                         placing.chains(index, chain, &placed.at, interactions, occupancy.as_mut())?
                     }
                 };
-                // The number of particles of a static surface is known only after its layout, so the total is checked
-                // again.
+                // The number of particles of a static surface is known only now, so the total is checked again.
                 total += parts[index].len() as u64;
                 affordable(total, &placed.at)?;
             }
@@ -109,8 +108,7 @@ impl Groups {
         counts
     }
 
-    /// Settings for the random velocities of fills and chains. Listed particles have given velocities, and static
-    /// surfaces are at rest.
+    /// Settings for the random velocities of fills and chains; all other particles have given velocities.
     pub(crate) fn drawn(&self, scene: &SceneBuilder) -> Vec<Drawn> {
         let ends = self.starts.iter().skip(1).map(|(first, _)| *first).chain([self.particles.len()]);
         let ids = self.starts.iter().zip(ends).map(|((first, _), end)| *first..end);
@@ -128,7 +126,6 @@ impl Groups {
             .collect()
     }
 
-    /// Config path of a particle, or of its group.
     pub(crate) fn path_of(&self, id: usize) -> ConfigPath {
         if self.starts.is_empty() {
             return ConfigPath::entry("particle", id);
@@ -138,14 +135,14 @@ impl Groups {
     }
 }
 
-/// Checks particles with given positions, and wraps particles beyond a periodic side into the box.
+/// Checks particles with given positions, and wraps them into the box across periodic sides.
 fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
     let named = |name: &String| species.iter().position(|candidate| candidate.name == *name);
     let known: Vec<Option<usize>> = listed.names.iter().map(named).collect();
     let mut particles = Vec::with_capacity(listed.particles.len());
     for (row, particle) in listed.particles.iter().enumerate() {
         let found = known.get(particle.species.0 as usize).copied().flatten();
-        // Most particles are valid, so error messages are prepared only after a check has failed.
+        // Most particles are valid, so error messages are prepared only after a failed check.
         let Some(kind) = found.filter(|kind| is_right(particle, &species[*kind], space)) else {
             return Err(wrong(listed, row, (species, space), at));
         };

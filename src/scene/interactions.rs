@@ -13,14 +13,14 @@ use crate::scene::limits::{above_one, finite, positive, positive_if_given, resti
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{InteractionDraft, Model};
 
-/// Maximum number of steps of a stepped potential. A larger number is probably a typing error.
+/// Maximum number of steps of a stepped potential. More steps are probably a typing error.
 pub(crate) const MOST_STEPS: usize = 10_000;
 
-/// Maximum number of species, and of interactions, in a scene. The event loop numbers both with 16 bits. An
-/// `[[interaction]]` counts once for each contact distance of its species.
+/// Maximum number of species, and of interactions, which the event loop numbers with 16 bits. An `[[interaction]]`
+/// counts once for each contact distance of its species.
 pub(crate) const MOST_KINDS: usize = 1 << 16;
 
-/// One `[[interaction]]` gives several interactions if its pairs of species have different contact distances.
+/// Interactions of a scene. One `[[interaction]]` gives several if its contact distances differ.
 pub(crate) struct Interactions<'a> {
     drafts: &'a [InteractionDraft],
     pub species: &'a [Species],
@@ -78,7 +78,7 @@ impl<'a> Interactions<'a> {
         Ok(())
     }
 
-    /// Pairs with the same contact distance share an interaction.
+    /// Returns the interaction of a pair of species, which pairs with the same contact distance share.
     fn make(&mut self, index: usize, a: usize, b: usize) -> Result<Option<InteractionId>, SceneError> {
         let draft = &self.drafts[index];
         let additive = 0.5 * (self.species[a].diameter + self.species[b].diameter);
@@ -120,7 +120,7 @@ impl<'a> Interactions<'a> {
         Ok(id)
     }
 
-    /// Uses existing interactions, such as those of a run, and their table of species pairs.
+    /// Uses existing interactions, such as the interactions of a run, and their table of species pairs.
     pub(crate) fn given(
         list: Vec<Interaction>,
         table: &SpeciesPairs<InteractionId>,

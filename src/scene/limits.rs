@@ -10,9 +10,9 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
-/// Memory per particle in a simulation, including its prediction and neighbour lists `[bytes]`. The largest values
-/// measured for hard spheres at a packing fraction of 0.5 are 250 bytes, 530 bytes with instruments that look ahead on
-/// a copy of the state, and 560 bytes with a random start.
+/// Memory per particle in a simulation, including its prediction and neighbour lists `[bytes]`. Hard spheres at a
+/// packing fraction of 0.5 need up to 250 bytes, 530 bytes with instruments that look ahead on a copy of the state, and
+/// 560 bytes with a random start.
 const BYTES_PER_PARTICLE: u64 = 600;
 
 /// Memory per ordered pair of species in the tables of the event loop `[bytes]`.
@@ -21,8 +21,7 @@ const BYTES_PER_PAIR: u64 = 64;
 /// Maximum number of species with particles. The event loop numbers them with 16 bits.
 const MOST_ROWS: u64 = 1 << 16;
 
-/// Rejects a number of particles that exceeds the memory of the machine or the range of the engine's ids. The check
-/// must precede any allocation.
+/// Rejects a number of particles beyond the memory of the machine or the ids of the engine, before any allocation.
 pub(crate) fn affordable(particles: u64, at: &ConfigPath) -> Result<(), SceneError> {
     affordable_with(particles, memory::total(), at)
 }
@@ -39,8 +38,7 @@ fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), S
     Ok(())
 }
 
-/// Rejects too many species with particles. They have 16-bit numbers, and the tables of their pairs must fit into
-/// memory.
+/// Rejects too many species with particles, which have 16-bit numbers and tables of pairs in memory.
 pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let (species, budget) = (species as u64, memory::total());
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
@@ -60,7 +58,7 @@ fn check(value: f64, is_good: bool, expected: &str, at: ConfigPath) -> Result<f6
     if is_good { Ok(value) } else { refuse(at, shortest(value), expected) }
 }
 
-/// Expected value in an error message: the kind of number, or the range if the number is of the right kind.
+/// Expected value in an error message: the kind of number, or the range if only the range is violated.
 fn instead(is_of_kind: bool, kind: &'static str, range: &'static str) -> &'static str {
     if is_of_kind { range } else { kind }
 }
@@ -130,7 +128,6 @@ pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &C
     Ok(())
 }
 
-/// Rejects a velocity for a static species.
 pub(crate) fn motion(species: &Species, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
     if species.is_static() && *velocity != Vector::zeros() {
         return refuse(at.clone(), format!("{:?}", velocity.as_slice()), "none: a static species does not move");

@@ -1,4 +1,4 @@
-//! Checks names for characters that are not safe in files, tables, pages and terminals.
+//! Checks names for characters that are unsafe in files, tables, pages and terminals.
 
 use std::collections::HashMap;
 
@@ -25,8 +25,8 @@ impl<'n> Taken<'n> {
     }
 }
 
-/// Requires a one-word name, which can be used in columns of trajectories, in lists separated by spaces, and in tables.
-/// It must begin with a letter or a digit, so that a spreadsheet does not take it for a formula.
+/// Requires a one-word name for columns of trajectories, lists separated by spaces, and tables. It must begin with a
+/// letter or a digit, so that a spreadsheet does not take it for a formula.
 pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORD} letters, digits and any of `_ - + . ( )` that begins with a letter or a digit"
@@ -34,7 +34,7 @@ pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     check(is_name(name, LONGEST_WORD, |_| false), name, expected, at)
 }
 
-/// Requires a name for messages and column headers. It may consist of several words.
+/// Requires a name of one or several words for messages and column headers.
 pub(crate) fn words(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORDS} letters, digits, blanks and any of `_ - + . ( )` that begins with a letter or a digit"

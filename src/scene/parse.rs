@@ -109,7 +109,7 @@ fn vector(components: [f64; 3]) -> Vector {
     Vector::from(components)
 }
 
-/// Relative paths are relative to `directory`.
+/// Converts a scene file to an unvalidated scene. Relative paths are relative to `directory`.
 pub(crate) fn parts(
     file: SceneFile,
     name: &str,

@@ -21,9 +21,8 @@ const HEADER: &str = "\
 impl Scene {
     /// Returns TOML from which this scene can be read again in any folder.
     ///
-    /// The scene was read from `path` with `overrides`. The TOML contains the overrides, and the name and limits of
-    /// the scene. Relative paths of coordinate files and runs become absolute, and each path gets the checksum of
-    /// its file. Comments are lost.
+    /// The scene was read from `path` with `overrides`. The TOML contains the overrides, and the name and limits of the
+    /// scene. Relative paths of coordinate files and runs become absolute, with checksums. Comments are lost.
     ///
     /// # Errors
     /// The errors of [`Scene::from_file_with`], if the file has changed.
@@ -40,11 +39,11 @@ impl Scene {
         self.record_with(text, path, overrides, None)
     }
 
-    /// Like [`Self::record_of`], and also stores the particles that a program has passed to the scene, if any.
+    /// Like [`Self::record_of`], but also stores the particles that a program passed to the scene.
     ///
     /// # Errors
-    /// The errors of [`Self::record_of`]. Also [`SceneErrorKind::Particles`] for [`KeptParticles::InTables`] if the
-    /// images of a sheared box are displaced, because tables cannot contain this displacement.
+    /// The errors of [`Self::record_of`]. [`SceneErrorKind::Particles`] for [`KeptParticles::InTables`] if the images
+    /// of a sheared box are displaced, because tables cannot contain this displacement.
     pub fn record_with(
         &self,
         text: String,
@@ -76,7 +75,7 @@ impl Scene {
             }
         }
         let meshes: Vec<&mut Table> = surfaces.into_iter().chain(counts).collect();
-        // In `inputs`, the files of meshes come after all other files.
+        // In `inputs`, mesh files come after all other files.
         let first = self.inputs.len().saturating_sub(meshes.len());
         for (mesh, input) in meshes.into_iter().zip(&self.inputs[first..]) {
             mesh.insert("checksum".to_owned(), Value::String(input.checksum.clone()));
@@ -146,7 +145,7 @@ pub(crate) fn with_limit(record: &str, limit: Until) -> Result<String, toml::de:
     Ok(format!("{HEADER}{table}"))
 }
 
-/// Text that is not TOML is returned unchanged.
+/// Removes the limit from a record. Text that is not TOML is returned unchanged.
 pub(crate) fn without_limit(record: &str) -> String {
     with_limit(record, Until::default()).unwrap_or_else(|_| record.to_owned())
 }
@@ -193,7 +192,7 @@ mod tests {
         let record = built.record(&scene, &[]).unwrap();
         let again = Scene::from_toml(record.clone(), "elsewhere/scene.toml").unwrap();
         assert_eq!(again, built);
-        // The record rejects a coordinate file that has changed. The original scene has no checksum and accepts it.
+        // The record rejects the changed coordinate file. The original scene accepts it, because it has no checksum.
         std::fs::write(directory.path().join("start.xyz"), coordinates.replace("4 4 4 1", "4 4 4 2")).unwrap();
         let error = Scene::from_toml(record, "elsewhere/scene.toml").unwrap_err().to_string();
         assert!(error.contains("start.xyz has changed: its checksum is crc32:"), "{error}");

@@ -13,9 +13,9 @@ use crate::scene::file::SceneFile;
 /// The JSON Schema (draft 2020-12) of scene files, as JSON text: every key with its description and unit, type, range and
 /// default, and permitted words.
 ///
-/// A scene that violates it is invalid. A scene that satisfies it may still be invalid, because the schema
-/// does not include relations between parts of a scene. [`Scene::from_toml`](crate::model::Scene::from_toml)
-/// decides. JSON has no infinity, so an infinite energy is null.
+/// A scene that violates the schema is invalid. A scene that satisfies it may still be invalid, because the schema does
+/// not include relations between parts of a scene; see [`Scene::from_toml`](crate::model::Scene::from_toml). JSON has
+/// no infinity, so an infinite energy is null.
 ///
 /// ```
 /// assert!(carom::scene::schema().contains("\"seed\""));
@@ -66,8 +66,7 @@ pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
     table.iter().map(|(word, _)| *word).collect()
 }
 
-/// Returns a rule of the schema for each kind of a table. The rule for a kind forbids all keys that are allowed only
-/// for other kinds.
+/// Returns a rule of the schema for each kind of a table. The rule forbids all keys that only other kinds allow.
 pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])]) -> Vec<Value> {
     let rule = |&(word, known): &(&'static str, &[&'static str])| {
         let others = table.iter().flat_map(|(_, keys)| *keys).filter(|other| !known.contains(other));
@@ -78,8 +77,7 @@ pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])])
     table.iter().map(rule).collect()
 }
 
-/// Removes traces of Rust that mean nothing in TOML: number formats, line breaks of comments, and null for missing
-/// keys.
+/// Removes Rust details without meaning in TOML: number formats, line breaks of comments, and null for missing keys.
 fn plain(schema: &mut Schema) {
     schema.remove("format");
     if let Some(Value::String(text)) = schema.get_mut("description") {
@@ -91,9 +89,9 @@ fn plain(schema: &mut Schema) {
     }
 }
 
-/// Removes null from the types and the default of a property. In TOML, a key that is not given is absent, not null.
+/// Removes null from the types and the default of a property. A key that is not given is absent in TOML, not null.
 fn given(property: &mut Map<String, Value>) {
-    // Lists of tables are empty by default, so the schema need not state this default.
+    // Lists of tables are empty by default, so the schema need not state it.
     let has_tables = property.get("items").is_some_and(|items| items["type"] == "object");
     if property.get("default").is_some_and(|default| default.is_null() || has_tables) {
         property.remove("default");

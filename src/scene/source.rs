@@ -1,7 +1,6 @@
 //! The text of a scene: the file and its overrides, with the position of every value.
 //!
-//! Overrides are treated as if they followed the file's text, so that one range of bytes identifies a
-//! position in either.
+//! Overrides are treated as text after the file, so that one range of bytes identifies a position in either.
 
 mod mistakes;
 
@@ -23,7 +22,7 @@ struct Override {
     value: String,
     /// Position of the override in the whole text: the file, followed by all overrides.
     start: usize,
-    /// The text `v=value`. Spaces before it put the value at its position in the whole text.
+    /// The text `v=value`, after spaces that put the value at its position in the whole text.
     padded: String,
 }
 
@@ -33,7 +32,7 @@ impl Override {
         start..start + self.value.len()
     }
 
-    /// Parses the value as TOML, or takes it as a string if it is not TOML.
+    /// Parses the value as TOML; a value that is not TOML is a string.
     fn parsed(&self) -> Spanned<DeValue<'_>> {
         if let Ok(document) = DeTable::parse(&self.padded) {
             let mut table = document.into_inner().into_iter();
@@ -49,7 +48,7 @@ impl Override {
 /// Key of the override that starts a scene from a run.
 const START: &str = "start.from";
 
-/// Tables and keys of a scene file that are ignored if the override [`START`] is given.
+/// Tables and keys of a scene file that are ignored with the override [`START`].
 const BEFORE_START: [&str; 7] = ["particle", "file", "chain", "fill", "mesh", "bond", "start_time"];
 
 pub(crate) struct Source {
@@ -85,7 +84,7 @@ impl Source {
             return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Empty), 0..0));
         }
         if let Some(range) = tree.get_ref().values().find_map(too_large) {
-            // A larger integer could not be stored in the record of a run.
+            // A larger integer cannot be stored in the record of a run.
             let message = format!("expected a whole number up to {}", i64::MAX);
             return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message }), range));
         }
@@ -101,8 +100,7 @@ impl Source {
         self.at(error, range)
     }
 
-    /// The parsed file with the overrides applied. If the overrides start the scene from a run, the particles
-    /// of the file are removed.
+    /// The parsed file with the overrides applied, without its particles if an override starts the scene from a run.
     ///
     /// # Errors
     /// [`SceneErrorKind::Syntax`] or [`SceneErrorKind::Override`].
@@ -139,8 +137,8 @@ impl Source {
         BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()
     }
 
-    /// Splits a key into its parts, and replaces names of entries by indices. Keys that refer to the same value then
-    /// have equal parts. Parts that do not exist are kept as written.
+    /// Splits a key into its parts, and replaces names of entries by indices. Two keys of the same value then have
+    /// equal parts. Parts that do not exist are kept as written.
     pub(crate) fn place(&self, key: &str) -> Vec<String> {
         let tree = self.tree().ok();
         let mut parts = key.split('.').map(|part| part.trim().to_owned());
@@ -166,7 +164,7 @@ impl Source {
         self.at(SceneError::new(ConfigPath::root(), kind), range)
     }
 
-    /// Adds the text that contains `range` to an error. The text is the file or an override.
+    /// Adds the text that contains `range` to an error: the file or an override.
     fn at(&self, error: SceneError, range: Range<usize>) -> SceneError {
         match self.overrides.iter().rev().find(|this| range.start >= this.start) {
             Some(this) => {
@@ -183,7 +181,7 @@ impl Source {
     }
 }
 
-/// In an array, the path selects an entry by its index or its `name`.
+/// Sets a value at a path, which selects entries of arrays by their index or `name`.
 fn set<'t>(
     table: &mut DeTable<'t>,
     keys: &[&str],
@@ -234,7 +232,7 @@ fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
     array.iter().position(named).or_else(|| word.parse().ok())
 }
 
-/// Finds the first integer in `value` that does not fit into an `i64`, and returns its position.
+/// Returns the position of the first integer in `value` that does not fit into an `i64`.
 fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
     match value.get_ref() {
         DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix()).is_err().then(|| value.span()),
@@ -244,8 +242,7 @@ fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
     }
 }
 
-/// Range of bytes of the value at a config path. If the path does not exist, it is the range of its deepest part that
-/// exists.
+/// Range of bytes of the value at a config path; if it does not exist, of the deepest existing part of the path.
 fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     let mut found: Option<&Spanned<DeValue<'_>>> = None;
     for (depth, step) in at.steps().iter().enumerate() {
@@ -264,7 +261,7 @@ fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
 }
 
 /// Converts an error message of TOML or serde to the kind of a scene error. In a message about an unknown key, the
-/// first word in backticks is this key, and the others are the known keys.
+/// first word in backticks is the unknown key, and the others are the known keys.
 fn kind_of(message: &str, text: &str) -> SceneErrorKind {
     if message.starts_with("unknown field") {
         let mut words = message.split('`').skip(1).step_by(2).map(str::to_owned);
@@ -274,7 +271,7 @@ fn kind_of(message: &str, text: &str) -> SceneErrorKind {
         }
     }
     let mut message = message.trim().to_owned();
-    // The text has a single table such as `[species]` where a list of tables is needed.
+    // The text has one table such as `[species]` instead of a list of tables.
     if message.starts_with("invalid type: map, expected a sequence") && text.starts_with('[') {
         let list = format!("`{text}` is one table, expected a list of tables: each begins with `[{text}]`");
         return SceneErrorKind::Syntax { message: list };

@@ -1,4 +1,4 @@
-//! Validates surfaces that consist of static spheres. Also defines the names of the sides of a box.
+//! Validates surfaces that consist of static spheres. Defines the names of the sides of a box.
 
 use crate::Vector;
 use crate::model::space::Space;
@@ -9,7 +9,7 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::{AXES, corners, finite_vector, not_negative, on_flat_axes, positive};
 
 impl BoxSide {
-    /// Names of the sides of a box. The z axis points up, and the y axis points away from the viewer.
+    /// Names of the sides of a box, where z points up and y away from the viewer.
     pub const NAMES: [(&'static str, Self); 6] = {
         let [left, right, front, back, bottom, top] = Self::ALL;
         [("left", left), ("right", right), ("front", front), ("back", back), ("bottom", bottom), ("top", top)]
@@ -17,8 +17,7 @@ impl BoxSide {
 }
 
 impl Surface {
-    /// Rejects surfaces without extent, NaN and infinite numbers, and two-dimensional shapes in boxes of other
-    /// dimensions.
+    /// Rejects surfaces without extent, numbers that are not finite, and shapes of another dimension than the box.
     pub(crate) fn check(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         match self {
             Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. } => self.check_in_plane(space, at)?,
@@ -27,7 +26,7 @@ impl Surface {
                 finite_vector(&edges[0], &at.key("edge_1"))?;
                 finite_vector(&edges[1], &at.key("edge_2"))?;
                 let area = edges[0].cross(&edges[1]).norm();
-                // Because of round-off, the area may be nonzero even if the edges are parallel.
+                // Round-off may make the area of parallel edges nonzero.
                 if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
                     return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
                 }

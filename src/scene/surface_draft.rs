@@ -10,7 +10,7 @@ pub struct SurfaceDraft {
     pub(crate) species: Vec<String>,
     pub(crate) law: SurfaceLaw,
     pub(crate) stages: Vec<String>,
-    /// Motions of the surface. If a motion names a stage, its times are relative to the beginning of this stage.
+    /// Motions of the surface. The times of a motion with a stage are relative to the beginning of this stage.
     pub(crate) motions: Vec<(Option<String>, SurfaceMotion)>,
 }
 
@@ -28,15 +28,14 @@ impl SurfaceDraft {
         Self { law: SurfaceLaw::Reflecting(ContactLaw::smooth(restitution)), ..self }
     }
 
-    /// Sets the temperature of the surface `[energy]`. Particles leave it with velocities from the flux distribution of
-    /// a gas at this temperature.
+    /// Sets the temperature of a thermal surface `[energy]`, which gives particles new velocities.
     #[must_use]
     pub fn temperature(self, temperature: f64) -> Self {
         Self { law: SurfaceLaw::Thermal { temperature }, ..self }
     }
 
-    /// Adds a stage of a run in which the surface is present. Without any such stage, the surface is present
-    /// in all stages. `measurement` stands for everything after the stages that the scene lists.
+    /// Adds a stage of a run in which the surface is present; without stages, it is present in all. `measurement`
+    /// stands for everything after the stages that the scene lists.
     #[must_use]
     pub fn during(mut self, stage: &str) -> Self {
         self.stages.push(stage.to_owned());
@@ -58,7 +57,7 @@ impl SurfaceDraft {
         self
     }
 
-    /// Adds a species on which the surface acts. The surface then acts only on the added species.
+    /// Adds a species on which the surface acts. The surface then acts only on added species.
     #[must_use]
     pub fn only(mut self, species: &str) -> Self {
         self.species.push(species.to_owned());

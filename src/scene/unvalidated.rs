@@ -1,5 +1,4 @@
-//! The unvalidated scene: the parts that a [`SceneBuilder`](crate::scene::SceneBuilder) collects from
-//! code or from a file.
+//! The parts of an unvalidated scene, which a [`SceneBuilder`](crate::scene::SceneBuilder) collects.
 
 use std::path::PathBuf;
 
@@ -43,7 +42,7 @@ impl From<Lattice> for Arrangement {
 /// A fill: many particles in a region, on a lattice or at random.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fill {
-    /// The species and their shares, which need not add up to one.
+    /// The species and their shares. The sum of the shares need not be 1.
     pub composition: Vec<(String, f64)>,
     /// Arrangement of the particles: on a lattice or at random.
     pub arrangement: Arrangement,
@@ -51,17 +50,16 @@ pub struct Fill {
     pub count: Option<u64>,
     /// Density; follows from `count` if it is not given.
     pub amount: Option<Amount>,
-    /// Whether to place particles one by one until no more fit or the number from `count` or `amount` is reached. Valid
-    /// only for a random arrangement.
+    /// Whether to place particles one by one at random until no more fit, or until `count` or `amount` is reached.
     pub as_many_as_fit: bool,
-    /// Region of the fill; the whole box if `None`. Particles are placed entirely inside it.
+    /// Region that contains the particles entirely; the whole box if `None`.
     pub region: Option<FillRegion>,
     /// Temperature of the Maxwell velocities of the particles `[energy]`. If neither it nor `speed` is given, the
     /// particles have the temperature or the speed of the scene, or are at rest.
     pub temperature: Option<f64>,
     /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
-    /// Velocity that is added to the velocity of every particle `[length / time]`.
+    /// Velocity added to the velocity of every particle `[length / time]`.
     pub velocity: Vector,
 }
 
@@ -122,7 +120,7 @@ impl Fill {
 /// Chains of bonded particles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
-    /// The species of every particle.
+    /// The species of all particles.
     pub species: String,
     /// Number of particles per chain.
     pub length: u64,
@@ -130,10 +128,9 @@ pub struct Chain {
     pub count: u64,
     /// The name of the interaction that bonds each particle to the next.
     pub bond: String,
-    /// Distance between neighbours at the start `[length]`; if `None`, the middle of the bond's range.
+    /// Distance between neighbours at the start `[length]`; by default the middle of the range of the bond.
     pub spacing: Option<f64>,
-    /// Position of the first particle and direction of a straight chain; `None` for chains that grow at random without
-    /// overlaps.
+    /// Position of the first particle and direction of a straight chain; `None` for random chains without overlaps.
     pub straight: Option<(Vector, Vector)>,
     /// Temperature of the Maxwell velocities of the particles `[energy]`. If neither it nor `speed` is given, the
     /// particles have the temperature or the speed of the scene, or are at rest.
@@ -151,8 +148,7 @@ pub struct SurfaceFill {
     pub species: String,
     /// Shape of the surface.
     pub shape: Surface,
-    /// Largest distance between neighbouring spheres `[length]`. If `None`, moving particles cannot pass between the
-    /// spheres.
+    /// Largest distance between neighbouring spheres `[length]`; by default, moving particles cannot pass between them.
     pub spacing: Option<f64>,
 }
 
@@ -228,7 +224,7 @@ pub struct SpeciesDraft {
     pub(crate) mass: Option<f64>,
     pub(crate) diameter: f64,
     pub(crate) is_static: bool,
-    /// Acceleration that replaces gravity.
+    /// Acceleration instead of gravity.
     pub(crate) acceleration: Option<Vector>,
 }
 
@@ -251,7 +247,7 @@ impl SpeciesDraft {
         Self { diameter, ..self }
     }
 
-    /// Sets an acceleration that replaces gravity `[length / time^2]`.
+    /// Sets an acceleration instead of gravity `[length / time^2]`.
     #[must_use]
     pub fn acceleration(self, acceleration: Vector) -> Self {
         Self { acceleration: Some(acceleration), ..self }
@@ -297,7 +293,6 @@ impl SpeciesDraft {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct InteractionDraft {
-    /// Name by which bonds refer to the interaction.
     pub(crate) name: Option<String>,
     pub(crate) species: Option<[String; 2]>,
     pub(crate) model: Model,
@@ -319,14 +314,13 @@ impl InteractionDraft {
         Self { species: Some([first.to_owned(), second.to_owned()]), ..self }
     }
 
-    /// Gives the interaction a name, by which bonds refer to it.
+    /// Gives the interaction a name for bonds.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Self { name: Some(name.to_owned()), ..self }
     }
 
-    /// Sets the contact distance, if the model has one `[length]`. The default is the mean diameter of the
-    /// two species.
+    /// Sets the contact distance, if the model has one `[length]`. The default is the mean diameter of the two species.
     #[must_use]
     pub fn diameter(self, diameter: f64) -> Self {
         Self { diameter: Some(diameter), ..self }
@@ -339,12 +333,11 @@ impl InteractionDraft {
     }
 }
 
-/// Particles at given positions.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Listed {
-    /// Names of species. Some may have no particles.
+    /// Names of species, some of which may have no particles.
     pub names: Vec<String>,
-    /// The particles. Their species are indices into `names`.
+    /// The particles, whose species are indices into `names`.
     pub particles: Vec<Particle>,
     /// Whether the particles come from arrays such as `positions`, rather than from tables or a file.
     pub are_rows: bool,
@@ -356,8 +349,7 @@ impl Listed {
         Self { names: vec![species.to_owned()], particles: vec![particle], are_rows: false }
     }
 
-    /// Config path of a value of a particle: a key such as `position` in the table of the particle, or a row of an
-    /// array such as `positions`.
+    /// Config path of a value of a particle: a key such as `position`, or a row of an array such as `positions`.
     pub fn place(&self, at: &ConfigPath, keys: [&'static str; 2], row: usize) -> ConfigPath {
         if self.are_rows { at.key(keys[1]).index(row) } else { at.key(keys[0]) }
     }
@@ -371,8 +363,7 @@ pub(crate) struct UnvalidatedBond {
     pub at: ConfigPath,
 }
 
-/// A start from the end of an earlier run. The flags tell which parts the scene itself gives. The other parts are taken
-/// from the run.
+/// A start from the end of an earlier run. The flags state which parts the scene gives; the run gives the others.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedStart {
     pub from: PathBuf,
@@ -384,7 +375,6 @@ pub(crate) struct UnvalidatedStart {
     pub has_dynamics: bool,
 }
 
-/// A group of particles that the scene describes together.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Group {
     Listed(Listed),

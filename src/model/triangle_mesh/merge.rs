@@ -10,10 +10,8 @@ const MOST_CELLS: f64 = 9e15;
 
 impl TriangleMesh {
     /// Merges vertices that are at most `tolerance` apart `[length]`. Returns the new mesh and the number of vertices
-    /// removed.
-    ///
-    /// Each vertex in order is merged into the nearest vertex kept so far. No triangle is removed: a triangle whose
-    /// vertices merge keeps its place and has no area.
+    /// removed. Each vertex in order is merged into the nearest vertex kept so far. No triangle is removed: a triangle
+    /// whose vertices merge keeps its place and has no area.
     #[must_use]
     pub fn merged(&self, tolerance: f64) -> (Self, usize) {
         let Some(origin) = self.vertices.first().filter(|_| tolerance > 0.0) else { return (self.clone(), 0) };

@@ -51,8 +51,7 @@ fn measures_of_a_tetrahedron_are_exact() {
     assert_eq!(mesh.enclosed_volume(), 1.0 / 6.0);
     assert_eq!(mesh.area(), 1.5 + 3.0_f64.sqrt() / 2.0);
     assert_eq!(mesh.bounds(), [Vector::zeros(), Vector::repeat(1.0)]);
-    // At this distance from the origin, products of coordinates have errors much larger than the volume. The volume is
-    // therefore computed relative to a vertex.
+    // Products of coordinates far from the origin have errors much larger than the volume.
     let far = mesh.transformed(1.0, &Rotation3::identity(), &Vector::repeat(1e9));
     assert_eq!(far.enclosed_volume(), 1.0 / 6.0);
     assert_eq!(far.bounds(), [Vector::repeat(1e9), Vector::repeat(1e9 + 1.0)]);

@@ -8,11 +8,10 @@ use crate::Vector;
 /// Marks an empty slot of the hash table.
 const FREE: u32 = u32::MAX;
 
-/// A mesh under construction, from triangles whose vertices have no indices yet.
-///
-/// A hash table of 4-byte indices finds vertices by their coordinates. A map with coordinates as keys would need more
-/// memory than the file that is read. The hash function has random keys, so that no file can be crafted whose vertices
-/// all fall into one slot. The indices of the vertices do not depend on these keys.
+/// A mesh under construction, from triangles whose vertices have no indices yet. A hash table of 4-byte indices finds
+/// vertices by their coordinates; a map with coordinates as keys would need more memory than the file. The hash
+/// function has random keys, so that no crafted file can put all vertices into one slot. The vertex indices do not
+/// depend on these keys.
 #[derive(Debug, Default)]
 pub(crate) struct Welder {
     mesh: TriangleMesh,
@@ -40,7 +39,7 @@ impl Welder {
 
     /// Returns the index of the vertex at a point, and adds the vertex if it is new.
     pub fn number(&mut self, point: Vector) -> u32 {
-        // Turns -0.0 into 0.0. The two compare equal but have different bits.
+        // Turns -0.0 into 0.0, which has different bits.
         let point = point.add_scalar(0.0);
         if 10 * (self.mesh.vertices.len() + 1) > 9 * self.table.len() {
             self.enlarge();
@@ -71,7 +70,7 @@ impl Welder {
         found(after).map(|place| start + place).or_else(|| found(before)).unwrap_or(0)
     }
 
-    /// The old table is freed before the new one is filled from the vertices, to save memory.
+    /// Frees the old table before the new one is filled from the vertices, to save memory.
     fn enlarge(&mut self) {
         let size = (self.table.len() + self.table.len() / 5).max(16);
         self.table = Vec::new();

@@ -1,12 +1,10 @@
-//! Algorithms 4, 5 and 6: pairs with a constant relative acceleration, such as a particle that falls on a
-//! static particle.
+//! Algorithms 4, 5 and 6: pairs with a constant relative acceleration, such as a falling and a static particle.
 //!
-//! The overlap function is a quartic. It is monotone between the sign changes of its derivative, so each
-//! falling piece holds at most one event and one bracketed root. The paper's two regions of interaction are
-//! the falling pieces: `(-inf, t1]` and `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`, and the
-//! paper's `max(0, t)` selects the part of the piece in the future. Only future turning points are ever
-//! solved for. The coefficients of the derivative show whether `f` falls just after now. A contact that the
-//! pair has just left is therefore never mistaken for an imminent contact.
+//! The overlap function is a quartic. It is monotone between its turning points, so each falling piece holds at most
+//! one event and one bracketed root. The paper's two regions of interaction are the falling pieces: `(-inf, t1]` and
+//! `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`. The paper's `max(0, t)` selects the part of the piece in
+//! the future, and only future turning points are computed. The coefficients of the derivative show whether `f` falls
+//! just after now. A contact that the pair has just left is therefore never mistaken for an imminent contact.
 
 use super::roots::{bracketed, grow, sign_changes_of_cubic};
 use super::stretch::Stretch;
@@ -36,8 +34,7 @@ pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     find_last_root(f, from)
 }
 
-/// Returns the first time between `from` and `to` at which an overlap function is not positive. The function
-/// falls in this interval. `None` if it stays positive.
+/// Returns the first time in `[from, to]` at which a falling function is not positive; `None` if it stays positive.
 #[inline(always)]
 fn begin_of_invalid(value: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
     if value(from) <= 0.0 {
@@ -46,8 +43,7 @@ fn begin_of_invalid(value: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f6
     (value(to) < 0.0).then(|| bracketed(value, from, to))
 }
 
-/// The intervals, at most two, in which `f+` is falling and not positive: the paper's two regions of
-/// interaction.
+/// The intervals in which `f+` is falling and not positive: the paper's two regions of interaction.
 #[must_use]
 pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
     let turns = sign_changes_of_cubic(&f.derivative());
@@ -67,10 +63,8 @@ pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
     found
 }
 
-/// Algorithm 6: the only root of `f-` after `from`. This function is positive at `from` and decreases from then on.
-///
-/// The first step is the time in which a pair at rest at the centre falls to the discontinuity. The step doubles until
-/// the sign changes.
+/// Algorithm 6: the only root of `f-` after `from`, where `f-` is positive and falling. The first step is the time in
+/// which a pair at rest at the centre falls to the discontinuity. The step doubles until the sign changes.
 fn find_last_root(f: &Quartic, from: f64) -> Option<f64> {
     let step = (f.distance_squared / f.coefficients[4]).sqrt().sqrt();
     let step = if step.is_normal() { step } else { 1.0 };
@@ -173,8 +167,8 @@ mod tests {
 
     #[test]
     fn algorithm_6_brackets_the_last_root_after_the_turning_point() {
-        // The bead follows `r = 20 t - 4.905 t^2` and first reaches +1 on its way up. At t = 4.0775 it is back
-        // at r = 0. After this time only one root is left, where r = -1.
+        // The bead follows `r = 20 t - 4.905 t^2`. At t = 4.0775 it is back at r = 0, and only the root at r = -1 is
+        // left.
         let f = line(0.0, 20.0, -9.81);
         let first = next_event(&f, Side::Negative).unwrap();
         assert!((first - 0.050_628_7).abs() < 1e-6);

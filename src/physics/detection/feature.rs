@@ -17,8 +17,8 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// Returns the time at which a particle next comes into contact, at the distance `s`, with a point at the origin. The
-/// particle is outside or inside this distance, as given by `side`. The argument `squared` is `s^2`.
+/// Returns the time of the next contact of a particle with a point at the origin, at the distance `s`. The particle is
+/// outside or inside this distance, as given by `side`. The argument `squared` is `s^2`.
 #[inline]
 #[must_use]
 pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {
@@ -47,15 +47,14 @@ pub fn line(direction: &Vector, state: &RelativeState, acceleration: &Vector, sq
 fn motion_across(direction: &Vector, state: &RelativeState, acceleration: &Vector) -> (RelativeState, Vector) {
     let RelativeState { position, velocity } = state;
     let state = RelativeState { position: across(direction, position), velocity: across(direction, velocity) };
-    // If the acceleration is along the line, its perpendicular part is only round-off and is set to zero. Otherwise
-    // this round-off would make a particle fall back from a distance of 1e16 diameters.
+    // If the acceleration is along the line, its perpendicular part is only round-off. This round-off would make a
+    // particle fall back from a distance of 1e16 diameters, so it is set to zero.
     let beside = across(direction, acceleration);
     let is_none = beside.norm() <= 4.0 * f64::EPSILON * acceleration.norm();
     (state, if is_none { Vector::zeros() } else { beside })
 }
 
-/// Returns the time of the next contact, from outside, with a segment. The segment begins at the origin and has the
-/// given direction and length.
+/// Returns the time of the next contact, from outside, with a segment that begins at the origin.
 #[must_use]
 pub fn segment(
     direction: &Vector,
@@ -74,8 +73,7 @@ pub fn segment(
     accelerated::falling_stretches(&f).into_iter().flatten().find_map(|stretch| stretch.first_on(&extents))
 }
 
-/// Returns the time of the next contact with a face through the origin, from either side. Only times at which no extent
-/// is negative count.
+/// Returns the time of the next contact with a face through the origin, from either side, while no extent is negative.
 #[must_use]
 pub fn face(height: &Parabola, distance: f64, extents: &[Parabola]) -> Option<f64> {
     let [position, velocity, half] = height.0;

@@ -31,8 +31,7 @@ pub fn positive(f: &Quadratic) -> Option<f64> {
     Some(f.r2 / (discriminant.sqrt() - f.b))
 }
 
-/// The interval in which `f+` is falling and not positive. It extends from the event of Algorithm 2 to the
-/// time of the shortest distance.
+/// The interval in which `f+` is falling and not positive, from the event of Algorithm 2 to the shortest distance.
 #[must_use]
 pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
     let from = positive(f)?;
@@ -42,8 +41,7 @@ pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
 
 /// Algorithm 3: the next event on the negative side (Bounce, Release) of a pair with `a_ij = 0`.
 ///
-/// If a pair is outside and its path never leads back inside, it interacts at its turning point, where its distance is
-/// shortest.
+/// If the path of a pair outside never leads back inside, the pair interacts where its distance is shortest.
 #[inline]
 #[must_use]
 pub fn negative(f: &Quadratic) -> Option<f64> {
@@ -56,8 +54,7 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
         let root = discriminant.sqrt();
         if f.b < 0.0 { -(f.b - root) / f.v2 } else { -f.r2 / (f.b + root) }
     } else if f.r2 < 0.0 {
-        // The pair is inside, so it has a future root. Here both products underflow: the pair is so slow that the root
-        // cannot be computed.
+        // The pair is inside, but so slow that both products underflow. Its future root cannot be computed.
         return None;
     } else {
         -f.b / f.v2

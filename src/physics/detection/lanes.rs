@@ -1,9 +1,7 @@
-//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. The operations and their order are the same as in
-//! the scalar algorithms, so the results agree to the bit.
-//!
-//! [`Lanes`] is implemented three times: for any processor, for AVX2 with four numbers per instruction, and
-//! for AVX-512 with eight numbers. No operation is fused and all operations are correctly rounded, so the
-//! three implementations agree to the bit.
+//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. [`Lanes`] is implemented three times: for any processor, for
+//! AVX2 with four numbers per instruction, and for AVX-512 with eight numbers. The operations and their order are the
+//! same as in the scalar algorithms. No operation is fused and all are correctly rounded, so all results agree to the
+//! bit.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -86,8 +84,7 @@ impl Simd {
 pub trait Work {
     type Output;
 
-    /// Runs the calculation with lanes of the type `F`. It must be inlined, so that it is compiled for the instructions
-    /// of `F`.
+    /// Runs the calculation with lanes of the type `F`. It must be inlined to use the instructions of `F`.
     fn run<F: Lanes>(self) -> Self::Output;
 }
 
@@ -194,8 +191,7 @@ impl Lanes for Plain {
     }
 }
 
-/// Algorithm 2: the times to the next events on the positive side, infinite if there is none, for pairs with
-/// overlap functions `V2 dt^2 + 2 B dt + R2`.
+/// Algorithm 2 for `V2 dt^2 + 2 B dt + R2`: times to the next events on the positive side; infinite if there are none.
 #[inline(always)]
 #[must_use]
 pub fn positive<F: Lanes>(r2: F, b: F, v2: F) -> F {
@@ -207,7 +203,7 @@ pub fn positive<F: Lanes>(r2: F, b: F, v2: F) -> F {
     b.if_less(zero, approaching, never)
 }
 
-/// Algorithm 3: the times to the next events on the negative side, with the same arguments as [`positive`].
+/// Algorithm 3: the times to the next events on the negative side. The arguments are the arguments of [`positive`].
 #[inline(always)]
 #[must_use]
 pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
@@ -215,7 +211,7 @@ pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
     let discriminant = b.mul(b).sub(v2.mul(r2));
     let root = discriminant.sqrt();
     let q = b.add(b.if_less(zero, zero.sub(root), root));
-    // The operands are selected before a single division, because a division takes as long as ten additions.
+    // Operands are selected before a single division, because a division takes as long as ten additions.
     let (above, below) = (b.if_less(zero, q, r2), b.if_less(zero, v2, q));
     let (above, below) = (zero.if_less(discriminant, above, b), zero.if_less(discriminant, below, v2));
     let last = zero.sub(above).div(below);
@@ -230,7 +226,7 @@ mod tests {
     use crate::physics::overlap::Quadratic;
     use proptest::prelude::*;
 
-    /// Coefficients chosen such that exact zeros, contacts and grazing are frequent.
+    /// Coefficients for which exact zeros, contacts and grazing are frequent.
     fn coefficient() -> impl Strategy<Value = f64> {
         prop_oneof![
             prop::sample::select(vec![

@@ -1,9 +1,8 @@
 //! Proofs that two particles never meet, despite rounding.
 //!
-//! If detection finds no event, exact arithmetic finds no event for coefficients within their rounding
-//! errors. This is sufficient for the next event, but not for all time. On a path of ten million diameters,
-//! rounding decides between a miss and a collision. Here `true` is a proof for all states within a [`Doubt`]
-//! of the given state, and `false` means that nothing is proved.
+//! Detection is exact for coefficients within their rounding errors. This is sufficient for the next event, but not for
+//! all time: on a path of ten million diameters, rounding decides between a miss and a collision. Here `true` is a
+//! proof for all states within a [`Doubt`] of the given state, and `false` proves nothing.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;
@@ -17,18 +16,18 @@ const BISECTED: f64 = 64.0 * f64::EPSILON;
 /// Maximum number of intervals that the bisection of a polynomial examines before it gives up.
 const MOST_PIECES: u32 = 200;
 
-/// Largest deviation of a relative state from the exact state.
+/// Largest deviations of a relative state from the exact state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
-    /// `[length]`
+    /// Largest error of the relative position `[length]`.
     pub position: f64,
-    /// `[length / time]`
+    /// Largest error of the relative velocity `[length / time]`.
     pub velocity: f64,
 }
 
 impl Doubt {
-    /// Returns the rounding errors of a relative position and a relative velocity. `lengths` is the sum of the
-    /// magnitudes of the positions, and `speeds` the sum for the velocities.
+    /// Returns the rounding errors of a relative state, from the sums of the magnitudes of the positions and
+    /// velocities.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
@@ -51,8 +50,7 @@ pub fn inertial(state: &RelativeState, doubt: &Doubt, distance: f64) -> bool {
     velocity.dot(position) > speed * doubt || position.cross(velocity).norm() > speed * kept
 }
 
-/// Whether a pair with a relative acceleration provably never comes nearer than `distance`, or recedes
-/// forever.
+/// Whether a pair with a relative acceleration provably never comes nearer than `distance`, or recedes forever.
 #[must_use]
 pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, distance: f64) -> bool {
     let RelativeState { position: r, velocity: v } = state;
@@ -83,12 +81,12 @@ pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bo
     acceleration > 0.0 && (fastest <= 0.0 || turns_above)
 }
 
-/// Whether a quartic, given by its coefficients, constant first, is provably positive for all arguments from
-/// 0 on. `scale` is a typical time over which the quartic changes.
+/// Whether a quartic is provably positive for all arguments from 0 on. Its coefficients begin with the constant;
+/// `scale` is a typical time over which it changes.
 ///
-/// In units of `scale`, the arguments are split into the interval up to 1 and, with reversed coefficients, the
-/// interval from 1 to infinity. On each interval the quartic lies within the convex hull of its Bernstein
-/// coefficients. If these are not all positive, the interval is halved, because its halves have tighter hulls.
+/// In units of `scale`, the arguments are split into the interval up to 1 and, with reversed coefficients, the interval
+/// from 1 to infinity. On each interval the quartic lies within the convex hull of its Bernstein coefficients. If one
+/// of them is not positive, the interval is halved, because the hulls of the halves are tighter.
 fn is_always_positive(coefficients: &[f64; 5], scale: f64) -> bool {
     let mut power = 1.0;
     let near = coefficients.map(|c| {
@@ -182,8 +180,7 @@ mod tests {
                 "{position:?} {velocity:?}"
             );
         }
-        // The particle rises for a time of 10^9 and returns. The rounding error of its squared height exceeds the
-        // squared radius of the sphere.
+        // The particle rises for a time of 10^9. The rounding error of its squared height exceeds the squared radius.
         let slow = Vector::new(0.0, 0.0, -1e-9);
         assert!(!accelerated(&state([0.0, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));
         assert!(!accelerated(&state([1e-3, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));

@@ -2,10 +2,9 @@
 
 use super::stretch::Stretch;
 
-/// Time until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling.
-///
-/// This is the rule of [`crate::physics::detection`] in one dimension, where the overlap function is the
-/// distance itself `[length]`. The form of the roots avoids cancellation.
+/// Time until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling. This is
+/// the rule of [`crate::physics::detection`] in one dimension, where the overlap function is the distance itself
+/// `[length]`.
 #[inline]
 #[must_use]
 pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> {
@@ -30,8 +29,7 @@ pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> 
     Some((velocity + discriminant.sqrt()) / -acceleration)
 }
 
-/// The interval in which a particle on the upper side, `height` above the plane, is at most `distance` away
-/// and falls.
+/// The interval in which a particle on the upper side, `height` above the plane, is at most `distance` away and falls.
 #[must_use]
 pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: f64) -> Option<Stretch> {
     let from = next_event(height - distance, velocity, acceleration)?;
@@ -40,8 +38,8 @@ pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: 
         if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
     });
     let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
-    // A particle that falls from above needs some time to get from the height `distance` to the plane. If floats cannot
-    // resolve this time, the interval is one float long.
+    // If floats cannot resolve the time of the fall from the height `distance` to the plane, the interval is one float
+    // long.
     let until = if from > falls_from { until.max(from.next_up()) } else { until };
     Some(Stretch { from, until })
 }

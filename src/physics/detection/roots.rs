@@ -11,13 +11,12 @@ pub struct SignChanges {
     pub starts_negative: bool,
 }
 
-/// Returns the arguments `t > 0` at which `c[0] + c[1] t + c[2] t^2 + c[3] t^3` changes sign. The coefficient `c[3]`
-/// must be positive.
+/// Returns the arguments `t > 0` at which `c[0] + c[1] t + c[2] t^2 + c[3] t^3`, with `c[3] > 0`, changes sign.
 ///
 /// The turning points of the cubic divide the positive axis into monotone pieces. A piece whose ends differ in sign
-/// holds one root, which [`bracketed`] refines. There is no division by `c[3]`, so that near roots stay accurate as
-/// `c[3] -> 0`. At a double root the sign does not change, so it is not reported. At `t = 0` the first coefficient that
-/// is not zero decides the sign.
+/// holds one root, which [`bracketed`] refines. There is no division by `c[3]`, so near roots stay accurate as `c[3] ->
+/// 0`. Double roots are left out, because the sign does not change there. At `t = 0` the first coefficient that is not
+/// zero decides the sign.
 #[must_use]
 pub fn sign_changes_of_cubic(c: &[f64; 4]) -> SignChanges {
     let value = |t: f64| ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
@@ -52,8 +51,7 @@ fn turning_points(c: &[f64; 4]) -> [f64; 2] {
     if first <= second { [first, second] } else { [second, first] }
 }
 
-/// Returns an initial step comparable to the largest root of the cubic: the largest of the bounds that follow from
-/// single coefficients.
+/// Returns an initial step comparable to the largest root of the cubic: the largest bound from a single coefficient.
 fn initial_step(c: &[f64; 4]) -> f64 {
     let step = libm::cbrt((c[0] / c[3]).abs()).max((c[1] / c[3]).abs().sqrt()).max((c[2] / c[3]).abs());
     if step > 0.0 && step.is_finite() { step } else { 1.0 }
@@ -73,8 +71,7 @@ pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Opt
     None
 }
 
-/// Returns the last argument in `[valid, invalid]` at which `f >= 0`. The function `f` must change from
-/// positive to negative exactly once.
+/// Returns the last argument in `[valid, invalid]` at which `f >= 0`, for a function that becomes negative once.
 ///
 /// Chandrupatla's method: inverse quadratic interpolation if the last three points allow it, otherwise
 /// bisection (Adv. Eng. Software 28, 145, 1997). The iteration ends when the bracket is one or two floats
@@ -84,8 +81,7 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
     let (mut fa, mut fb) = (f(a), f(b));
     let mut fraction = 0.5;
-    // The root is between `a`, the newest point, and `b`. The point `c` is the one most recently removed from the
-    // bracket.
+    // The root is between `a`, the newest point, and `b`. The point `c` was the last to leave the bracket.
     for _ in 0..MOST_ITERATIONS {
         let mut x = a + fraction * (b - a);
         if x == a || x == b {
@@ -131,8 +127,7 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     }
 }
 
-/// Bisection alone needs 2,100 steps to search all floats between 0 and the largest float. In the worst case, one step
-/// in three is a bisection.
+/// Bisection alone needs 2,100 steps to search all positive floats. At least one step in three is a bisection.
 const MOST_ITERATIONS: usize = 6_300;
 
 #[cfg(test)]

@@ -1,5 +1,4 @@
-//! Intervals of time in which an overlap function is falling and not positive, and the first time in such an interval
-//! at which the foot of the perpendicular is on a feature.
+//! Intervals of time in which an overlap function is falling and not positive.
 
 use super::plane;
 use crate::Vector;
@@ -24,13 +23,11 @@ impl Stretch {
         if extents.iter().all(|extent| extent.value(self.from) >= 0.0) {
             return Some(self.from);
         }
-        // The foot reaches the feature later in the interval. This happens only if an earlier contact with an edge was
-        // missed due to rounding errors. At a corner, the two extents may become positive at the same time. Rounding
-        // may then leave one of them negative at this time. The code therefore compares these times, not the values of
-        // the extents.
+        // The foot reaches the feature later in the interval. This happens only if rounding errors hid an earlier
+        // contact with an edge. At a corner, two extents may become positive at the same time, and rounding may leave
+        // one of them negative at this time. The code therefore compares times, not values of the extents.
         let mut at = self.from;
-        // Each extent becomes positive at most once. If one extent postpones the time, the others have to be tested
-        // again at the later time.
+        // Each extent becomes positive at most once. If one extent postpones the time, the others are tested again.
         for _ in 0..=extents.len() {
             for extent in extents {
                 at = extent.first_on(self.from, at).filter(|at| *at < self.until)?;
@@ -59,8 +56,7 @@ impl Parabola {
         (self.0[2] * t + self.0[1]) * t + self.0[0]
     }
 
-    /// Returns the polynomial `constant - b(t)`. For an extent, this is the distance from the other end of a feature of
-    /// length `constant`.
+    /// Returns `constant - b(t)`: the extent at the other end of a feature whose length is `constant`.
     #[inline]
     #[must_use]
     pub fn from_end(&self, constant: f64) -> Self {

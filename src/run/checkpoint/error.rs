@@ -17,7 +17,7 @@ pub enum CheckpointError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// The checkpoint is damaged: its bytes have changed since they were written.
@@ -25,7 +25,7 @@ pub enum CheckpointError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// The evidence.
+        /// What is wrong with the content.
         why: String,
     },
     /// The checkpoint was written by another version of carom, or by a build from other sources.
@@ -54,7 +54,7 @@ pub enum CheckpointError {
     FileUnreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// An output file has changed: it is damaged, or belongs to another run.

@@ -162,7 +162,8 @@ impl Driver<'_> {
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, Failed> {
         let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
         let has_events = is_measuring && self.agreed(self.recorder.has_events());
-        // One of several processes must not stop alone. It therefore completes these steps before it returns the error.
+        // A process must not stop before the others. With several processes, it completes all steps before it returns
+        // an error.
         let is_alone = self.simulation.processes() == 1;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());

@@ -114,7 +114,7 @@ mod tests {
             .unwrap()
     }
 
-    /// A stage is interrupted after `most` events.
+    /// Runs a scene, and interrupts it when a stage has more than `most` events.
     fn ending(scene: Scene, most: u64) -> (Ending, u64) {
         let go_on = |progress: &run::Progress| {
             if progress.events > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -46,8 +46,8 @@ impl Driver<'_> {
             Some(ending) => ending,
             None => self.sample_until_end()?,
         };
-        // The checkpoint is written before the last row and frame. If the run is continued, its output is then the same
-        // as if it had not ended here.
+        // The checkpoint is written before the last row and frame, so that a continued run has the output of an
+        // uninterrupted run.
         if (self.is_last() || ending.is_early()) && !self.is_halted {
             self.keep()?;
         }

@@ -13,21 +13,20 @@ const ROWS: u32 = 200;
 /// rows. If the diameters grow more, there are more rows.
 const SOME_GROWTH: f64 = 0.05;
 
-/// Limits of a pilot run: the number of events, which suffices to estimate a rate, and the work (events, cell
-/// transitions and Andersen collisions). They limit its wall time to a few seconds.
+/// Limits of a pilot run: a number of events that suffices to estimate a rate, and the work (events, cell transitions
+/// and Andersen collisions) of a few seconds of wall time.
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
-/// A pilot run can become the beginning of its stage if it has at most `1 / MOST_OF_STAGE` of the events of this stage.
-/// The interval of rows is about `1 / ROWS` of the stage, so such a pilot run normally ends before the first row is
-/// due.
+/// Smallest ratio of the events in a stage to the events in a pilot run that becomes its beginning. The interval of
+/// rows is about `1 / ROWS` of the stage, so such a pilot run normally ends before the first row.
 const MOST_OF_STAGE: u64 = 400;
 
 /// A pilot run stops at this fraction of an interval, so that rounding does not carry it beyond the first row.
 const EARLIER: f64 = 1.0 - 1e-6;
 
-/// If a pilot run is expected to need less work than this in total, its work limit is removed: the work will probably
-/// stay well below [`MOST_WORK`].
+/// A pilot run with an expected total work below this value has no work limit, because its work will probably stay well
+/// below [`MOST_WORK`].
 const LITTLE_WORK: u64 = MOST_WORK / 4;
 
 /// Sampling times of the rows and frames of a measurement, and its expected duration `[time]`.
@@ -146,8 +145,8 @@ impl Driver<'_> {
         events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
     }
 
-    /// If the scene specifies the interval of rows or frames, returns a time just before the first of them `[time]`.
-    /// Otherwise returns infinity.
+    /// Returns a time just before the first row or frame with an interval from the scene `[time]`; infinite if there is
+    /// none.
     fn first_given(&self) -> f64 {
         let output = &self.simulation.scene().output;
         let is_measured = self.state.stage.stage.is_measured();
@@ -273,7 +272,7 @@ impl Driver<'_> {
 enum Outcome {
     Found(Found),
     Interrupted,
-    /// The pilot run is not finished, but a row may be due next. The pilot run has to continue on a copy.
+    /// The pilot run has to continue on a copy, because a row may be due before it finishes.
     Undecided,
 }
 

@@ -77,7 +77,7 @@ impl Driver<'_> {
         (self.started, self.state.earlier_seconds) = (None, 0.0);
     }
 
-    /// The simulation has reached `time` within round-off.
+    /// Scales the velocities. The simulation has reached `time` within round-off.
     pub(super) fn rescale(&mut self, time: f64) {
         let Some(Thermostat::Rescaling { temperature, interval }) = self.settings().thermostat else { return };
         self.end_piece();

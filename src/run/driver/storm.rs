@@ -35,8 +35,8 @@ impl StormWatch {
             (!species.is_static() && acceleration > 0.0).then(|| (species.diameter / acceleration).sqrt())
         };
         let fall = scene.species.iter().filter_map(fall).reduce(f64::min)?;
-        // Events are counted during one contact time. A contact time longer than the time to fall one diameter would
-        // make all contacts elastic, so the time of fall is used if it is shorter.
+        // Events are counted during one contact time, or during the fall by one diameter if this is shorter. A longer
+        // contact time would make all contacts elastic.
         let within = scene.contact_time?.min(fall);
         let most = FEWEST + MOST * moving;
         let events = simulation.event_counts().physical();

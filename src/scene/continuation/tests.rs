@@ -1,4 +1,4 @@
-//! Tests scenes that start from a simulation in memory, without the files of a run.
+//! Tests of scenes that start from a simulation in memory.
 
 use super::*;
 use crate::engine::{Reason, Until};
@@ -33,7 +33,7 @@ fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
 #[test]
 fn pairs_keep_their_states_if_only_energies_change() {
     // The simulation stops right after an event, with a pair exactly at a step of its potential. Round-off decides on
-    // which side of the step the coordinates are, so the test covers 40 different events.
+    // which side of the step its coordinates are, so the test covers 40 different events.
     for events in 1_000..1_040 {
         let before = simulation(events);
         let deeper = Simulation::without_plan(next(&wells(2.5, 1.5), &before).unwrap());
@@ -77,7 +77,7 @@ fn image_counts_are_reset_on_axes_no_longer_periodic() {
     for (open, before) in open.images.iter().zip(&before.snapshot().images) {
         assert_eq!(*open, [0, before[1], before[2]]);
     }
-    // Pairs captured across a side that opens are released. The remaining pairs are within the range of the well.
+    // Pairs captured across a side that opens are released. All other captured pairs are within the range of the well.
     let opened = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     let (positions, periods) = (opened.snapshot().positions, opened.scene().space().periods());
     for (pair, _) in opened.captured_pairs() {
@@ -85,13 +85,13 @@ fn image_counts_are_reset_on_axes_no_longer_periodic() {
         assert!(minimum_image(i - j, &periods).norm() < 1.5 * (1.0 + 1e-12), "{pair:?}");
     }
     assert!(opened.captured_pairs().len() < before.captured_pairs().len());
-    // When the axis becomes periodic, a particle that left through an open side is wrapped into the box.
+    // A particle that left through an open side is wrapped into the box when the axis becomes periodic.
     let mut flown = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     flown.advance(Until::time(before.time() + 5.0)).unwrap();
     let space = before.scene().space();
     let is_out = |x: f64| !(space.lower.x..space.upper().x).contains(&x);
     assert!(flown.snapshot().positions.iter().any(|position| is_out(position.x)));
-    // The wrapped particles may overlap other particles, so the scene has to allow overlaps.
+    // The scene has to allow overlaps, because wrapped particles may overlap other particles.
     let scene = next("allow_invalid_start = true\nspace.y = \"periodic\"", &flown).unwrap();
     assert!(scene.particles().iter().all(|particle| !is_out(particle.position.x)));
 }

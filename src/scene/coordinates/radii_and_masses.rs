@@ -9,16 +9,16 @@ use crate::scene::diagnostic::SceneError;
 use crate::scene::unvalidated::{Group, LocatedGroup};
 use crate::trajectory::frame::FrameSpecies;
 
-/// Relative tolerance for numbers that another program wrote in single precision: about ten times the round-off.
+/// Relative tolerance for numbers written in single precision by another program: about ten times the round-off.
 const SINGLE: f64 = 1e-6;
 
-/// If a number in a file has at least this many digits, its last digit may have been rounded.
+/// Minimum number of digits of a number whose last digit may have been rounded.
 const ROUNDED: usize = 3;
 
 #[derive(Debug)]
 pub(in crate::scene) struct RadiiAndMasses {
     origin: Origin,
-    /// Line number of the frame's comment line, which lists the masses of the species.
+    /// Line number of the comment line of the frame, which lists the masses of the species.
     comment: usize,
     species: Vec<FrameSpecies>,
     /// Species, radius and line number of each distinct radius; empty if the frame has no radii.
@@ -63,8 +63,7 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Rejects a file whose radii or masses differ from the species of the scene. Otherwise the values of the scene
-    /// would silently replace them.
+    /// Rejects a file whose radii or masses differ from the species of the scene, which would silently replace them.
     pub(in crate::scene) fn agree(&self, scene: &SceneBuilder) -> Result<(), SceneError> {
         let named = |name: &str| scene.species.iter().find(|draft| draft.name == name);
         let wrong = |line: usize, problem: String| Err(self.origin.wrong(line, problem));
@@ -98,8 +97,7 @@ impl RadiiAndMasses {
             }
         }
         for (in_file, draft) in self.species.iter().filter_map(|it| Some((it, named(&it.name)?))) {
-            // A species may be static only in the file or only in the scene. Its masses then differ on purpose and are
-            // not compared.
+            // A species may be static only in the file or only in the scene. Its two masses then differ on purpose.
             if let (Some(mass), Some(of_scene)) = (in_file.mass.filter(|mass| mass.is_finite()), draft.mass)
                 && !is_same(mass, of_scene)
             {
@@ -117,16 +115,15 @@ impl RadiiAndMasses {
     }
 }
 
-/// Whether a number in a file equals a number of the scene, apart from rounding. The two may differ by the round-off of
-/// single precision. If the number in the file has three or more digits, they may also differ by half a unit of its
-/// last digit.
+/// Whether a number in a file equals a number of the scene within the round-off of single precision. If the number in
+/// the file has three or more digits, half a unit of its last digit is also allowed.
 fn is_same(written: f64, number: f64) -> bool {
     let off = (written - number).abs();
     let text = format!("{written:e}");
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let places = digits.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let half_a_unit = 0.5 * libm::pow(10.0, exponent.parse::<f64>().unwrap_or(0.0) - places as f64);
-    // A tie, exactly half a unit of the last digit, may be rounded up or down.
+    // A number exactly between two roundings may be rounded up or down.
     off <= SINGLE * number.abs() || (places + 1 >= ROUNDED && off <= half_a_unit * (1.0 + SINGLE))
 }
 

@@ -15,34 +15,31 @@ use crate::scene::names::WORDS;
 use crate::scene::parse::plan::{AUTOMATIC, ENSEMBLES, THERMOSTATS};
 use crate::scene::schema::{keys_by_kind, words};
 
-/// `[[stage]]`: a part of the run before the final one. It ends at a time, after a number of events or when growth
-/// ends.
+/// `[[stage]]`: a part of the run before the final part. It ends at a time, after some events or with its growth.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StageFile {
-    /// Name of the stage in reports and in the column `stage` of `thermo.csv`. The names `equilibration` and
-    /// `measurement` are reserved. A name has up to 100 letters, digits, blanks and any of `_ - + . ( )`, and begins
-    /// with a letter or a digit.
+    /// Name of the stage in reports and in `thermo.csv`, other than `equilibration` and `measurement`: up to 100
+    /// letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
-    /// Whether the stage is measured. If so, its means, curves and frames are written as for the run itself.
+    /// Whether the stage is measured. Its means, curves and frames are then written as for the run itself.
     #[serde(default)]
     pub measure: bool,
     /// With `auto`, the equilibration of a measured stage ends when no observable drifts any more.
     #[schemars(extend("enum" = AUTOMATIC))]
     pub equilibration: Option<String>,
-    /// Duration of the equilibration that precedes the measurement of a measured stage `[time]`.
+    /// Duration of the equilibration of a measured stage `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub equilibration_time: Option<f64>,
-    /// Number of events in the equilibration that precedes the measurement of a measured stage.
+    /// Number of events in the equilibration of a measured stage.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub equilibration_events: Option<u64>,
-    /// Longest duration of the stage `[time]`. For a measured stage, it is the longest duration of the measurement.
+    /// Longest duration of the stage, or of the measurement of a measured stage `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
-    /// Largest number of physical events in the stage. For a measured stage, it is the largest number in the
-    /// measurement.
+    /// Largest number of physical events in the stage, or in the measurement of a measured stage.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
@@ -62,8 +59,7 @@ pub(crate) struct StageFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("kind", &THERMOSTATS)))]
 pub(crate) struct ThermostatFile {
-    /// How the temperature is held. `andersen` gives single particles new velocities, and `rescaling` scales all
-    /// velocities.
+    /// Kind of thermostat: `andersen` gives single particles new velocities, and `rescaling` scales all velocities.
     #[schemars(extend("enum" = words(&THERMOSTATS)))]
     pub kind: String,
     /// Temperature `[energy]`.
@@ -84,14 +80,13 @@ pub(crate) struct ThermostatFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BarostatFile {
-    /// Pressure to be held `[energy / length^D]`, where `D` is the number of axes that are not flat.
+    /// Pressure `[energy / length^D]`, where `D` is the number of axes that are not flat.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub pressure: f64,
     /// Time between two volume moves `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: f64,
-    /// Largest change of the logarithm of the volume in one move. If not given, it is adjusted while nothing is
-    /// measured.
+    /// Largest change of the logarithm of the volume in one move; if not given, adjusted while nothing is measured.
     #[schemars(range(max = LARGEST_AMPLITUDE), extend("exclusiveMinimum" = 0))]
     pub amplitude: Option<f64>,
 }
@@ -111,13 +106,11 @@ impl<'de> Deserialize<'de> for ThreadsFile {
     }
 }
 
-/// Growth of the diameters, such as `{ rate = 0.01, packing_fraction = 0.62 }`. It ends at a packing fraction or at a
-/// compressibility factor.
+/// Growth of the diameters up to a target, such as `{ rate = 0.01, packing_fraction = 0.62 }`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct GrowthFile {
-    /// Rate of growth `[1 / time]`. Per unit of time, each diameter grows by this fraction of its value at the start of
-    /// the stage.
+    /// Growth of each diameter per unit of time, relative to its value at the start of the stage `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
     /// Packing fraction at which growth ends.
@@ -128,8 +121,8 @@ pub(crate) struct GrowthFile {
     pub compressibility_factor: Option<f64>,
 }
 
-/// `[exchange]`: replica exchange. There is one replica at each temperature, or in each window of a distance.
-/// Neighbouring replicas try to swap at intervals.
+/// `[exchange]`: replica exchange, with one replica at each temperature, or in each window of a distance. Neighbouring
+/// replicas try to swap at intervals.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExchangeFile {
@@ -161,12 +154,10 @@ pub(crate) struct UmbrellaFile {
     #[schemars(inner(length(min = 1, max = MOST_MEMBERS), inner(range(min = 0, max = u32::MAX))))]
     #[serde(deserialize_with = "whole::lists")]
     pub between: [Vec<u32>; 2],
-    /// Lower and upper end of each window `[length]`. Both ends increase from window to window, and neighbouring
-    /// windows overlap.
+    /// Lower and upper end of each window `[length]`, both ascending. Neighbouring windows overlap.
     #[schemars(length(min = 2, max = MOST_TEMPERATURES), inner(inner(range(min = 0))))]
     pub windows: Vec<[f64; 2]>,
-    /// Approximate number of bins of the potential of mean force, over all windows together. The number is not exact,
-    /// because the ends of the windows are edges of bins.
+    /// Approximate number of bins of the potential of mean force in all windows. Ends of windows are edges of bins.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = USUAL_BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<usize>,

@@ -6,10 +6,9 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 
-/// Deserializer of a value that may be written as a boolean, a number, a word or a table. A notation is rejected if
-/// there is no function that converts it to the value.
+/// Deserializer of a value that may be written as a boolean, a number, a word or a table, if a function converts it.
 pub(super) struct Either<T, V> {
-    /// Permitted notations of the value, as named in error messages.
+    /// Permitted notations of the value, for error messages.
     pub expected: &'static str,
     pub of_bool: Option<fn(bool) -> V>,
     pub of_number: Option<fn(f64) -> V>,

@@ -15,7 +15,7 @@ use crate::scene::schema::{keys_by_kind, words};
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("potential", &POTENTIALS)))]
 pub(crate) struct InteractionFile {
-    /// Name for bonds and chains, unique among interactions. It follows the same rules as the name of a species.
+    /// Name for bonds and chains, unique among interactions, with the characters allowed in the name of a species.
     #[schemars(regex(pattern = WORD))]
     pub name: Option<String>,
     /// Names of the two species that have this interaction.
@@ -43,10 +43,10 @@ pub(crate) struct InteractionFile {
     /// Radii of the steps `[length]`, outermost first.
     #[schemars(length(min = 1), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub radii: Option<Vec<f64>>,
-    /// Energies `[energy]`: first the energy outside the first radius, then the energy inside each radius. `inf` as the
-    /// first or last energy is a barrier.
+    /// Energies `[energy]`: first the energy outside all radii, then the energy inside each radius. `inf` as the first
+    /// or last energy is a barrier.
     #[schemars(length(min = 2), with = "Option<Vec<Option<f64>>>")]
-    // JSON has no infinity. Programs that convert TOML to JSON turn `inf` into null.
+    // JSON has no infinity, and programs that convert TOML to JSON turn `inf` into null.
     pub energies: Option<Vec<f64>>,
     /// Distance at which a Lennard-Jones potential is cut off `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]

@@ -6,8 +6,7 @@ use serde::Deserialize;
 use crate::scene::parse::live::{COLOURS, SCALES};
 use crate::scene::parse::words;
 
-/// `[live]`: settings of the page of `carom live`. They also determine the first picture of the player in
-/// `carom report`.
+/// `[live]`: settings of the page of `carom live`, and of the first picture of the player in `carom report`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct LiveFile {
@@ -35,8 +34,7 @@ pub(crate) struct SliderFile {
     pub from: f64,
     /// Value at the upper end of the slider.
     pub to: f64,
-    /// Scale of the slider: `linear` (equal steps are equal differences of the value) or `log` (equal steps are equal
-    /// factors).
+    /// Scale of the slider: `linear` (equal steps are equal differences) or `log` (equal steps are equal factors).
     #[schemars(extend("enum" = words(&SCALES), "default" = "linear"))]
     pub scale: Option<String>,
 }

@@ -16,9 +16,9 @@ use crate::scene::schema::{keys_by_kind, words};
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ParticleFile {
-    /// Name of the particle's species.
+    /// Name of the species of the particle.
     pub species: String,
-    /// Position of the particle's centre `[length]`.
+    /// Position of the centre of the particle `[length]`.
     pub position: [f64; 3],
     /// Initial velocity `[length / time]`.
     #[serde(default)]
@@ -31,23 +31,21 @@ pub(crate) struct ParticleFile {
 pub(crate) struct CoordinatesFile {
     /// Path of the file, relative to the folder of the scene.
     pub path: String,
-    /// Frame of the file, counted from 0. Negative numbers count from the end; -1 is the last frame.
+    /// Frame of the file, counted from 0. Negative numbers count from the end: -1 is the last frame.
     #[serde(default, deserialize_with = "whole::number")]
     pub frame: i64,
-    /// Name of the interaction for the bonds of the file. If not given, each bond uses the interaction that the file
-    /// names.
+    /// Name of the interaction for the bonds of the file; the interactions that the file names if not given.
     pub bond: Option<String>,
     /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. A run adds it to its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
 
-/// `[[chain]]`: chains of bonded particles. They are grown at random, or one straight chain goes from `start` along
-/// `direction`.
+/// `[[chain]]`: chains of bonded particles, grown at random, or one straight chain from `start` along `direction`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ChainFile {
-    /// Name of the species of the chain's particles.
+    /// Name of the species of the particles.
     pub species: String,
     /// Particles per chain.
     #[schemars(range(min = 1))]
@@ -64,7 +62,7 @@ pub(crate) struct ChainFile {
     pub spacing: Option<f64>,
     /// Position of the first particle of a straight chain `[length]`.
     pub start: Option<[f64; 3]>,
-    /// Direction of a straight chain. Its length does not matter.
+    /// Direction of a straight chain, of any length.
     pub direction: Option<[f64; 3]>,
     /// Temperature of the initial Maxwell velocities `[energy]`. Without `temperature` and `speed`, the particles start
     /// at rest.
@@ -81,11 +79,10 @@ pub(crate) struct ChainFile {
 pub(crate) struct FillFile {
     /// Name of the species. For several species, use `composition`.
     pub species: Option<String>,
-    /// Species and their relative numbers of particles, which need not add up to 1.
+    /// Species and their relative numbers of particles. The sum of the numbers need not be 1.
     #[schemars(extend("additionalProperties" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub composition: Option<BTreeMap<String, f64>>,
-    /// `random` puts the particles at random positions without overlaps. Other words name a lattice that is stretched
-    /// to fit.
+    /// `random` (random positions without overlaps), or the name of a lattice, which is stretched to fit.
     #[schemars(extend("enum" = words(&ARRANGEMENTS)))]
     pub arrangement: String,
     /// Number of particles.
@@ -105,13 +102,13 @@ pub(crate) struct FillFile {
     /// Part of the box to fill; the whole box if not given.
     pub region: Option<RegionFile>,
     /// Temperature of the initial Maxwell velocities `[energy]`. Without `temperature` and `speed`, all particles start
-    /// with the same velocity `velocity`.
+    /// with the velocity `velocity`.
     #[schemars(range(min = 0))]
     pub temperature: Option<f64>,
     /// Initial speed of every particle, in a random direction, instead of a temperature `[length / time]`.
     #[schemars(range(min = 0))]
     pub speed: Option<f64>,
-    /// Velocity that is added to the velocities of all particles `[length / time]`.
+    /// Velocity added to the velocities of all particles `[length / time]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub velocity: Option<[f64; 3]>,
 }
@@ -130,7 +127,7 @@ pub(crate) struct RegionFile {
     pub upper: Option<[f64; 3]>,
     /// Centre of the first end of a cylinder or cone `[length]`.
     pub base: Option<[f64; 3]>,
-    /// Direction from the first end to the second. Its length does not matter.
+    /// Direction from the first end to the second, of any length.
     pub axis: Option<[f64; 3]>,
     /// Distance between the two ends of a cylinder or cone `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -150,17 +147,15 @@ pub(crate) struct RegionFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("surface", &SURFACES)))]
 pub(crate) struct MeshFile {
-    /// Name of the mesh in messages. It has up to 100 letters, digits, blanks and any of `_ - + . ( )`, and begins with
-    /// a letter or a digit.
+    /// Name in messages: up to 100 letters, digits, blanks and any of `_ - + . ( )`, the first a letter or digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: Option<String>,
-    /// Name of a static species, to which all particles of the mesh belong.
+    /// Name of the static species of all particles of the mesh.
     pub species: String,
     /// Shape of the static surface. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&SURFACES)))]
     pub surface: String,
-    /// Largest distance between neighbouring particles `[length]`. If not given, it is so small that no moving particle
-    /// fits between them.
+    /// Largest distance between neighbouring particles `[length]`. If not given, no moving particle fits between them.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
     /// Corner of a plane `[length]`.
@@ -173,12 +168,12 @@ pub(crate) struct MeshFile {
     pub lower: Option<[f64; 3]>,
     /// Upper corner of a box or rectangle `[length]`.
     pub upper: Option<[f64; 3]>,
-    /// Sides of a box or rectangle that are left out. x points to the right, y to the back and z upwards.
+    /// Sides of a box or rectangle that are left out, where x points to the right, y to the back and z upwards.
     #[schemars(extend("items" = json!({ "type": "string", "enum": words(&BoxSide::NAMES) }), "default" = json!([])))]
     pub open: Option<Vec<String>>,
     /// Centre of the first end of a cylinder or cone `[length]`.
     pub base: Option<[f64; 3]>,
-    /// Direction from the first end to the second. Its length does not matter.
+    /// Direction from the first end to the second, of any length.
     pub axis: Option<[f64; 3]>,
     /// Distance between the two ends of a cylinder or cone `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]

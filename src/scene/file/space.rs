@@ -12,7 +12,7 @@ use crate::scene::schema::words;
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpaceFile {
     /// Edges of the box `[length]`; 0 along flat axes. If not given, they follow from a single fill with a count and a
-    /// density. Without a fill, they follow from the box of a file.
+    /// density, or from the box of a file if there is no fill.
     #[schemars(inner(range(min = 0)))]
     pub size: Option<[f64; 3]>,
     /// Lower corner of the box `[length]`.
@@ -51,8 +51,8 @@ pub(crate) struct SidesFile {
     /// Ratio of the normal speeds after and before a contact with a side that is `"wall"`.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution. A particle leaves such a wall
-    /// with a new velocity, drawn at this temperature.
+    /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution. Particles leave such a wall
+    /// with new velocities at this temperature.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
 }
@@ -65,15 +65,14 @@ pub(crate) enum SideFile {
     Wall(WallFile),
 }
 
-/// A wall with a restitution or temperature of its own.
+/// A wall with its own restitution or temperature.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WallFile {
     /// Ratio of the normal speeds after and before a contact with this wall.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of this wall `[energy]`, instead of a restitution. A particle leaves it with a new velocity, drawn
-    /// at this temperature.
+    /// Temperature of this wall `[energy]`, instead of a restitution. It gives particles new velocities.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
 }

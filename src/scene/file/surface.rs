@@ -14,8 +14,8 @@ use crate::scene::schema::{keys_by_kind, words};
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("shape", &SHAPES)))]
 pub(crate) struct SurfaceFile {
-    /// Unique name of the surface. It has up to 100 letters, digits, blanks and any of `_ - + . ( )`, and begins with a
-    /// letter or a digit. If not given, the name is `surface 1` for the first surface, and so on.
+    /// Unique name: up to 100 letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit. If
+    /// not given, it is `surface 1` for the first surface, and so on.
     #[schemars(regex(pattern = WORDS))]
     pub name: Option<String>,
     /// Shape of the surface. It determines which other keys are allowed.
@@ -25,7 +25,7 @@ pub(crate) struct SurfaceFile {
     #[schemars(length(min = 1))]
     pub species: Option<Vec<String>>,
     /// Names of the stages in which the surface exists; all stages if not given. `measurement` is the part of the run
-    /// after all stages. A surface may only appear where there are no particles.
+    /// after all stages. A surface may appear only where there are no particles.
     #[schemars(length(min = 1))]
     pub stages: Option<Vec<String>>,
     /// Motions of the surface in order of time. The surface is at rest before, between and after its motions.
@@ -42,7 +42,7 @@ pub(crate) struct SurfaceFile {
     pub side: Option<String>,
     /// A point of a plane `[length]`.
     pub point: Option<[f64; 3]>,
-    /// Direction from a plane towards the particles. Its length does not matter.
+    /// Direction from a plane towards the particles, of any length.
     pub normal: Option<[f64; 3]>,
     /// Centre of a sphere or disc `[length]`.
     pub centre: Option<[f64; 3]>,
@@ -51,7 +51,7 @@ pub(crate) struct SurfaceFile {
     pub radius: Option<f64>,
     /// Centre of the first end of a cylinder or cone, or a point on the axis of a surface of revolution `[length]`.
     pub base: Option<[f64; 3]>,
-    /// Direction of the axis, from the first end to the second. Its length does not matter.
+    /// Direction of the axis, from the first end to the second, of any length.
     pub axis: Option<[f64; 3]>,
     /// Distance between the ends of a cylinder or cone `[length]`. A cylinder without a length is endless.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -63,8 +63,8 @@ pub(crate) struct SurfaceFile {
     /// the height along the axis above `base`.
     #[schemars(length(min = 2))]
     pub profile: Option<Vec<[f64; 2]>>,
-    /// Largest distance between a round surface and the triangles that approximate it `[length]`. If not given, it is a
-    /// thousandth of the largest radius.
+    /// Largest distance between a round surface and the triangles that approximate it `[length]`; a thousandth of the
+    /// largest radius if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance: Option<f64>,
     /// First end of a capsule `[length]`.
@@ -81,21 +81,21 @@ pub(crate) struct SurfaceFile {
     pub lower: Option<[f64; 3]>,
     /// Upper corner of a box `[length]`.
     pub upper: Option<[f64; 3]>,
-    /// STL or OBJ file of a mesh. Its path is relative to the folder of the scene.
+    /// STL or OBJ file of a mesh, relative to the folder of the scene.
     pub path: Option<String>,
-    /// Whether to reject the mesh unless it is closed, has outward normals and does not intersect itself.
+    /// Whether the mesh must be closed, have outward normals and not intersect itself.
     #[schemars(extend("default" = false))]
     pub closed: Option<bool>,
-    /// Vertices of the file are merged if they are closer than this fraction of the largest extent of the mesh. If not
-    /// given, no vertices are merged.
+    /// Largest distance at which vertices of the file are merged, as a fraction of the largest extent of the mesh; none
+    /// are merged if not given.
     #[schemars(range(min = 0, max = 0.01), extend("default" = 0.0))]
     pub weld: Option<f64>,
-    /// Factor by which the mesh is scaled. Scaling comes before rotation.
+    /// Factor by which the mesh is scaled before its rotation.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     pub scale: Option<f64>,
-    /// Axis and angle in degrees of the rotation of the mesh. The mesh is scaled before it is rotated.
+    /// Axis and angle in degrees of the rotation of the mesh, after its scaling.
     pub rotation: Option<RotationFile>,
-    /// Displacement of the mesh, after its rotation `[length]`.
+    /// Displacement of the mesh after its rotation `[length]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub translation: Option<[f64; 3]>,
     /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. A run adds it to its copy of the scene.
@@ -108,18 +108,18 @@ pub(crate) struct SurfaceFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("kind", &MOTIONS)))]
 pub(crate) struct MotionFile {
-    /// Kind of motion. In a time `t`, a `translation` moves the surface by `v t + a t^2 / 2` with the velocity `v` and
-    /// the acceleration `a`. An `oscillation` moves it by `A (sin(2 pi f t + phase) - sin(phase))` with the amplitude
-    /// `A` and the frequency `f`. A `rotation` turns it by the angle `2 pi f t`.
+    /// Kind of motion in a time `t`. A `translation` moves the surface by `v t + a t^2 / 2` with the velocity `v` and
+    /// the acceleration `a`, and an `oscillation` by `A (sin(2 pi f t + phase) - sin(phase))` with the amplitude `A`
+    /// and the frequency `f`. A `rotation` turns it by the angle `2 pi f t`.
     #[schemars(extend("enum" = words(&MOTIONS)))]
     pub kind: String,
-    /// The times of the motion are relative to the start of this stage. `measurement` is the part of the run after all
+    /// Stage from whose start the times of the motion are counted. `measurement` is the part of the run after all
     /// stages. All earlier stages must end at given times.
     pub stage: Option<String>,
-    /// Simulated time at which the motion begins `[time]`. If not given, the motion begins at the end of the previous
-    /// motion of the same stage. The first motion begins at 0.
+    /// Time at which the motion begins `[time]`. If not given, it is the end of the previous motion of the same stage,
+    /// or 0 for the first motion.
     pub from: Option<f64>,
-    /// Simulated time at which the motion ends `[time]`. If not given, the motion never ends.
+    /// Time at which the motion ends `[time]`. If not given, the motion never ends.
     pub until: Option<f64>,
     /// Initial velocity of a translation `[length / time]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
@@ -129,16 +129,14 @@ pub(crate) struct MotionFile {
     pub acceleration: Option<[f64; 3]>,
     /// Amplitude of an oscillation `[length]`.
     pub amplitude: Option<[f64; 3]>,
-    /// Frequency of an oscillation, or turns per unit of time of a rotation `[1 / time]`. A negative value reverses
-    /// the rotation.
+    /// Frequency of an oscillation, or turns per unit of time `[1 / time]`; negative values reverse a rotation.
     pub frequency: Option<f64>,
     /// Initial phase of an oscillation, in degrees.
     #[schemars(extend("default" = 0.0))]
     pub phase: Option<f64>,
     /// A point on the axis of a rotation `[length]`.
     pub point: Option<[f64; 3]>,
-    /// Direction of the axis of a rotation. Its length does not matter. The rotation is counterclockwise when the
-    /// axis points at the viewer.
+    /// Direction of the axis of a rotation, of any length. Rotations are counterclockwise if it points at the viewer.
     pub axis: Option<[f64; 3]>,
 }
 
@@ -146,8 +144,7 @@ pub(crate) struct MotionFile {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RotationFile {
-    /// Axis of the rotation. Its length does not matter. The rotation is counterclockwise when the axis points at the
-    /// viewer.
+    /// Axis of the rotation, of any length. The rotation is counterclockwise when the axis points at the viewer.
     pub axis: [f64; 3],
     /// Angle in degrees.
     pub angle: f64,

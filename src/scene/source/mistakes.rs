@@ -14,8 +14,8 @@ use crate::scene::file::SceneFile;
 const MOST: usize = 10;
 
 impl Source {
-    /// Each invalid key or value is removed, and the rest is parsed again. If the removal makes a table or an array
-    /// incomplete, this is not reported as a further error.
+    /// Collects all errors. Each invalid key or value is removed, and the rest is parsed again. A table or array that
+    /// is incomplete only because of a removal is not an error.
     pub(super) fn mistakes(&self, first: &toml::de::Error) -> SceneError {
         let mut errors = vec![(first.span().unwrap_or(0..0), self.refused(first))];
         if let Ok(mut tree) = self.tree() {
@@ -35,7 +35,7 @@ impl Source {
                 last = next;
             }
         }
-        // Overrides are positioned after the end of the file, so their errors come last.
+        // The positions of overrides follow the end of the file, so their errors come last.
         errors.sort_by_key(|(range, _)| range.start);
         let mut errors = errors.into_iter().map(|(_, error)| error);
         match errors.next() {
@@ -45,8 +45,7 @@ impl Source {
     }
 }
 
-/// Removes the key or value at a range of bytes. Returns the range of the table or array that contained it, or `None`
-/// if nothing was removed.
+/// Removes the key or value at a range of bytes. Returns the range of the table or array that contained it.
 fn remove(tree: &mut Spanned<DeTable<'_>>, range: &Range<usize>) -> Option<Range<usize>> {
     let whole = tree.span();
     remove_from_table(tree.get_mut(), &whole, range)

@@ -79,7 +79,7 @@ impl Scene {
     }
 }
 
-/// Wraps particles into the box.
+/// Validates the particles, and wraps them into the box.
 fn check_particles(particles: &mut [Particle], species: &[Species], space: &Space) -> Result<(), SceneError> {
     let at = ConfigPath::root().key("particle");
     if particles.is_empty() {

@@ -1,6 +1,4 @@
-//! Tests of contacts with triangles, feature by feature. Contact times are compared with conservative advancement,
-//! which uses the distance from the whole triangle. Other tests let balls bounce in closed meshes: a ball that starts
-//! inside must stay inside.
+//! Tests of contacts with triangles, by conservative advancement and by balls that bounce inside closed meshes.
 
 mod mesh;
 
@@ -20,7 +18,7 @@ fn vector(random: &mut ChaCha8Rng, scale: f64) -> Vector {
     Vector::from_fn(|_, _| scale * (2.0 * uniform(random) - 1.0))
 }
 
-/// Conservative advancement. No step can pass the first contact.
+/// Conservative advancement by the distance from the whole triangle. No step can pass the first contact.
 fn by_advancement(mesh: &Mesh, state: &RelativeState, g: &Vector, contact: f64, end: f64) -> Option<f64> {
     let fastest = state.velocity.norm() + g.norm() * end;
     let mut t = 0.0;
@@ -63,7 +61,7 @@ fn triangle_contact_time_matches_distance_with_and_without_gravity() {
         match (expected, found) {
             (Some(expected), Some(found)) => {
                 // Advancement stops at a gap of 1e-11. At a grazing angle, the error of the time is about the square
-                // root of this gap.
+                // root of it.
                 let at = state.position + velocity * found + g * (0.5 * found * found);
                 assert!((mesh.distance(&at) - contact).abs() < 1e-12, "{case}");
                 assert!((found - expected).abs() < 1e-5, "{case}: {found} {expected}");
@@ -84,8 +82,7 @@ fn triangle_contact_time_matches_distance_with_and_without_gravity() {
 
 #[test]
 fn foot_entering_a_face_within_contact_height_is_an_event() {
-    // The sphere is half a unit above the face and falls. It starts one unit outside the edge and is over the
-    // edge at t = 1.
+    // The sphere is half a unit above the face and falls. It is over the edge of the face at t = 1.
     let height = Parabola([0.5, -0.01, 0.0]);
     let extent = Parabola([-1.0, 1.0, 0.0]);
     assert_eq!(face(&height, 1.0, &[extent]), Some(1.0));
@@ -98,8 +95,8 @@ fn foot_entering_a_face_within_contact_height_is_an_event() {
 
 #[test]
 fn foot_entering_at_a_corner_hits_the_face() {
-    // Two extents rise to zero at the same time within round-off. When one extent reaches zero, the other may
-    // still be negative.
+    // Two extents rise to zero at the same time within round-off, so one may still be negative at the zero of the
+    // other.
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for case in 0..20_000 {
         let at = 1.0 + uniform(&mut random);
@@ -116,8 +113,8 @@ fn foot_entering_at_a_corner_hits_the_face() {
         let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
         assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
     }
-    // The first case lists the extent that becomes positive last before the others. The extent `dips` is negative
-    // between t = 1.5 and t = 2.
+    // In the first case, the extent that becomes positive last is listed first. The extent `dips` is negative between t
+    // = 1.5 and t = 2.
     let rising = |at: f64| Parabola([-at, 1.0, 0.0]);
     let dips = Parabola([1.5 * 2.0, -3.5, 1.0]);
     let height = Parabola([2.0, -0.5, 0.0]);
@@ -144,7 +141,7 @@ fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
     }
 }
 
-/// Returns the deepest overlap.
+/// Lets a ball bounce inside a closed mesh and returns its deepest overlap.
 fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize, random: &mut ChaCha8Rng) -> f64 {
     let mut ball = RelativeState { position: Vector::zeros(), velocity: vector(random, 1.0) };
     let mut deepest = 0.0_f64;
@@ -175,7 +172,7 @@ fn a_ball_in_a_closed_mesh_never_leaves_it() {
     let mut deepest = 0.0_f64;
     for case in 0..30 {
         let (mut points, triangles) = sphere(1 + case % 2);
-        // Meshes are smooth or rough (not convex), and some have slivers.
+        // Meshes are smooth or rough, and some have slivers.
         let rough = [0.0, 0.2, 0.5][case % 3];
         points.iter_mut().for_each(|point| *point *= 1.0 - rough * uniform(&mut random));
         if case % 5 == 0 {

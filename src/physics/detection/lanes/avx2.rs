@@ -21,8 +21,7 @@ impl Lanes for Wide {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8] {
-        // Loads pairs of numbers from every other row into one register, so that no shuffle is needed. A closure
-        // instead of this macro would be compiled without AVX2.
+        // Loads two numbers of every other row into one register, without a shuffle. A closure would not use AVX2.
         macro_rules! pairs {
             ($first:expr, $at:expr) => {{
                 let pairs = _mm256_castpd128_pd256(_mm_loadu_pd(row($first).as_ptr().add($at)));

@@ -12,7 +12,7 @@ struct Face {
     inwards: [Vector; 3],
 }
 
-/// Edges and points shared by several triangles are listed once.
+/// Faces, edges and points of a triangle mesh, each listed once.
 pub struct Mesh {
     faces: Vec<Face>,
     edges: Vec<[Vector; 2]>,
