@@ -24,7 +24,7 @@ The scene has a table [exchange]:
   temperatures = [0.4, 0.6, 1.0]   ascending or descending
   interval = 2.0                   simulated time between swap attempts
   rate = 1.0                       rate at which each particle gets a velocity from the heat bath
-  ensemble = \"multicanonical\"      optional: every replica visits all energies between those of the temperatures
+  ensemble = \"multicanonical\"      optional: every replica visits the energies of all temperatures
   ensemble = \"umbrella\"            optional: replicas at one temperature, each in a window of a distance,
   umbrella = { between = [[0], [19]], windows = [[1.0, 2.5], [2.0, 4.0]] }
 The table [run] has until_time and, optionally, equilibration_time. The results are the same bits for any --jobs and after interruptions.

@@ -93,8 +93,8 @@ pub struct EventQueue {
 }
 
 impl EventQueue {
-    /// Returns a queue for `particles`, of which `due` have a predicted event at present. Half of these events are due
-    /// within the time `median` after the epoch.
+    /// Returns a queue for `particles` particles. At present, `due` of them have a predicted event. Half of these events
+    /// are due within the time `median` after the epoch.
     ///
     /// The other particles may get predictions later. The cost of a new epoch is proportional to the number of all
     /// particles. The target number of steps per epoch is therefore proportional to it, too.

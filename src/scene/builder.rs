@@ -221,8 +221,8 @@ impl SceneBuilder {
         self
     }
 
-    /// Temperature and speed of the random velocities in a fill or chain: its own, or those of the scene if it has
-    /// neither.
+    /// Temperature and speed of the random velocities in a fill or chain. A fill without either takes both from the
+    /// scene.
     pub(crate) fn motion(&self, own: (Option<f64>, Option<f64>)) -> (Option<f64>, Option<f64>) {
         if own == (None, None) { (self.temperature, self.speed) } else { own }
     }

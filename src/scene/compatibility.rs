@@ -293,7 +293,7 @@ fn losses(it: &Subject<'_>) -> Option<Found> {
         |(index, draft): (usize, &InteractionDraft)| lossy(ConfigPath::entry("interaction", index), draft.restitution);
     let of_interaction = |(index, interaction): (usize, &Interaction)| {
         let (at, restitution) = lossy(ConfigPath::entry("interaction", index), interaction.law.restitution)?;
-        // Without interactions of its own, the scene has those of the run from which it starts.
+        // A scene that lists no interactions takes them from the run with which it starts.
         let of_run = || (Some(path("start.from")), format!("a run with an interaction of restitution {restitution}"));
         Some(if it.builder.start.is_some() { of_run() } else { (at, restitution) })
     };
@@ -327,7 +327,7 @@ const CONSTANT_SIZE: &str = "surfaces need particles of constant size in a box w
 const ANDERSEN: &str = "a thermostat of the kind \"andersen\" in the same table";
 const OF_MOVES: &str = "it gives the temperature of the volume moves";
 
-/// The table. An error is that of the first row that applies.
+/// The table. The first row that applies gives the error.
 #[rustfmt::skip]
 pub const EXCLUSIONS: &[Exclusion] = &[
     row(STAGE, EXCHANGE, "", ABSENT, "prepare the particles with `carom run`, and start from the end of that run with start.from"),

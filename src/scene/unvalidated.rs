@@ -335,7 +335,7 @@ impl InteractionDraft {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Listed {
-    /// Names of species, some of which may have no particles.
+    /// Names of species. A species may have no particles.
     pub names: Vec<String>,
     /// The particles, whose species are indices into `names`.
     pub particles: Vec<Particle>,

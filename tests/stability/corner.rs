@@ -98,8 +98,8 @@ fn without_the_tc_model_the_ball_arrests_in_the_corner() {
         // The arrested pair is the ball and one of the spheres.
         assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
         assert!(arrest.time < 60.0, "{arrest}");
-        // The arrest is reported after about 1,000 events in which time hardly advances. Before them, the ball has
-        // about as many contacts, each of which leaves only a fraction of its speed.
+        // The arrest is reported after about 1,000 events in which time hardly advances. The ball has about as many
+        // contacts before them. Each contact leaves only a fraction of its speed.
         assert!(events < 20_000, "{events} events");
         assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }

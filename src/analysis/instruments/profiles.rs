@@ -96,8 +96,8 @@ impl Profile {
     }
 }
 
-/// Limits the numbers of bins so that there are at most [`MOST_CELLS`] cells. Each axis gets its bins, or as many as
-/// the axes before it leave.
+/// Limits the numbers of bins along the three axes, so that there are at most [`MOST_CELLS`] cells. An axis gets fewer
+/// bins than given if the axes before it leave too few cells.
 fn affordable(bins: [u64; 3]) -> [usize; 3] {
     let mut left = MOST_CELLS;
     bins.map(|count| {

@@ -133,7 +133,8 @@ fn binned_energies_keep_their_moments() {
 fn bootstrap_errors_match_the_scatter_over_seeds() {
     let temperatures = [0.37, 0.5, 0.63, 1.0];
     let expected: Vec<f64> = temperatures.iter().flat_map(|t| [exact(*t)[0], exact(*t)[1]]).collect();
-    // The rows are uncorrelated, correlated over a few rows, or correlated so strongly that there are few blocks.
+    // The three cases: independent rows, rows correlated over a few rows, and strong correlation, which leaves few
+    // blocks.
     for (count, probability, tolerance) in [(400, 0.0, 0.25), (3000, 0.8, 0.25), (1200, 0.95, 0.35)] {
         let mut squares = vec![0.0; expected.len()];
         let mut seeds = 0.0;

@@ -20,7 +20,7 @@ const MOST_TURNS: f64 = 0.25;
 /// window.
 const MOST_SEARCHED: f64 = 1e3;
 /// The engine searches for a contact with an oscillating or rotating surface in time steps. The smallest step is the
-/// round-off of a sum of times, one of which is this fraction of a period.
+/// round-off of a sum of times. One of these times is this fraction of a period.
 const RESOLVED: f64 = 0.125;
 
 #[derive(Debug, Default)]

@@ -285,9 +285,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Splits a change of the relative velocity between two groups, in proportion to their inverse masses. The first part
-/// is to be added to the velocity of the first group, and the second part subtracted from that of the second group. The
-/// larger part is computed as the change minus the smaller part, so that the sum of the parts has little round-off.
+/// Splits a change of the relative velocity between two groups, in proportion to their inverse masses. The caller adds
+/// the first part to the velocity of the first group, and subtracts the second part from the velocity of the second
+/// group. The larger part is the change minus the smaller part, so that the sum of the parts has little round-off.
 fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
     let less = change * (of_a.min(of_b) / (of_a + of_b));
     let more = change - less;

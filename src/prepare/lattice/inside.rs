@@ -14,7 +14,7 @@ const STEP: f64 = 1.02;
 /// sites in any region with room for a particle.
 const MOST_SITES: f64 = 20.0;
 
-/// Number of lattice sites in the bounding box of a region, of which about `count` lie inside the region.
+/// Number of lattice sites in the bounding box of a region that has about `count` sites.
 pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }

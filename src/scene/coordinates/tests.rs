@@ -211,7 +211,7 @@ fn start_from_a_sheared_frame_keeps_its_image_displacement() {
     assert!(found.contains("`shear_rate` is missing: images of this start are displaced"), "{found}");
 }
 
-/// Returns a frame of which only the box is used, to find nearest images.
+/// Returns a frame. Only its box matters, which determines nearest images.
 fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
     let mut frame = chains();
     (frame.lower, frame.size, frame.displacement) = (Vector::zeros(), Vector::repeat(5.0), snapshot.displacement);

@@ -140,7 +140,7 @@ mod tests {
     /// Place of an image, colour of the previous image, and own colour.
     type Compressed = (usize, Option<u8>, u8);
 
-    /// Returns the compressed images of a movie of 40 images, some of which take longer. Drawing fails from the image
+    /// Returns the compressed images of a movie of 40 images. Some images take longer. Drawing fails from the image
     /// `failing` on.
     fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Compressed>, Result<(), ViewError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));

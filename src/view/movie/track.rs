@@ -1,5 +1,5 @@
-//! Movie files in two steps. First, several cores compress images, each of which needs only the previous image. Then
-//! the compressed images are added to the file in order.
+//! Movie files in two steps. First, several cores compress the images. To compress an image, a core needs only this
+//! image and the previous one. Then the compressed images are added to the file in order.
 
 use std::io;
 use std::ops::ControlFlow;

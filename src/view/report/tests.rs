@@ -306,9 +306,9 @@ fn plots_are_well_formed_and_finite() {
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
     let plots = plots(&html);
-    // Six functions give four plots: three curves, and one map for a function with two series, of which one has no
-    // data. Two functions, without data or with three variables, have no plot. The other five plots show the energies,
-    // three columns of `thermo.csv`, and the region.
+    // Four of the six functions have a plot. Three plots are curves, and one is a map. The function of the map has two
+    // series, but data for one series only. The other two functions have no plot: one has no data, and one has three
+    // variables. Five more plots show the energies, three columns of `thermo.csv`, and the region.
     assert_eq!(plots.len(), 4 + 5);
     for plot in plots {
         let svg = format!("<svg{plot}");

@@ -3,9 +3,9 @@
 //! > The first time `t >= 0` at which `f(t) <= 0`, `f` falls just after `t`, and no extent `b_k(t) < 0`.
 //!
 //! An extent is the distance of the foot of the perpendicular from an end of the feature, positive on the feature. The
-//! times at which `f <= 0` and `f` falls form intervals, each of which includes its start. The times at which no extent
-//! is negative form a closed set. So the first time of contact is now, the start of an interval, or a time at which an
-//! extent stops being negative.
+//! function `f` is at most 0 and falls in intervals of time. Each interval includes its start. The times at which no
+//! extent is negative form a closed set. So the first time of contact is now, the start of an interval, or a time at
+//! which an extent stops being negative.
 
 use super::place::{Place, falls, order};
 use crate::crossing::Crossing;

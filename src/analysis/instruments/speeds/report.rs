@@ -112,8 +112,8 @@ impl Speeds {
         let beyond = if self.end.is_some() { ", faster ones included" } else { "" };
         format!(
             "p(v) = n / (N w): particles in a bin of w = {} over all {} of them{beyond} and the width, averaged over the samples of each \
-             window of time; speeds {frame}. Maxwell's distribution is that of the temperature of all particles in the last window, and of \
-             a momentum that is as far conserved as it is here: <v_x^2> = (1 - m / M) T / m, with the mass M of all that moves",
+             window of time; speeds {frame}. Maxwell's distribution is computed from the temperature of all particles in the last window \
+             and from the conserved momentum: <v_x^2> = (1 - m / M) T / m, with the mass M of all that moves",
             digits(class.width),
             class.count()
         )
