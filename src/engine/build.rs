@@ -178,7 +178,7 @@ const ROUNDINGS: f64 = 32.0;
 /// Returns the rounding error of the distance of a pair at its discontinuity `[length]`. Each rounding error
 /// is below a unit in the last place of the largest coordinate, or of the period by which the coordinate was
 /// wrapped.
-fn rounding_of_distances(largest: f64, periods: &Vector) -> f64 {
+pub(super) fn rounding_of_distances(largest: f64, periods: &Vector) -> f64 {
     let wrapped = periods.iter().filter(|period| period.is_finite()).fold(0.0, |most: f64, period| most.max(*period));
     ROUNDINGS * f64::EPSILON * largest.max(wrapped)
 }

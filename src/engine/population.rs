@@ -1,5 +1,6 @@
 //! Particles that enter and leave a simulation.
 
+use super::build::rounding_of_distances;
 use super::columns::records::Record;
 use super::parts::Engine;
 use super::{Chosen, Overlap, SetStateError, Simulation};
@@ -8,10 +9,6 @@ use crate::engine::surfaces::Surface;
 use crate::model::limits::{LARGEST, MOST_PARTICLES};
 use crate::model::space::Boundary;
 use crate::model::{Particle, ParticleId, Scene, SpeciesId};
-
-/// Number of roundings in the distance of two given positions: the wrap and the nearest image of each coordinate, the
-/// three squares, their sum and its root.
-const ROUNDINGS: f64 = 16.0;
 
 impl Simulation {
     /// Inserts particles at the present time, and returns their ids.
@@ -152,8 +149,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 let apart = self.nearest(position - there, Vector::zeros(), now).0.position.norm();
                 let depth = potential.violation_at(apart);
-                let largest = position.amax().max(there.amax()).max(apart);
-                let round_off = ROUNDINGS * f64::EPSILON * largest / apart.max(f64::MIN_POSITIVE);
+                let largest = position.amax().max(there.amax());
+                let round_off = rounding_of_distances(largest, &self.state.periods) / apart.max(f64::MIN_POSITIVE);
                 let overlap = Overlap { particle: particle_id, partner: Some(*other), depth, round_off };
                 if overlap.is_real() && deepest.is_none_or(|other| depth > other.depth) {
                     deepest = Some(overlap);
@@ -177,7 +174,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let unit = super::audit::unit_of_surface(radius);
         self.sources.surfaces.for_each_near((position, radius), row, self.time(), |surface, position| {
             let depth = -surface.shape.gap(position, radius) / unit;
-            let round_off = ROUNDINGS * f64::EPSILON * (surface.shape.terms(position) + radius) / unit;
+            let terms = surface.shape.terms(position) + radius;
+            let round_off = rounding_of_distances(terms, &self.state.periods) / unit;
             let overlap = Overlap { particle, partner: None, depth, round_off };
             if overlap.is_real() && deepest.is_none_or(|other| depth > other.depth) {
                 deepest = Some(overlap);
@@ -203,7 +201,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if TABLE {
             self.set_states_of(scene, added.clone());
         }
-        self.predict_added(added.clone(), &records);
+        self.predict_added(added.clone());
         for particle in added {
             self.note_confined([Some(particle), None], false, &[Vector::zeros(); 2]);
         }

@@ -76,28 +76,6 @@ impl Record {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns records of the given particles, in which other particles are given by id.
-    #[cfg(test)]
-    pub fn copies(&mut self, particles: &[u32]) -> Vec<Record> {
-        let mut records = Vec::with_capacity(particles.len());
-        for &particle in particles {
-            let mut record = self.record(particle);
-            if self.is_static(particle) {
-                // The state of a pair with a static particle is stored with the other particle only.
-                let state =
-                    |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
-                record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());
-            }
-            let name = |number: u32| self.state.bodies.get(number as usize).map_or(NO_PARTICLE, |body| body.name);
-            record.captured.iter_mut().flatten().for_each(|pair| pair.partner = name(pair.partner));
-            if let Some(prediction) = &mut record.prediction {
-                prediction.partner = name(prediction.partner);
-            }
-            records.push(record);
-        }
-        records
-    }
-
     /// If another particle was predicted to meet a removed particle, it is predicted again.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
@@ -116,24 +94,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Inserts particles with the given records. Their ids must be unused, and they must not overlap. Pairs with
-    /// particles that are not in this engine are dropped.
-    ///
-    /// A copied particle whose record has a place and a prediction continues with the same bits as the original, if its
-    /// partners are present.
-    #[cfg(test)]
-    pub fn insert(&mut self, records: &[Record]) {
-        let added = self.push_records(records);
-        for (particle, record) in added.clone().zip(records) {
-            for pair in record.captured.iter().flatten() {
-                if let Some(partner) = self.state.number(pair.partner) {
-                    self.set_pair_state(particle, partner, pair.state, pair.interaction);
-                }
-            }
-        }
-        self.predict_added(added, records);
-    }
-
     /// Appends particles to all columns. Returns their numbers.
     pub fn push_records(&mut self, records: &[Record]) -> Range<u32> {
         let first = self.particles().end;
@@ -146,40 +106,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Fills the neighbour lists of particles that were appended, and predicts them. Their captured pairs must be set.
-    pub fn predict_added(&mut self, added: Range<u32>, records: &[Record]) {
+    pub fn predict_added(&mut self, added: Range<u32>) {
         for particle in added.clone() {
             self.fill_list(particle);
         }
-        for (particle, record) in added.clone().zip(records) {
-            self.predict_inserted(particle, record, added.start);
+        for particle in added.clone() {
+            self.predict_arrival(particle, added.start);
         }
     }
 
     /// Predicts a particle that has just been inserted. A static particle has no prediction, so the moving particles
     /// near it are predicted again instead. `first` is the number of the first inserted particle.
-    fn predict_inserted(&mut self, particle: u32, record: &Record, first: u32) {
-        if self.is_static(particle) {
-            let mut near = Candidates::default();
-            self.neighbours.find_candidates(particle, &mut near);
-            for &other in near.found().iter().filter(|&&other| other < first) {
-                if !self.is_static(other) {
-                    self.repredict(other, self.clock.now);
-                }
-            }
-            return;
+    pub(super) fn predict_arrival(&mut self, particle: u32, first: u32) {
+        if !self.is_static(particle) {
+            return self.repredict(particle, self.clock.now);
         }
-        match record.prediction {
-            Some(prediction) => {
-                let is_pair = matches!(prediction.contact, Contact::Pair(_)) && prediction.contact_time < f64::INFINITY;
-                let partner = self.state.number(prediction.partner);
-                if is_pair && partner.is_none() {
-                    return self.repredict(particle, self.clock.now);
-                }
-                let partner = partner.unwrap_or(NO_PARTICLE);
-                self.schedule.predictions[particle as usize] = Prediction { partner, ..prediction };
-                self.enqueue(particle);
+        let mut near = Candidates::default();
+        self.neighbours.find_candidates(particle, &mut near);
+        for &other in near.found().iter().filter(|&&other| other < first) {
+            if !self.is_static(other) {
+                self.repredict(other, self.clock.now);
             }
-            None => self.repredict(particle, self.clock.now),
         }
     }
 }

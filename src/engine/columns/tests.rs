@@ -2,11 +2,15 @@
 //! particles continue as the originals would.
 
 use super::Order;
+use super::records::Record;
 use crate::Vector;
 use crate::engine::Until;
 use crate::engine::event::{Event, EventCounts};
+use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::pairs::states::PairState;
 use crate::engine::parts::Engine;
 use crate::engine::predict::batch::tests::falling;
+use crate::engine::prediction::{Contact, Prediction};
 use crate::engine::snapshot::Snapshot;
 use crate::model::Scene;
 use crate::model::potential::Potential;
@@ -14,6 +18,61 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
+
+/// Copies of particles, which continue as the originals would.
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Returns records of the given particles, in which other particles are given by id.
+    fn copies(&mut self, particles: &[u32]) -> Vec<Record> {
+        let mut records = Vec::with_capacity(particles.len());
+        for &particle in particles {
+            let mut record = self.record(particle);
+            if self.is_static(particle) {
+                // The state of a pair with a static particle is stored with the other particle only.
+                let state =
+                    |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
+                record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());
+            }
+            let name = |number: u32| self.state.bodies.get(number as usize).map_or(NO_PARTICLE, |body| body.name);
+            record.captured.iter_mut().flatten().for_each(|pair| pair.partner = name(pair.partner));
+            if let Some(prediction) = &mut record.prediction {
+                prediction.partner = name(prediction.partner);
+            }
+            records.push(record);
+        }
+        records
+    }
+
+    /// Inserts particles with the given records. Their ids must be unused, and they must not overlap. Pairs with
+    /// particles that are not in this engine are dropped.
+    ///
+    /// A copied particle whose record has a place and a prediction continues with the same bits as the original, if its
+    /// partners are present.
+    pub(in crate::engine) fn insert(&mut self, records: &[Record]) {
+        let added = self.push_records(records);
+        for (particle, record) in added.clone().zip(records) {
+            for pair in record.captured.iter().flatten() {
+                if let Some(partner) = self.state.number(pair.partner) {
+                    self.set_pair_state(particle, partner, pair.state, pair.interaction);
+                }
+            }
+        }
+        for particle in added.clone() {
+            self.fill_list(particle);
+        }
+        for (particle, record) in added.clone().zip(records) {
+            let partner = record.prediction.and_then(|prediction| self.state.number(prediction.partner));
+            let is_pair = |it: &Prediction| matches!(it.contact, Contact::Pair(_)) && it.contact_time < f64::INFINITY;
+            match record.prediction.filter(|it| !self.is_static(particle) && (partner.is_some() || !is_pair(it))) {
+                Some(prediction) => {
+                    let partner = partner.unwrap_or(NO_PARTICLE);
+                    self.schedule.predictions[particle as usize] = Prediction { partner, ..prediction };
+                    self.enqueue(particle);
+                }
+                None => self.predict_arrival(particle, added.start),
+            }
+        }
+    }
+}
 
 /// Returns the events, final state and counts of a run. The particles are shuffled after every `every` events.
 /// `buckets` is the number of buckets of the event queue, if it is given.

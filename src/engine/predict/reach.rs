@@ -8,6 +8,27 @@ use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
+/// Returns a bit mask of the candidates that `is_selected` selects. It gets one candidate for each lane, and returns a bit
+/// for each.
+#[inline(always)]
+fn select<F: Lanes>(others: &[u32], is_selected: impl Fn(&[u32]) -> u32) -> u32 {
+    let in_lanes = others.chunks_exact(F::COUNT).enumerate();
+    in_lanes.fold(0, |bits, (at, ids)| bits | is_selected(ids) << (at * F::COUNT))
+}
+
+/// Returns the contact distances of candidates from the squared distances of their species `[length]`.
+#[inline(always)]
+fn contact_distances<F: Lanes>(batch: &Batch<'_>, squared: &[f64], ids: &[u32]) -> F {
+    let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
+    F::each(&squared).sqrt()
+}
+
+/// Returns by how much squared distances exceed squared reaches, with a margin for round-off.
+#[inline(always)]
+fn beyond<F: Lanes>(squared: F, reach: F) -> F {
+    squared.sub(reach.mul(reach).mul(F::all(SLACK)))
+}
+
 struct WithinReach<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
@@ -25,18 +46,14 @@ impl Work for WithinReach<'_> {
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, squared, horizon } = self;
         let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
-        let mut bits = 0;
-        for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
-            let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
+        select::<F>(others, |ids| {
             // If a partner accelerates, its relative position here is wrong. But its contact distance is then infinite,
             // so the partner is always tested. For a partner that is never tested, the reach is NaN, and the comparison
             // below is false.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
-            let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
-            let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
-            bits |= beyond.at_most(0.0) << (at * F::COUNT);
-        }
-        bits
+            let path = dot(&v, &v).sqrt().add(gained).mul(F::all(horizon));
+            beyond(dot(&r, &r), contact_distances::<F>(batch, squared, ids).add(path)).at_most(0.0)
+        })
     }
 }
 
@@ -53,17 +70,12 @@ impl<const FALLING: bool> Work for AnotherImage<'_, FALLING> {
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, horizon } = self;
-        let mut bits = 0;
-        for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
-            let squared: [f64; MOST_LANES] =
-                std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
+        select::<F>(others, |ids| {
             let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
             let further = squared_distance_to_others(&r, batch.periods);
-            let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().mul(F::all(horizon)));
-            let beyond = dot(&r, &r).add(further).sub(reach.mul(reach).mul(F::all(SLACK)));
-            bits |= beyond.at_most(0.0) << (at * F::COUNT);
-        }
-        bits
+            let path = dot(&v, &v).sqrt().mul(F::all(horizon));
+            beyond(dot(&r, &r).add(further), contact_distances::<F>(batch, batch.squared, ids).add(path)).at_most(0.0)
+        })
     }
 }
 
@@ -82,12 +94,7 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, least } = self;
-        let mut bits = 0;
-        for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
-            let (r, _) = batch.seen_from::<F, FALLING>(me, ids);
-            bits |= are_apart(&r, least) << (at * F::COUNT);
-        }
-        bits
+        select::<F>(others, |ids| are_apart(&batch.seen_from::<F, FALLING>(me, ids).0, least))
     }
 }
 
@@ -105,17 +112,12 @@ impl<const FALLING: bool> Work for AcrossSlidingSides<'_, FALLING> {
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, sliding, horizon } = self;
-        let mut bits = 0;
-        for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
-            let squared: [f64; MOST_LANES] =
-                std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
+        select::<F>(others, |ids| {
             let (mut r, mut v) = batch.seen_from::<F, FALLING>(me, ids);
             nearest_sheared(&mut r, &mut v, batch.periods, &sliding);
-            let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().mul(F::all(horizon)));
-            let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
-            bits |= beyond.at_most(0.0) << (at * F::COUNT);
-        }
-        bits
+            let path = dot(&v, &v).sqrt().mul(F::all(horizon));
+            beyond(dot(&r, &r), contact_distances::<F>(batch, batch.squared, ids).add(path)).at_most(0.0)
+        })
     }
 }
 

@@ -34,9 +34,8 @@ impl Andersen {
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
         let seed = StatePoint::new(seed).with(&[bath.temperature, bath.rate]);
         let random = Random::new(seed.number(), Purpose::Thermostat, stage);
-        let rate = bath.rate * particles as f64;
-        let mut andersen = Self { random, bath, rate, next: now };
-        andersen.wait();
+        let mut andersen = Self { random, bath, rate: 0.0, next: now };
+        andersen.act_on(particles, now);
         andersen
     }
 
