@@ -237,7 +237,7 @@ def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
     done = threading.Event()
 
     def work() -> None:
-        simulation.advance(events=1_000_000)
+        simulation.advance(events=3_000_000)
         done.set()
 
     thread = threading.Thread(target=work)
@@ -253,7 +253,7 @@ def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
     thread.join()
     # Python code ran during the simulation, so the simulation did not hold Python's lock.
     assert errors > 10
-    assert simulation.event_counts["core"] == 1_000_000
+    assert simulation.event_counts["core"] == 3_000_000
 
 
 class Late(Exception):
@@ -309,7 +309,7 @@ def test_a_signal_ends_a_run_that_can_go_on(fluid: dict, tmp_path: Path) -> None
 
 
 def test_a_signal_ends_a_sweep_that_can_go_on(fluid: dict, tmp_path: Path) -> None:
-    long = changed(fluid, "run.until_events", 1_000_000)
+    long = changed(fluid, "run.until_events", 4_000_000)
     begun = lambda: len(list((tmp_path / "sweep").glob("*/thermo.csv.partial"))) == 2  # noqa: E731
     interrupted_after(0.02, lambda: carom.sweep(long, seeds=2, out=tmp_path / "sweep", jobs=2), begun)
     assert set(carom.open(tmp_path / "sweep").table["state"]) == {"begun"}
