@@ -116,7 +116,7 @@ impl From<ExchangeFolderError> for Failure {
                 let message = format!("another process runs the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
-            // A damaged checkpoint of a replica exchange needs other advice than a checkpoint of a run.
+            // A damaged checkpoint of a replica exchange needs different advice from a damaged checkpoint of a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
                 Self::bad_input(with_causes(&error), error.cure())
             }

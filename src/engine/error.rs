@@ -28,7 +28,7 @@ impl EngineError {
     }
 }
 
-/// The form of a dynamical arrest.
+/// Kind of a dynamical arrest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Standstill {

@@ -135,7 +135,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(flow)
     }
 
-    /// Checks after an event that time advances.
+    /// Returns an error if events continue but time stands still. It is called after each event.
     #[inline]
     fn watch_progress(&mut self, particle: u32, prediction: &Prediction) -> Result<(), EngineError> {
         self.counts.transitions_at_event = self.counts.totals.transition;

@@ -13,8 +13,8 @@ const STEPS_PER_SECOND: f64 = 1e6;
 /// Number of neighbours that can be tested in the wall time of one step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// The work of a thermostat, a barostat, shear flow or a moving surface is reported before the run if it takes longer
-/// than this wall time `[seconds]`: 10 minutes.
+/// A thermostat, a barostat, shear flow and moving surfaces cost computing time. This cost is reported before the run if
+/// it exceeds this wall time `[seconds]`: 10 minutes.
 const LONG: f64 = 600.0;
 
 /// The events of a run limited by time are reported before the run if they take longer than this wall time `[seconds]`:

@@ -16,7 +16,7 @@ pub(crate) const MOST_BYTES: f64 = 2e8;
 
 /// Text for the user if the total size of the frames limits their number, and text for a single frame above the limit.
 const REASON: &str = "limited to 200 MB, because output.frame_interval is not given";
-const REASON_BEYOND: &str = "only the last one: it alone exceeds 200 MB, the limit without output.frame_interval";
+const REASON_BEYOND: &str = "only the last frame, because a single frame exceeds the limit of 200 MB that holds unless output.frame_interval is given";
 
 /// Limit on the number of frames in each measured stage, which keeps their size on disk small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,4 +1,4 @@
-//! Times in a scene that are longer than the stages in which they act.
+//! Times in a scene that are longer than their stage, so that they are never reached.
 
 use super::driver::FEWEST_MOVES;
 use super::stage::{Settings, Stage};

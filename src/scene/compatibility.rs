@@ -184,7 +184,7 @@ const ENDLESS_FALL: Feature = feature("gravity along a periodic axis", &[], |it|
     };
     let mut periodic = (0..3).filter(|axis| it.start.space.boundary[*axis] == Boundary::Periodic);
     let (axis, species) = periodic.find_map(|axis| Some((AXES[axis], falls(axis)?)))?;
-    Some((Some(path("space").key(axis)), format!("periodic, and `{}` falls along it", species.name)))
+    Some((Some(path("space").key(axis)), format!("periodic, and gravity pulls `{}` along it", species.name)))
 });
 const SHEAR: Feature = key(&["space.shear_rate"], |it| shown(it.parts.shear_rate));
 const TC_MODEL: Feature = key(&["dynamics.contact_time"], |it| shown(it.parts.contact_time));

@@ -73,14 +73,14 @@ impl Filling {
             }
             (None, None) if fill.as_many_as_fit => most_that_fit(region.volume(space), &shares, placing, at)?,
             (None, None) => {
-                return Err(missing(at, "count", "give it, number_density or packing_fraction"));
+                return Err(missing(at, "count", "give count, number_density or packing_fraction"));
             }
         };
         affordable(count, at)?;
         Ok(count)
     }
 
-    /// Returns the species of all particles, one species after another.
+    /// Returns the species of each particle, sorted by species.
     pub(crate) fn kinds(&self) -> Vec<SpeciesId> {
         self.shares.iter().flat_map(|&(species, count)| std::iter::repeat_n(species, count)).collect()
     }

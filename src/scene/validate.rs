@@ -36,11 +36,7 @@ impl SceneBuilder {
     pub fn build(&self) -> Result<Scene, SceneError> {
         if let Some(at) = &self.unnumbered {
             let expected = "a place before that fill or surface, or a `count` in it: otherwise the ids of the particles are unknown";
-            return refuse(
-                at.clone(),
-                "given after a fill or a surface whose number of particles is not given",
-                expected,
-            );
+            return refuse(at.clone(), "given after a fill or a surface with an unknown number of particles", expected);
         }
         self.checked().map_err(|error| self.origins.located(error))
     }

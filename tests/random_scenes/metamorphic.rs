@@ -11,7 +11,7 @@ use crate::dice::Dice;
 use crate::generator;
 
 const SCENES: usize = 60;
-/// Number of compared events when rounding may differ. A difference grows tenfold with each event of a particle.
+/// Number of events to compare if rounding may differ. A difference grows tenfold with each event of a particle.
 const FEW: u64 = 20;
 /// Tolerance. A difference of 1e-15 can grow to this value within the compared events. Times between events are
 /// far longer.

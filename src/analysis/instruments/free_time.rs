@@ -52,8 +52,8 @@ fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid
     })
 }
 
-/// Enskog's shear viscosity of the estimated fluid, in two or three dimensions `[mass / (length^(D - 2)
-/// time)]`.
+/// Enskog's shear viscosity of the fluid that `guess` returns, in two or three dimensions
+/// `[mass / (length^(D - 2) time)]`.
 pub(super) fn viscosity(system: &SystemDescription, temperature: f64) -> Option<f64> {
     let fluid = guess(system, temperature)?;
     let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
@@ -64,7 +64,7 @@ pub(super) fn viscosity(system: &SystemDescription, temperature: f64) -> Option<
     }
 }
 
-/// Mean time between two contacts of a particle in the estimated fluid `[time]`.
+/// Mean time between two contacts of a particle in the fluid that `guess` returns `[time]`.
 pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
     let fluid = guess(system, temperature(system, sample))?;
     let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;

@@ -157,7 +157,8 @@ impl Across {
     }
 }
 
-/// Distance from contact, and its rate of change (for round features, times the distance from the centre).
+/// Returns the distance from contact and its rate of change. For a round feature, the rate is multiplied by the distance
+/// from the centre of the feature.
 fn gap_and_opening(across: &Across) -> (f64, f64) {
     let Across { position, velocity, .. } = across;
     match across.barrier {

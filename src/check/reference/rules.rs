@@ -7,7 +7,7 @@ use crate::model::potential::Potential;
 pub enum Side {
     /// The pair belongs outside the distance. Its overlap function is `f+`, and its outcomes are Core and Capture.
     Positive,
-    /// The pair belongs inside the distance. Its overlap function is `f-`, and its outcomes are Bounce and Release.
+    /// The valid distances of the pair are smaller. Its overlap function is `f-`, and its outcomes are Bounce and Release.
     Negative,
 }
 

@@ -65,7 +65,7 @@ pub(super) struct Sway {
     pub speed: f64,
     /// Scale of the velocity error caused by rounded times `[length / time]`.
     pub falling: f64,
-    /// Scale of the direction error caused by rounded times, for a surface that turns `[1]`.
+    /// Scale of the direction error caused by rounded times, for a rotating surface; a pure number.
     pub turning: f64,
     /// Scale of the acceleration of the surface, including its change due to the rounding of times `[length / time^2]`.
     pub push: f64,

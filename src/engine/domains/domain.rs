@@ -64,7 +64,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub log: Log,
     /// Whether contacts change only motions and predictions, so that the log can be compact.
     pub is_plain: bool,
-    /// Steps in this window. Only steps of particles that several domains hold are recorded.
+    /// Steps in this window of the particles that several domains hold. Steps of other particles are not recorded.
     pub steps: Vec<Step>,
     /// The particles of these steps, each listed once.
     pub touched: Vec<u32>,

@@ -12,7 +12,7 @@ use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
-/// Relative tolerance of the test whether two particles are half a period apart. It is far above the round-off by which
+/// Relative tolerance for a distance of half a period between two particles. It is far above the round-off by which
 /// particles can be outside their cells.
 const TIED: f64 = 1e-6;
 

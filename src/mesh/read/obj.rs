@@ -19,7 +19,7 @@ struct Faces {
     farthest: (u32, usize),
 }
 
-/// A face of more than three corners, at first read as a fan of triangles around its first corner.
+/// A face with more than three corners. It is first split into a fan of triangles around its first corner.
 #[derive(Debug)]
 struct Polygon {
     line: usize,

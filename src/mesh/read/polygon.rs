@@ -57,7 +57,7 @@ pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>,
     clip_ears(polygon, &normal).map(Some)
 }
 
-/// Whether the whole face is visible from its first corner. Then the fan around this corner turns in one direction
+/// Whether the whole face is visible from its first corner. If it is, the fan around this corner turns in one direction
 /// only, by less than a full turn.
 fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Vector], rounding: f64) -> bool {
     let sines = || fan.iter().map(|twice_area| unit.dot(twice_area));

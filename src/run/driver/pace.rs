@@ -161,7 +161,7 @@ impl Driver<'_> {
         let (end_time, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
         let given = self.first_given();
-        // If the pilot run needs too much work, the rows are planned with the duration from `without_rate`. `early` is
+        // If the pilot run takes too much computing time, the rows are planned with the duration from `without_rate`. `early` is
         // just before the first of these rows.
         let early = start.time + EARLIER * rounded(self.without_rate(limit)) / f64::from(ROWS);
         loop {

@@ -9,7 +9,7 @@ const DIGITS: usize = 20;
 /// Approximate size of the first two lines of a frame without its bonds `[bytes]`.
 const HEADING: usize = 300;
 const BOND: usize = 16;
-/// Approximate size of the columns for the periods that a particle has travelled `[bytes]`.
+/// Approximate size of the columns with the image numbers of a particle `[bytes]`.
 const PERIODS: usize = 7;
 
 /// Estimated size of the text of a frame, with all digits for velocities; too large for particles at rest `[bytes]`.

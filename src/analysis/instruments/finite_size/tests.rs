@@ -11,8 +11,8 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// Makes the two curves that corrections of a diffusion coefficient use: the mean squared displacement for its times,
-/// and the velocity autocorrelation for the mean square velocity, its first value. The temperature is 1.5.
+/// Makes the two curves that corrections of a diffusion coefficient use. The mean squared displacement gives the times.
+/// The first value of the velocity autocorrelation gives the mean square velocity. The temperature is 1.5.
 fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
     let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];

@@ -54,7 +54,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
             return refuse(at.index(0), shortest(next_lower), expected);
         }
         if next_upper <= upper {
-            let expected = format!("more than {}, the upper end of the window before", shortest(upper));
+            let expected = format!("more than {}, the upper end of the previous window", shortest(upper));
             return refuse(at.index(1), shortest(next_upper), expected);
         }
     }
