@@ -305,6 +305,7 @@ mod tests {
         simulation.remove(&[ParticleId(2), ParticleId(0)]).unwrap();
         assert_eq!(simulation.insert(&[one(3.0, 0.0), one(9.0, 0.1)]).unwrap(), [ParticleId(3), ParticleId(4)]);
         simulation.remove(&[ParticleId(4)]).unwrap();
+        assert_eq!(simulation.insert(&[]).unwrap(), []);
         assert_eq!(simulation.insert(&[one(15.0, 0.0)]).unwrap(), [ParticleId(5)]);
         let snapshot = simulation.snapshot();
         assert_eq!(snapshot.ids, [1, 3, 5].map(ParticleId));
@@ -312,5 +313,17 @@ mod tests {
         simulation.set_velocities(&[Vector::x(), Vector::y(), Vector::z()]).unwrap();
         assert_eq!(simulation.snapshot().velocities[2], Vector::z());
         assert_eq!(simulation.unsound_index(), None);
+    }
+
+    #[test]
+    fn error_names_the_deepest_of_several_overlaps() {
+        let mut simulation = box_between_walls(1);
+        simulation.insert(&[one(10.0, 0.0), one(10.52, 0.0)]).unwrap();
+        for (x, partner) in [(10.12, 1), (10.4, 2)] {
+            let Err(SetStateError::Overlap(overlap)) = simulation.insert(&[one(x, 0.0)]) else { panic!("{x}") };
+            assert_eq!((overlap.particle, overlap.partner), (ParticleId(3), Some(ParticleId(partner))));
+            // Contact is at 0.5, and the distance is 0.12.
+            assert!((overlap.depth - 0.76).abs() < 100.0 * f64::EPSILON, "{}", overlap.depth);
+        }
     }
 }
