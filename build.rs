@@ -1,11 +1,11 @@
-//! Computes a fingerprint of all code that affects the layout of a checkpoint or the exact results of a run. With it, a
-//! program recognises the checkpoints of other versions.
+//! Computes a fingerprint of all code that affects results or checkpoints. A program rejects a checkpoint with another
+//! fingerprint.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Sources that only report on runs and have no influence on them.
+/// Source files that only report on runs and do not affect them.
 const OUTSIDE: [&str; 7] = ["cli", "cli.rs", "main.rs", "view", "view.rs", "check", "check.rs"];
 
 fn main() -> io::Result<()> {
@@ -25,7 +25,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Hashes all sources that can affect a run, and the versions of all dependencies.
+/// Hashes all source files that can affect a run, and the versions of all dependencies.
 pub fn fingerprint(root: &Path) -> io::Result<u64> {
     let mut files = Vec::new();
     collect(&root.join("src"), true, &mut files)?;
@@ -35,8 +35,8 @@ pub fn fingerprint(root: &Path) -> io::Result<u64> {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     for file in files {
         let name = file.strip_prefix(root).unwrap_or(&file).to_string_lossy().replace('\\', "/");
-        // Hashes the length of each part before the part. Without the lengths, text could move from one file to the
-        // next and leave the fingerprint unchanged.
+        // Hashes the length of each part, so that text cannot move from one file to the next without a change of the
+        // fingerprint.
         let text = fs::read_to_string(&file)?.replace("\r\n", "\n");
         for part in [name.as_bytes(), text.as_bytes()] {
             add(&mut hash, &(part.len() as u64).to_le_bytes());

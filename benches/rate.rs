@@ -5,8 +5,8 @@
 //!     cargo bench --bench rate -- configs/hopper.toml
 //!     cargo bench --bench rate -- hard_spheres 1000000 0.49 threads=2
 //!
-//! Prints one line: the system, events per second of the event loop alone, time from the scene to the first event, and
-//! peak memory per particle. Particles are in random order in the scene, as in a fluid after a long simulation.
+//! Prints the events per second, the time from the scene to the first event, and the peak memory per particle. The
+//! particles are shuffled, because memory is not in spatial order after a long simulation of a fluid.
 
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
@@ -19,11 +19,9 @@ use std::time::{Duration, Instant};
 /// Events per particle before the timing, enough to melt a lattice.
 const BEFORE: f64 = 30.0;
 
-/// Smallest wall time of a timing.
 const TIMED: Duration = Duration::from_secs(4);
 
-/// Freezing packing fraction of hard spheres. Crystals start from their own lattice, fluids from a lattice that hard
-/// spheres do not form.
+/// Freezing packing fraction of hard spheres. Below it, the particles start from a lattice that melts.
 const FREEZING: f64 = 0.494;
 
 fn spheres(
@@ -43,7 +41,7 @@ fn spheres(
     let mut random = 1_u64;
     let mut parts = scene.into_parts();
     for last in (1..parts.particles.len()).rev() {
-        // Shuffles the particles with Knuth's linear congruential generator.
+        // Knuth's linear congruential generator.
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         parts.particles.swap(last, (random >> 33) as usize % (last + 1));
     }
@@ -88,8 +86,8 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
-    // Simulated time in which at least a million events are expected. Short advances would be slow, because several
-    // threads return the complete state to a single engine at the end of an advance.
+    // Time in which at least a million events are expected. Short advances would be slow, because several threads
+    // return the state to a single engine after each advance.
     let chunk = simulation.time() / before as f64 * (8.0 * particles).max(1e6);
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     while begin.elapsed() < TIMED {
@@ -109,7 +107,7 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Peak memory of this process, if the system reports it `[byte]`.
+/// Peak memory of this process `[byte]`, if known.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

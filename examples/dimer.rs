@@ -1,4 +1,4 @@
-//! Two bonded particles, added one by one: how many events do they have with each other in a given time?
+//! Builds two bonded particles one by one, and counts the events between them in a given time.
 
 use std::error::Error;
 
@@ -8,8 +8,7 @@ use carom::model::Potential;
 use carom::model::space::Space;
 use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-/// Counts the events of two beads with each other in a given time. Their bond keeps the distance between 1 and 1.4, and
-/// they start with a relative speed of 2.
+/// Counts the events between two bonded beads in a given time. The bond keeps their distance between 1 and 1.4.
 pub fn contacts(duration: f64) -> Result<u64, Box<dyn Error>> {
     let mut scene = SceneBuilder::new("dimer")
         .space(Space::periodic_cube(12.0))

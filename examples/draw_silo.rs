@@ -1,5 +1,4 @@
-//! Writes the silo of `configs/silo.toml` to an STL file: a square bin above a pyramid that is open at the bottom. The
-//! walls have a finite thickness.
+//! Writes the silo of `configs/silo.toml` to an STL file: a square bin above a pyramid that is open at the bottom.
 //!
 //!     cargo run --release --example draw_silo
 
@@ -7,20 +6,20 @@ use carom::Vector;
 use carom::mesh::write_stl;
 use carom::model::TriangleMesh;
 
-/// Profile of the inner or outer side of a wall: half the width and the height `[length]` at the outlet, at the upper
-/// end of the pyramid, and at the top.
+/// Half width and height of a side of a wall `[length]`: at the outlet, at the upper end of the pyramid, and at the
+/// top.
 type Profile = [[f64; 2]; 3];
 
 const INSIDE: Profile = [[2.5, 0.0], [6.0, 6.0], [6.0, 41.0]];
 const OUTSIDE: Profile = [[2.9, 0.0], [6.4, 6.0], [6.4, 41.0]];
 
-/// Corner number `k` of a square around the axis, counted counterclockwise as seen from above.
+/// Corner `k` of a square around the axis, counted counterclockwise as seen from above.
 fn corner([half_width, height]: [f64; 2], k: usize) -> Vector {
     let [x, y] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]][k % 4];
     Vector::new(x * half_width, y * half_width, height)
 }
 
-/// The silo. Its triangles face out of the material.
+/// The silo. The triangles face out of the material.
 fn silo() -> TriangleMesh {
     let mut squares = Vec::new();
     for k in 0..4 {
@@ -29,7 +28,7 @@ fn silo() -> TriangleMesh {
             squares.push(strip(OUTSIDE[level], OUTSIDE[level + 1]));
             squares.push(strip(INSIDE[level + 1], INSIDE[level]));
         }
-        // Strips that connect the inner and the outer side, at the outlet and at the top.
+        // Connects the inner and the outer side, at the outlet and at the top.
         squares.push(strip(INSIDE[0], OUTSIDE[0]));
         squares.push(strip(OUTSIDE[2], INSIDE[2]));
     }

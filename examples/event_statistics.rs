@@ -1,4 +1,4 @@
-//! Events of square wells: how often pairs are captured, released and turned back, and with what impulse.
+//! Counts captures, releases and bounces of square wells, and averages their impulses.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -8,7 +8,7 @@ use carom::engine::{Simulation, Until};
 use carom::model::Potential;
 use carom::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
-/// Number of events, and the sum of their impulses.
+/// For each outcome: the number of events, and the sum of their impulses.
 pub type Statistics = BTreeMap<&'static str, (u64, f64)>;
 
 /// Runs a square-well fluid for a number of events. Returns the statistics of these events.

@@ -1,4 +1,4 @@
-//! The pressure of a hard-sphere fluid, with its standard error, beside the equation of state of Carnahan and Starling.
+//! Compares the pressure of a hard-sphere fluid with the equation of state of Carnahan and Starling.
 
 use std::error::Error;
 

@@ -1,4 +1,5 @@
-//! Your own instrument: the distribution of speeds, in the results, the checkpoints and on the page of a run.
+//! Adds an instrument to a run: the distribution of speeds. It appears in the results, the checkpoints and on the page
+//! of the run.
 
 use std::error::Error;
 use std::ops::ControlFlow;

@@ -1,5 +1,4 @@
-//! Your own potential: Yukawa spheres as a hard core and ten steps. Each step has the mean of the potential
-//! over its shell.
+//! Defines a potential of Yukawa spheres with a hard core and ten steps.
 
 use std::error::Error;
 
@@ -17,8 +16,8 @@ fn yukawa(distance: f64) -> f64 {
     STRENGTH * (-SCREENING * (distance - 1.0)).exp() / distance
 }
 
-/// Approximates the Yukawa potential by steps. The radii run from the outermost step to the hard core. The energies
-/// apply outside, between and inside the radii.
+/// Approximates the Yukawa potential by steps. `radii` runs from the outermost step to the hard core. The first energy
+/// is outside of all radii.
 pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     let width = (CUTOFF - 1.0) / f64::from(STEPS);
     let radii: Vec<f64> = (0..=STEPS).map(|step| CUTOFF - width * f64::from(step)).collect();
@@ -33,7 +32,7 @@ pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     Ok(Potential::new(radii, energies)?)
 }
 
-/// A fluid of Yukawa spheres after a number of events, and its initial total energy.
+/// A fluid of Yukawa spheres after a number of events, and the total energy at the start.
 pub fn simulated(events: u64) -> Result<(Simulation, f64), Box<dyn Error>> {
     let scene = SceneBuilder::new("yukawa")
         .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))

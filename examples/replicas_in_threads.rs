@@ -1,4 +1,4 @@
-//! Independent replicas of a fluid in threads, with one seed each, and the mean of their results.
+//! Runs replicas of a fluid in threads, each with its own seed, and averages their results.
 
 use std::error::Error;
 use std::thread;
@@ -6,7 +6,6 @@ use std::thread;
 use carom::engine::{Simulation, Until};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
-/// The contact rate per particle in one replica.
 fn contact_rate(seed: u64) -> Result<f64, Box<dyn Error + Send + Sync>> {
     let scene = SceneBuilder::new("replica")
         .seed(seed)
@@ -23,7 +22,7 @@ fn contact_rate(seed: u64) -> Result<f64, Box<dyn Error + Send + Sync>> {
     Ok(contacts / (simulation.time() - start) / simulation.moving() as f64)
 }
 
-/// The contact rates per particle of all replicas.
+/// The contact rate per particle in each replica.
 pub fn contact_rates(replicas: u64) -> Result<Vec<f64>, Box<dyn Error + Send + Sync>> {
     thread::scope(|scope| {
         let threads: Vec<_> = (1..=replicas).map(|seed| scope.spawn(move || contact_rate(seed))).collect();

@@ -1,11 +1,11 @@
-//! A granular gas that is simulated until nine tenths of its energy are lost, and stops at that event.
+//! Simulates a granular gas until it has lost nine tenths of its energy.
 
 use std::error::Error;
 
 use carom::engine::{Simulation, Until};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
-/// The gas, and its kinetic energy before and after.
+/// Returns the cooled gas, and the kinetic energy at the start and at the end.
 pub fn cooled() -> Result<(Simulation, [f64; 2]), Box<dyn Error>> {
     let scene = SceneBuilder::new("gas")
         .species(SpeciesDraft::new("grain").mass(1.0).diameter(1.0))

@@ -1,5 +1,4 @@
-//! Independent checks: the reference engine, the proof of a run event by event, the comparison of its files with a
-//! replay, and the comparison with published results.
+//! Independent checks: reference engine, verification of events, comparisons with replays and published results.
 
 pub mod compare;
 pub mod reference;

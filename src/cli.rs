@@ -69,8 +69,7 @@ Exit codes:
   1  the simulation, audit, proof or comparison failed; memory ran out; or the run was interrupted
   2  bad input";
 
-/// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and
-/// meshes.
+/// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and meshes.
 #[derive(Debug, Parser)]
 #[command(version, after_help = EXAMPLES, subcommand_required = true, arg_required_else_help = true)]
 struct Cli {
@@ -290,7 +289,7 @@ fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// Returns the files that output made from a trajectory must not replace.
+/// Returns the files that a picture, movie or conversion of a trajectory must not replace.
 fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
     let mut files = trajectory.parent().map(Folder::files_of).unwrap_or_default();
     files.push(trajectory.to_owned());

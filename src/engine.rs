@@ -1,6 +1,6 @@
 //! Event-driven simulations of scenes.
 
-/// Evaluates an expression with the engine of a simulation, whatever its type.
+/// Evaluates an expression for the engine of a simulation, which has one of four types.
 macro_rules! with_engine {
     ($simulation:expr, $engine:ident => $body:expr) => {
         match $simulation {
@@ -218,8 +218,7 @@ impl Simulation {
         EventCountsBySpecies::of_one_species(species, self.event_counts())
     }
 
-    /// Advances the simulation to a time or a number of events, counted from its beginning. Does nothing if they have
-    /// passed.
+    /// Advances the simulation to a time, or to a total number of events. Does nothing if the limit has passed.
     ///
     /// The limit does not affect the dynamics: two successive advances give the same results as a single long
     /// one, bit for bit.
@@ -234,9 +233,9 @@ impl Simulation {
     /// Advances the simulation, and calls `observe` at every event.
     ///
     /// A closure that returns nothing receives all events. A closure that returns
-    /// [`ControlFlow`](std::ops::ControlFlow) can end the run: after the event at which it breaks, the
-    /// advance returns [`Reason::Observer`]. If the simulation then continues, its results are the same as
-    /// without a stop, bit for bit. [`Self::events`] iterates over the events instead.
+    /// [`ControlFlow`](std::ops::ControlFlow) can end the run with a break; the result is then [`Reason::Observer`]. If
+    /// the simulation continues later, its results are the same as without a stop, bit for bit. [`Self::events`]
+    /// iterates over the events instead.
     ///
     /// # Errors
     /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
@@ -254,8 +253,8 @@ impl Simulation {
     /// Advances the simulation as [`Self::advance`] does, but pauses after a number of steps and returns `None`.
     ///
     /// A step is an event, a cell transition, a new prediction, or anything that takes about as long. At least one step
-    /// is done. There can be many steps between two events. A limit on steps therefore returns control to the caller
-    /// soon, even if no event happens. Pauses do not change any event.
+    /// is done. A limit on steps returns control to the caller soon, even if no event happens. Pauses do not change any
+    /// event.
     ///
     /// # Errors
     /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
@@ -266,8 +265,7 @@ impl Simulation {
         reason
     }
 
-    /// Advances the simulation as [`Self::advance_for`] does, and calls `observe` at every event, as
-    /// [`Self::advance_with`] does.
+    /// Combines [`Self::advance_for`] and [`Self::advance_with`].
     ///
     /// # Errors
     /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
@@ -285,8 +283,7 @@ impl Simulation {
 
     /// Advances the simulation as [`Self::advance_for`] does, but may leave the state out of date.
     ///
-    /// With several threads, only the event counts are up to date at a pause, until [`Self::settle`] is
-    /// called. When the advance ends, the state is up to date, too.
+    /// With several threads, only the event counts are up to date at a pause, until [`Self::settle`] is called.
     pub(crate) fn advance_unsettled(
         &mut self,
         steps: u64,
@@ -302,7 +299,6 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.advance_on_cores(steps.max(1), until, &mut observe))
     }
 
-    /// Does the work of [`Self::advance_with`], without its type parameter.
     fn advance_observed(&mut self, until: Until, mut observe: Observe<'_>) -> Result<Reason, EngineError> {
         if self.event_counts().physical() >= until.last_event() {
             return Ok(Reason::Events);
@@ -320,19 +316,18 @@ impl Simulation {
         }
     }
 
-    /// Writes the current positions and velocities of all particles into `states`, with the time in the full
-    /// precision of the engine.
+    /// Writes the current positions and velocities of all particles into `states`, and the time in full precision.
     pub fn states(&self, states: &mut States) {
         with_engine!(&self.engine, engine => engine.states(states));
     }
 
-    /// All captured pairs and their states, which are not 0. Each pair is listed once, lower id first.
+    /// All captured pairs and their nonzero states. Each pair is listed once, lower id first.
     #[must_use]
     pub fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
         with_engine!(&self.engine, engine => engine.captured_pairs())
     }
 
-    /// Whether it can be shown that no further event will happen.
+    /// Returns true if it can be shown that no further event will happen.
     pub(crate) fn is_over(&self) -> bool {
         with_engine!(&self.engine, engine => engine.is_over())
     }

@@ -2,9 +2,9 @@
 //! meshes and dissipation.
 //!
 //! Between events every particle flies freely, so there is no time step. Carom computes the time of the next event,
-//! executes the event, and predicts new events for the particles that it changed. The algorithms come from M. N.
-//! Bannerman and S. Strobl, *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*. They stay stable
-//! when rounding puts particles on the wrong side of a discontinuity.
+//! executes the event, and predicts new events for the particles involved. The algorithms come from M. N. Bannerman and
+//! S. Strobl, *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*. They stay stable when
+//! round-off puts particles on the wrong side of a discontinuity.
 //!
 //! ```
 //! use carom::scene::{Fill, InteractionDraft, Lattice, Model, SpeciesDraft};
@@ -42,15 +42,14 @@
 //! | measure something new, or end a run on a condition | [`analysis::instruments::Instrument`] | `own_instrument` |
 //! | simulate another potential | [`model::Potential::new`] | `own_potential` |
 //!
-//! The programs are in the folder `examples` of the sources: `cargo run --release --example fluid` runs `fluid`.
+//! The programs are in the folder `examples`. For example, `cargo run --release --example fluid` runs `fluid`.
 //!
 //! # An instrument of one's own
 //!
 //! A type that implements [`Instrument`](analysis::instruments::Instrument) returns the time of its next sample, takes
-//! the sample, and reports numbers and curves. Register it with a [`Run`](run::Run). The run then measures with it and
-//! stores its fields in checkpoints. If a [`Folder`](io::Folder) records the run, the report of the instrument is in
-//! the files of the run and on the page made by `view::report::page`. Your program needs `serde = { version = "1",
-//! features = ["derive"] }`.
+//! the sample, and reports numbers and curves. A [`Run`](run::Run) calls the instrument and stores it in checkpoints.
+//! If a [`Folder`](io::Folder) records the run, the report of the instrument is in the files of the run and on the page
+//! made by `view::report::page`. Your program needs `serde = { version = "1", features = ["derive"] }`.
 //!
 //! ```
 //! use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
@@ -111,44 +110,41 @@
 //!
 //! | question | module | paper |
 //! |---|---|---|
-//! | How does a particle fly? | [`physics::motion`] | equations 1, 2 |
+//! | How does a particle move between events? | [`physics::motion`] | equations 1, 2 |
 //! | When is a state invalid? | [`physics::overlap`] | equations 5 to 9 |
 //! | When is the next event of a pair? | [`physics::detection`] | Algorithms 2 to 6 |
-//! | What happens then? | [`physics::response`], [`engine::event`] | section 1 |
+//! | What happens at the event? | [`physics::response`], [`engine::event`] | section 1 |
 //! | What is simulated, as data? | [`model`] | figure 1 |
 //! | The event loop | [`engine`] | |
 //! | What is measured, and with what error? | [`analysis::instruments`], [`analysis::observables`], [`analysis::statistics`] | |
-//! | What do theory and other simulations give? | [`analysis::published`] | |
+//! | Published results of theory and other simulations | [`analysis::published`] | |
 //! | Frames and their file | [`trajectory`] | |
-//! | How do particles start: lattices, packings, chains, surfaces, velocities? | `prepare`, behind [`scene`] | |
+//! | Initial states: lattices, packings, chains, surfaces, velocities | `prepare`, behind [`scene`] | |
 //! | How is a scene built, from a file or in code? | [`scene`] | |
 //! | A whole run, its audit, its checkpoint | [`run`], [`run::audit`], [`run::checkpoint`] | |
 //! | The folder of a run, and formats of other programs | [`io`] | |
 //! | Replicas of one scene at several temperatures, with swaps | [`exchange`] | |
 //! | Many runs of one scene: their folder, their tables | [`sweep`] | |
-//! | The paper, word for word, for checks | [`mod@check::reference`] | Algorithm 1 |
-//! | Is a run right, event by event? | [`mod@check::verify`] | Algorithm 1 |
+//! | The algorithm of the paper, word for word, for checks | [`mod@check::reference`] | Algorithm 1 |
+//! | Is a run correct, event by event? | [`mod@check::verify`] | Algorithm 1 |
 //! | Do measurements agree with published results? | [`check::validate`] | |
 #![cfg_attr(feature = "view", doc = "| Pictures, movies, pages, a scene in words | [`view`] | figure 6 |")]
 #![cfg_attr(feature = "cli", doc = "| The commands of the program, and their output | [`cli`] | |")]
 //!
-//! Each row of this table is a layer or part of a layer. A module uses only modules in the rows above it; see
-//! `docs/architecture.md`.
+//! A module uses only modules in the rows above it, see `docs/architecture.md`.
 //!
 //! # Notation and units
 //!
 //! `r_ij = r_i - r_j` and `v_ij = v_i - v_j`, as in the paper. Units are reduced: the scene defines lengths, masses and
-//! energies, and Boltzmann's constant is 1. `[length]`, `[mass]`, `[energy]` and `[time]` name the dimension of a
-//! quantity.
+//! energies, and Boltzmann's constant is 1. Comments give dimensions as `[length]`, `[mass]`, `[energy]` and `[time]`.
 //!
 //! # Reproducible results
 //!
-//! A run is a function of its scene and its seed, with the same bits every time and on every processor. Pauses and
-//! observers change nothing.
+//! A scene and its seed give the same bits every time and on every processor. Pauses and observers change nothing.
 
-// The results of these functions differ in the last bits between processors. Unit tests may use them.
+// The functions in `clippy.toml` give different last bits on different processors. Unit tests may use them.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-// Code that may panic is forbidden, because no input may end a program that uses this library.
+// No input may end a program that uses this library, so code that may panic is forbidden.
 #![cfg_attr(
     not(test),
     warn(

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use carom::cli::{exhaustion::Reporting, program};
 
-/// Reports exhausted memory like any other error: one line and exit code 1.
+/// Reports exhausted memory as an error, in one line and with exit code 1.
 #[global_allocator]
 static ALLOCATOR: Reporting = Reporting;
 

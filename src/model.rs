@@ -1,5 +1,4 @@
-//! Data of a simulation: species, potentials, interactions, the box, the particles, and the plans of a run. The data do
-//! not depend on the format of scene files. All other layers read a [`Scene`].
+//! Data of a simulation: species, potentials, interactions, the box, the particles, and the plans of a run.
 
 pub mod barostat;
 pub(crate) mod components;

@@ -1,5 +1,5 @@
-//! A run: a series of stages with rows at regular times. Measured stages, such as the last one, also have means and
-//! frames. A [`Run`] is set up and executed, and returns a [`Finished`] run.
+//! Runs of scenes. A run is a series of stages with rows of observables at regular times. Measured stages also have
+//! means and frames. [`Run`] executes a scene and returns a [`Finished`] run.
 
 pub mod audit;
 mod begin;
@@ -44,24 +44,23 @@ use thiserror::Error;
 
 /// Receives the rows, frames, events and checkpoints of a run. The recorder `()` discards everything.
 pub trait Recorder {
-    /// Error type of the recorder. Any such error ends the run.
+    /// Error of the recorder. An error ends the run.
     type Error;
 
-    /// Records a row: the measurements at one time, in any stage of the run.
+    /// Records a row: the observables at one time.
     ///
     /// # Errors
     /// If the row cannot be recorded.
     fn row(&mut self, stage: Stage, row: &Row) -> Result<(), Self::Error>;
 
-    /// Records a frame: the positions and velocities of all particles, and any additional scalars, each with one value
-    /// per particle.
+    /// Records a frame: positions, velocities and additional scalars of all particles.
     ///
     /// # Errors
     /// If the frame cannot be recorded.
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
-    /// Records a frame of the present state of a simulation, without additional scalars. A recorder can override this
-    /// method to avoid creating a snapshot.
+    /// Records the current state of a simulation as a frame, without additional scalars. Override this method to avoid
+    /// creating a snapshot.
     ///
     /// # Errors
     /// If the frame cannot be recorded.
@@ -69,7 +68,7 @@ pub trait Recorder {
         self.frame(&simulation.snapshot(), Vec::new())
     }
 
-    /// Whether the recorder needs every event of the measurement. Otherwise, [`Recorder::event`] is never called.
+    /// Whether to call [`Recorder::event`] for every event of the measurement.
     fn has_events(&self) -> bool {
         false
     }
@@ -92,8 +91,8 @@ pub trait Recorder {
         false
     }
 
-    /// Records everything needed to [resume](Run::resume) the run from its present state. This method is called when a
-    /// checkpoint is due, and at the end of the run before its last row and frame.
+    /// Records a checkpoint from which the run can be [resumed](Run::resume). This happens when a checkpoint is due,
+    /// and before the last row and frame of the run.
     ///
     /// # Errors
     /// If the checkpoint cannot be recorded.
@@ -130,11 +129,10 @@ pub enum Ending {
     Condition,
     /// The run has no time limit, and no further event can occur.
     Idle,
-    /// The run has no time limit, and no event has occurred for a million rows or a very long time. An event might
-    /// still occur later.
+    /// The run has no time limit, and no event has occurred for a million rows or a very long time. Later events are
+    /// possible.
     GaveUp,
-    /// An automatic equilibration without a limit did not end. After very many events an observable still
-    /// drifts, or its drift is unknown.
+    /// An automatic equilibration did not end: after very many events, an observable drifts or its drift is unknown.
     Unsettled,
     /// The caller interrupted the run, or the recorder could store no more data.
     Interrupted,
@@ -167,8 +165,8 @@ impl Ending {
         }
     }
 
-    /// Returns a description of the problem in one line. `None` if the scene or the caller requested the ending, or if
-    /// no event is left.
+    /// Returns a description of the problem in one line. `None` if the run ended as planned, was interrupted, or has no
+    /// further events.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         match self {
@@ -186,7 +184,7 @@ impl Ending {
         }
     }
 
-    /// Whether this ending ends the whole run, and not only its stage.
+    /// Whether this ending ends the whole run, not only a stage.
     fn is_early(&self) -> bool {
         matches!(
             self,
@@ -271,7 +269,7 @@ pub struct MeasurementPeriod {
     pub duration: f64,
     /// Number of physical events before the measurement, since the start of the simulation.
     pub events_before: u64,
-    /// Event counts of the measurement, except for the deepest overlap, which refers to the whole run.
+    /// Event counts of the measurement. The deepest overlap is the deepest of the whole run.
     pub event_counts: EventCounts,
     /// Wall time of the measurement `[seconds]`.
     pub wall_seconds: f64,
@@ -308,23 +306,22 @@ pub struct Finished {
     pub stages: Vec<MeasuredStage>,
     /// Audit of the run: errors of energy and momentum, and overlaps.
     pub audit: Audit,
-    /// Why the number of frames is limited by their size on disk; `None` if it is not.
+    /// Why the size on disk limits the number of frames; `None` if it does not.
     pub frames_limit: Option<&'static str>,
     instruments: OwnInstruments,
 }
 
 impl Finished {
-    /// Returns the mean of an observable with its standard error, by its name in
-    /// [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES), such as `"pressure"`. `None` if the
-    /// observable does not apply to the scene. [`Measured::number`] returns the results of instruments.
+    /// Returns the mean and standard error of an observable in
+    /// [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES), such as `"pressure"`. `None` if the scene does not
+    /// have this observable. For instruments, see [`Measured::number`].
     #[must_use]
     pub fn observable(&self, name: &str) -> Option<Estimate> {
         self.observables.iter().find(|(known, _)| *known == name).map(|(_, estimate)| *estimate)
     }
 
-    /// Returns a custom instrument in its final state, by its type and the name under which
-    /// [`Run::instrument`] registered it. `None` if no instrument has this name and type, or if the last
-    /// measurement has not begun.
+    /// Returns a custom instrument in its final state, by its type and its name in [`Run::instrument`]. `None` if no
+    /// instrument has this name and type, or if the last measurement has not begun.
     ///
     /// ```
     /// # use carom::analysis::instruments::{Instrument, Measured, Sample, SystemDescription};
@@ -375,8 +372,8 @@ impl Finished {
         self.instruments.take(name)
     }
 
-    /// Whether the run is complete and correct: it reached the end that the scene requests, or no event is left, and
-    /// the audit found no fault.
+    /// Whether the run is complete and the audit found no fault. A run is complete at its planned end, or if no further
+    /// event can occur.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         matches!(self.ending, Ending::Time | Ending::Events | Ending::Condition | Ending::Idle)
@@ -399,7 +396,7 @@ impl Finished {
         }
     }
 
-    /// Whether it makes sense to continue the run: no error ended it, and the audit found no fault.
+    /// Whether the run can be continued: no error ended it, and the audit found no fault.
     #[must_use]
     pub fn can_go_on(&self) -> bool {
         !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_) | Ending::Blocked(_))

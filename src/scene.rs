@@ -1,13 +1,12 @@
 //! A validated scene: everything that determines a trajectory, in reduced units.
 //!
-//! A [`Scene`] is built from a scene file ([`Scene::from_file`], [`Scene::from_toml`]) or in code with a
-//! [`SceneBuilder`]. Both ways apply the same checks, and a simulation needs no further validation.
-//! [`schema`](fn@schema) returns the schema of all keys of a scene file, for editors.
+//! A [`Scene`] is read from a file ([`Scene::from_file`], [`Scene::from_toml`]) or built in code with a
+//! [`SceneBuilder`]. Every scene is checked, so a simulation needs no further validation. [`schema`](fn@schema)
+//! describes all keys of a scene file.
 //!
-//! A text becomes a scene in three steps. `file` reads the keys from a `source`. `parse` turns them into a
-//! [`SceneBuilder`], an unvalidated scene. `validate` checks it, with `groups` and `filling`, and returns the
-//! [`Scene`]. The module `prepare`, one layer below, generates the positions and velocities that the scene does not
-//! list. A [`SceneError`] has the [`ConfigPath`] of the wrong value, and the source finds its line.
+//! The module `file` reads the keys of a text, `parse` converts them to a [`SceneBuilder`], and `validate` checks the
+//! builder and returns the [`Scene`]. The module `prepare` generates positions and velocities. A [`SceneError`] has the
+//! [`ConfigPath`] of the wrong value, and `source` finds the line.
 
 mod brought;
 mod builder;
@@ -71,12 +70,12 @@ impl Scene {
 
     /// Reads a scene from a file, with some of its values replaced.
     ///
-    /// An override consists of a dotted path of keys and a value: `("seed", "5")`, `("interaction.0.restitution",
-    /// "0.1")`, `("species.A.mass", "2")`. The path may contain indices or names of list entries. The value is TOML or
-    /// a bare word. Keys that are not in the file are added.
+    /// An override is a dotted key and a value, such as `("seed", "5")`, `("interaction.0.restitution", "0.1")` or
+    /// `("species.A.mass", "2")`. A key may contain indices or names of list entries. The value is TOML or a bare word.
+    /// Keys that are not in the file are added.
     ///
     /// # Errors
-    /// As for [`Scene::from_file`]. The error for an invalid override shows the override instead of a line of the file.
+    /// As for [`Scene::from_file`]. An error in an override shows the override instead of a line of the file.
     pub fn from_file_with(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         Self::from_toml_with(read_text(path)?, path, overrides)
@@ -84,8 +83,8 @@ impl Scene {
 
     /// Reads a scene from the text of a scene file.
     ///
-    /// `name` is used as the path of the file: it appears in messages, paths in the text are relative to its folder,
-    /// and a scene without a name is named after it.
+    /// `name` is the path of the file. It appears in messages and is the default name of the scene. Paths in the text
+    /// are relative to its folder.
     ///
     /// # Errors
     /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
@@ -106,8 +105,7 @@ impl Scene {
         Self::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &needs_run)
     }
 
-    /// Reads a scene from the text of a scene file. The particles may also come from a program (`given`), or from an
-    /// earlier run that `open` reads.
+    /// Reads a scene from a text. The particles may also come from a program (`given`) or from an earlier run (`open`).
     pub(crate) fn from_toml_and_run(
         text: String,
         path: &Path,
@@ -143,14 +141,11 @@ impl Scene {
     }
 
     /// Checks that a text is valid TOML, with only the keys of a scene and values of the right types.
-    ///
-    /// # Errors
-    /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
     pub(crate) fn check_keys(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<(), SceneError> {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }
 
-    /// Tables of a scene that may name files or runs, which [`Self::inputs_named`] collects.
+    /// Tables of a scene file that may contain paths of files or runs.
     pub(crate) const TABLES_WITH_INPUTS: [&str; 4] = ["file", "output", "start", "surface"];
 
     pub(crate) fn inputs_named(
@@ -177,7 +172,7 @@ impl Scene {
         Ok(file.species.into_iter().map(|species| species.name).collect())
     }
 
-    /// Returns the steps of each dotted key, with the names of list entries replaced by their indices.
+    /// Splits dotted keys into steps, and replaces names of list entries by indices.
     pub(crate) fn places(text: &str, set: &[(&str, &str)], keys: &[&str]) -> Vec<Vec<String>> {
         let source = source::Source::new("", text.to_owned(), set);
         keys.iter().map(|key| source.place(key)).collect()
@@ -186,9 +181,7 @@ impl Scene {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum NamedInput {
-    /// A file with particle positions or a mesh.
     File,
-    /// The folder of an earlier run.
     Run,
 }
 
@@ -198,7 +191,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, SceneError> {
     })?;
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
-        // Invalid characters are replaced, because the text only has to show the line of the error.
+        // The text only has to show the line of the error.
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         SceneError::new(ConfigPath::root(), SceneErrorKind::NotText { offset }).in_source(
             &path.to_string_lossy(),

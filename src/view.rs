@@ -1,6 +1,6 @@
 //! Views of results: pictures, movies, pages, and a scene in words.
 
-// The results of a run do not depend on this module, so functions may differ in the last bit between machines.
+// Results of a run do not depend on views, so functions may differ in the last bit between machines.
 #![allow(clippy::disallowed_methods)]
 
 mod audit;

@@ -1,5 +1,4 @@
-//! Every invalid scene gives one error that says what is wrong and on which line. The scenes and their errors are in
-//! `bad_scenes/cases.toml`.
+//! Every invalid scene gives the error in `bad_scenes/cases.toml`, with the line number.
 
 #[path = "bad_scenes/cases.rs"]
 mod cases;

@@ -1,4 +1,4 @@
-//! Tests `carom convert` as a user runs it. `tests/readers` tests how other programs read the converted files.
+//! Tests `carom convert`. `tests/readers` tests how other programs read the converted files.
 
 use std::fs;
 use std::path::Path;

@@ -26,15 +26,14 @@ fn a_fluid_has_the_pressure_of_its_equation_of_state() {
     let (mean, error) = (measured.mean.unwrap(), measured.standard_error.unwrap());
     let expected = carnahan_starling(0.3);
     assert!(error < 0.01 * expected, "{error}");
-    // The tolerance is five standard errors plus 0.3 %, which covers the error of the equation of state and the finite
-    // size of the system.
+    // The tolerance of 0.3 % covers the errors of the equation of state and of the finite system size.
     assert!((mean - expected).abs() < 5.0 * error + 0.003 * expected, "{mean} +- {error}, expected {expected}");
 }
 
 #[test]
 fn gas_stops_when_nine_tenths_of_its_energy_are_lost() {
     let (simulation, [start, end]) = stop_on_condition::cooled().unwrap();
-    // A contact removes at most a few thousandths of the energy of 500 grains.
+    // Each contact removes much less than 1 % of the energy.
     assert!(end < 0.1 * start && end > 0.09 * start, "{start} {end}");
     assert!((simulation.event_counts().dissipated.total() + end - start).abs() < 1e-12 * start);
 }
@@ -45,14 +44,13 @@ fn replicas_agree_with_kinetic_theory() {
     assert_eq!(rates, replicas_in_threads::contact_rates(4).unwrap(), "a function of the seed, in any thread");
     let (mean, error) = replicas_in_threads::mean_and_error(&rates);
     let expected = HardSphereFluid::reduced(0.2).collision_rate();
-    // The 30,000 contacts of each replica determine its rate to half a per cent. The finite size of the system changes
-    // the rate by as much.
+    // With 30,000 contacts per replica, the statistical error of the rate is 0.5 %. The finite size adds 0.5 %.
     assert!(error < 0.01 * expected && (mean / expected - 1.0).abs() < 0.015, "{mean} +- {error}, expected {expected}");
 }
 
 #[test]
 fn a_bond_turns_its_beads_back_at_both_of_its_ends() {
-    // The first event is at 0.1. After each event, the beads cross a distance of 0.4 at a relative speed of 2.
+    // The first event is at t = 0.1. Between two events, the beads cross a distance of 0.4 at a relative speed of 2.
     assert_eq!(dimer::contacts(10.0).unwrap(), 50);
 }
 
@@ -61,8 +59,7 @@ fn square_well_events_have_four_kinds_with_correct_signs() {
     let statistics = event_statistics::statistics(20_000).unwrap();
     assert_eq!(statistics.keys().copied().collect::<Vec<_>>(), ["bounce", "capture", "core", "release"]);
     assert_eq!(statistics.values().map(|(count, _)| count).sum::<u64>(), 20_000);
-    // The core of the potential pushes the particles apart. The other events are at the edge of the well and pull the
-    // particles together.
+    // The core repels. All other events are at the edge of the well, which attracts.
     let is_outwards = |name: &str| statistics[name].1 > 0.0;
     assert!(is_outwards("core") && !is_outwards("capture") && !is_outwards("release") && !is_outwards("bounce"));
 }
@@ -72,7 +69,6 @@ fn user_defined_potential_conserves_energy() {
     let (simulation, start) = own_potential::simulated(20_000).unwrap();
     let energy = simulation.energy();
     assert!(energy.potential > 0.0 && simulation.event_counts().capture > 1_000);
-    // The tolerance allows for about 20,000 roundings.
     assert!(((energy.kinetic + energy.potential) / start - 1.0).abs() < 1e-12);
 }
 
@@ -83,8 +79,8 @@ fn user_defined_instrument_is_in_the_files_of_the_run() {
     let finished = own_instrument::measured_in(&run).unwrap();
     assert_eq!(finished.ending, Ending::Time);
     let curve = &finished.measured.curves[0];
-    // The speeds have Maxwell's distribution at a temperature of 255 / 256. The tolerance is five standard errors plus
-    // the effect of averaging over a bin of width w, which is `w^2 / 24` times a second derivative of at most 2.
+    // The speeds have Maxwell's distribution at a temperature of 255 / 256. Averaging over a bin of width `w` changes
+    // it by `w^2 / 24` times its second derivative, which is at most 2.
     let temperature = 255.0_f64 / 256.0;
     let (middles, series) = (&curve.variables[0].values, &curve.series[0]);
     for ((v, p), error) in middles.iter().zip(&series.values).zip(&series.standard_errors) {
@@ -96,8 +92,7 @@ fn user_defined_instrument_is_in_the_files_of_the_run() {
     let table = std::fs::read_to_string(run.join("measurements/speeds.csv")).unwrap();
     assert!(table.starts_with("v,p_v,p_v_error\n"), "{table}");
     assert_eq!(table.lines().count(), 21);
-    // The exact maximum is at sqrt(2). It may be in the bin next to the most probable one; the bins have a width of
-    // 0.25.
+    // The exact maximum is at sqrt(2). The tolerance is 1.5 bins.
     let most_probable = own_instrument::most_probable(&finished).unwrap();
     assert!((most_probable - 2.0_f64.sqrt()).abs() < 0.375, "{most_probable}");
 }

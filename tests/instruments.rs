@@ -1,4 +1,4 @@
-//! Instruments written outside of the crate: results, checkpoints, report pages, and runs that an instrument ends.
+//! Instruments defined outside of the crate: results, checkpoints, report pages, and runs that an instrument ends.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -13,8 +13,7 @@ use carom::run::{Ending, Finished, Progress, Run, Stage};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use serde::{Deserialize, Serialize};
 
-/// An instrument that averages speeds at equal intervals of time and adds up impulses. It ends the run after a number
-/// of events.
+/// An instrument that averages speeds and adds up impulses. It ends the run after a number of events.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Probe {
     times: SamplingTimes,
@@ -87,7 +86,7 @@ fn probed(run: Run, most: u64) -> Run {
     run.instrument("probe", move |setup| Probe::new(setup.sample.time, most))
 }
 
-/// Runs the scene with output to a folder, and interrupts it when a stage has had the given number of events.
+/// Runs the scene with output to a folder. Interrupts the run after a number of events of a stage.
 fn interrupted(folder: &Path, most: u64, (stage, events): (Stage, u64)) -> Finished {
     let scene = scene();
     let mut files = Folder::create(folder, &scene, Existing::Keep).unwrap();
@@ -136,7 +135,7 @@ fn finished_run_returns_instruments_by_name_and_type() {
     let events = finished.measurement.event_counts.physical();
     assert_eq!(finished.instrument::<Probe>("probe").unwrap().events, events);
     assert_eq!(finished.instrument::<Other>("other").unwrap().0, "kept");
-    // An instrument is found by its name together with its type.
+    // The name and the type of an instrument must match.
     assert!(finished.instrument::<Other>("probe").is_none() && finished.take_instrument::<Other>("probe").is_none());
     assert!(finished.instrument::<Probe>("nothing").is_none());
     let probe = finished.take_instrument::<Probe>("probe").unwrap();
@@ -159,7 +158,7 @@ fn resumed_instrument_is_restored_from_its_stored_state() {
     let path = folder.path().join("run");
     interrupted(&path, 900, (Stage::Measurement, 300));
     let (_, checkpoint) = Folder::resume(&path, None).unwrap();
-    // The limit of 900 events comes from the checkpoint, not from the 0 given here.
+    // The limit of 900 events comes from the checkpoint, not from the argument 0.
     let finished = probed(Run::resume(checkpoint), 0).finish().unwrap();
     assert_eq!((finished.ending.clone(), finished.measurement.event_counts.physical()), (Ending::Condition, 900));
 }

@@ -1,6 +1,6 @@
-//! Checks that every dependency has a licence compatible with Carom's licences, and that `THIRD-PARTY.md` names
-//! everything from which the program and the Python package are built. After a change of `Cargo.lock`,
-//! `CAROM_WRITE_NOTICE=1 cargo test --test licences` rewrites `THIRD-PARTY.md`.
+//! Checks that all dependencies have licences compatible with Carom's, and that `THIRD-PARTY.md` lists all crates in
+//! the program and the Python package. After a change of `Cargo.lock`, `CAROM_WRITE_NOTICE=1 cargo test --test
+//! licences` rewrites `THIRD-PARTY.md`.
 
 #![cfg(target_os = "linux")]
 
@@ -11,7 +11,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Licences that require at most that a notice is kept.
+/// These licences at most require that copies keep a notice.
 const PERMISSIVE: [&str; 14] = [
     "0BSD",
     "Apache-2.0",
@@ -29,7 +29,7 @@ const PERMISSIVE: [&str; 14] = [
     "bzip2-1.0.6",
 ];
 
-/// Crates with licences that also require the publication of changes to the licensed files.
+/// Licences that also require changes to the licensed files to be published.
 const BY_FILE: [(&str, &str); 1] = [("priority-queue", "MPL-2.0")];
 
 const NOTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/THIRD-PARTY.md");
@@ -42,12 +42,11 @@ struct Crate {
     authors: String,
     source: String,
     folder: String,
-    /// Whether the program or the Python package is built from the crate. Other crates are only for tests, benchmarks
-    /// or build scripts.
+    /// Whether the crate is a part of the program or the Python package.
     is_built_in: bool,
 }
 
-/// All dependencies on Linux, sorted by name and version.
+/// Returns all dependencies on Linux, sorted by name and version.
 fn dependencies() -> Vec<Crate> {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
     let arguments = "metadata --format-version 1 --locked --filter-platform x86_64-unknown-linux-gnu";
@@ -55,7 +54,7 @@ fn dependencies() -> Vec<Crate> {
         let words = arguments.split(' ').chain(more.iter().copied());
         Command::new(&cargo).args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
     };
-    // The first attempt is offline. The second one can download crates that only the Python package needs.
+    // The first attempt is offline. The second attempt may download crates for the Python package.
     let offline = ask(&["--offline"]);
     let output = if offline.status.success() { offline } else { ask(&[]) };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -68,7 +67,7 @@ fn dependencies() -> Vec<Crate> {
     let mut open: Vec<String> = own.iter().cloned().collect();
     while let Some(id) = open.pop() {
         for dependency in nodes[&id]["deps"].as_array().unwrap() {
-            // The kind of a normal dependency is `null`. Dependencies for tests and for build scripts have other kinds.
+            // Normal dependencies have the kind `null`. Dependencies of tests and build scripts have other kinds.
             let is_normal = dependency["dep_kinds"].as_array().unwrap().iter().any(|kind| kind["kind"].is_null());
             let id = text(&dependency["pkg"]);
             if is_normal && built_in.insert(id.clone()) {
@@ -94,7 +93,7 @@ fn dependencies() -> Vec<Crate> {
     crates
 }
 
-/// Whether some of the given licences satisfy an expression such as `(MIT OR Apache-2.0) AND Unicode-3.0`.
+/// Returns whether the licences satisfy an expression such as `(MIT OR Apache-2.0) AND Unicode-3.0`.
 fn is_met(expression: &str, licences: &[&str]) -> bool {
     let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " OR ");
     let words: Vec<&str> = spaced.split_whitespace().collect();
@@ -130,7 +129,7 @@ fn one(words: &[&str], at: &mut usize, licences: &[&str]) -> bool {
         return is_met;
     }
     if words.get(*at) == Some(&"WITH") {
-        // A licence exception after `WITH` only grants more rights.
+        // An exception after `WITH` only grants more rights.
         *at += 2;
     }
     licences.contains(word)
@@ -140,8 +139,7 @@ fn line(it: &Crate) -> String {
     format!("| {} | {} | {} | {} |", it.name, it.version, it.licence, it.source)
 }
 
-/// The licence texts and notices in the folder of a crate. If one licence is sufficient, only its text is used: MIT if
-/// possible, else MPL-2.0, else Apache-2.0.
+/// Returns the licence texts and notices of a crate. Prefers MIT, then MPL-2.0, then Apache-2.0.
 fn texts(it: &Crate) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(&it.folder)
         .unwrap()

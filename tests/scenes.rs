@@ -27,7 +27,7 @@ fn hopper_matches_the_paper_and_has_no_gaps() {
     println!("{surface} surface spheres, {} grains", scene.particles().len() - surface);
     assert!((1600..1800).contains(&surface), "{surface} surface spheres");
     assert_eq!(scene.gaps(), []);
-    // Every grain starts inside the bin: its centre keeps the contact distance 2 from the wall of radius 17.
+    // The centre of each grain keeps the contact distance of 2 from the wall of radius 17.
     for particle in scene.particles().iter().filter(|particle| particle.species.0 == 0) {
         assert!(particle.position.xy().norm() < 15.0);
     }
@@ -227,12 +227,10 @@ fn a_distribution_of_diameters_becomes_classes() {
     assert_eq!((names.len(), names[0], names[19], names[20]), (21, "A-1", "A-20", "B"));
     let mut counts = [0; 21];
     scene.particles().iter().for_each(|particle| counts[particle.species.0 as usize] += 1);
-    // Three quarters of the 410 particles, 307.5, belong to the 20 classes, 15.375 to each. The other 102.5 are of
-    // species B.
+    // Three quarters of the 410 particles, 307.5, are in 20 classes of 15.375. The other 102.5 are of species B.
     assert!(counts[..20].iter().all(|count| (15..=16).contains(count)), "{counts:?}");
     assert!((102..=103).contains(&counts[20]) && counts.iter().sum::<i32>() == 410);
-    // The classes with 16 instead of 15 particles have all sizes, so their effects on the mean diameter nearly cancel.
-    // The tolerance is the effect of three of the 307 particles with diameters a tenth too large.
+    // Classes with 16 instead of 15 particles are spread over all diameters, so the mean is nearly exact.
     let diameters = (0..20).map(|class| scene.species()[class].diameter * f64::from(counts[class]));
     let mean = diameters.sum::<f64>() / f64::from(410 - counts[20]);
     assert!((mean / 1.2 - 1.0).abs() < 1e-3, "{mean}");
@@ -281,7 +279,7 @@ fn listed_diameters_keep_shares_and_disks_have_mass_by_area() {
 fn species_that_have_no_particles_take_no_memory() {
     use std::fmt::Write;
 
-    // Square tables for this number of species would take about 50 GB.
+    // Square tables for this number of species would need about 50 GB.
     const SPECIES: usize = 30_000;
     let mut text = "[space]\nsize = [10.0, 10.0, 10.0]\n".to_owned();
     for id in 0..SPECIES {
@@ -305,7 +303,7 @@ fn species_that_have_no_particles_take_no_memory() {
     let until = carom::engine::Until::events(3);
     simulation.advance_with(until, |event| pairs.push([event.particle.0, event.partner().unwrap().0])).unwrap();
     pairs.iter_mut().for_each(|pair| pair.sort_unstable());
-    // The impulse passes from sphere to sphere and through a side of the periodic box.
+    // The impulse passes from sphere to sphere and through a periodic side.
     assert_eq!(pairs, [[0, 1], [1, 2], [0, 2]]);
 }
 

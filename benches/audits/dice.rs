@@ -1,4 +1,4 @@
-/// Random numbers that depend only on a seed (SplitMix64).
+/// A random number generator (SplitMix64).
 #[derive(Debug, Clone)]
 pub struct Dice(u64);
 
@@ -35,7 +35,7 @@ impl Dice {
         choices[self.below(choices.len())]
     }
 
-    /// A random number whose logarithm is uniform.
+    /// A random power of ten. Its exponent is uniform between `low` and `high`.
     pub fn power(&mut self, low: f64, high: f64) -> f64 {
         10_f64.powf(self.between(low, high))
     }

@@ -1,19 +1,18 @@
-//! Judges the audits of random scenes: a valid run must pass.
+//! Runs a random scene and audits it. The audit of a valid run must pass.
 
 use std::ops::ControlFlow;
 
 use carom::model::Scene;
 use carom::run::{Ending, run};
 
-/// A run is abandoned after this many checks, which are a few hundredths of a second apart.
+/// Number of checks after which a run is stopped.
 const PATIENCE: u32 = 2_000;
 
-/// Result of building a scene, running it and auditing the run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
-    /// The scene is invalid, for this reason.
+    /// The scene is invalid. The text is the reason.
     Refused(String),
-    /// The audit passed after this number of events.
+    /// The audit passed. The number counts the events.
     Sound(u64),
     Condemned(String),
 }

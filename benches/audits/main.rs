@@ -1,12 +1,12 @@
-//! How often the audit fails for valid runs. The scenes are random, and their coordinates have a large round-off error.
+//! Counts false alarms of the audit in runs of random valid scenes.
 //!
 //! ```text
 //! cargo bench --bench audits -- 1000        judges 1000 scenes, from seed 1 on
 //! cargo bench --bench audits -- 1 4711      judges the scene of seed 4711, and prints it
 //! ```
 //!
-//! The opposite test checks that the audit finds faults. It uses an engine that makes faults: `CAROM_DROPS=1000 cargo
-//! test --release --lib drops`.
+//! `CAROM_DROPS=1000 cargo test --release --lib drops` tests the opposite: the audit must find the faults of a faulty
+//! engine.
 
 mod judge;
 mod scenes;

@@ -1,6 +1,5 @@
 //! Random valid scenes, as text. Many boxes are very long or far from the origin, so that coordinates have a large
-//! round-off error. The scenes contain clusters across corners of the box, narrow channels, rings, walls, shear, wells,
-//! chains, mixtures of masses and growing diameters.
+//! round-off error.
 
 #[path = "dice.rs"]
 mod dice;
@@ -11,19 +10,16 @@ use std::fmt::Write;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// Hard spheres, disks or rods in a cluster.
+    /// Hard particles in a cluster.
     Cluster,
     Wells,
-    /// Bonded chains across a corner of the box.
     Chains,
     Walls,
     Shear,
-    /// Inelastic contacts with coefficients of restitution down to 0.
     Inelastic,
-    /// Balls that fall on a floor.
     Falling,
     Growth,
-    /// Particles along the whole length of a narrow channel or a ring.
+    /// Particles along a long narrow channel.
     Channel,
 }
 
@@ -52,7 +48,7 @@ struct Box {
     is_periodic: [bool; 3],
 }
 
-/// The longest interaction distance, and the largest diameter.
+/// The longest interaction distance.
 const RANGE: f64 = 1.3;
 const LARGEST: f64 = 1.0;
 
@@ -148,8 +144,7 @@ fn sides(text: &mut String, dice: &mut Dice, kind: Kind, space: &Box) {
     }
 }
 
-/// Places particles in a cluster, often across a corner of the box, or along a channel. Returns the number of particles
-/// of each species.
+/// Places particles in a cluster or along a channel. Returns the number of particles of each species.
 fn particles(
     text: &mut String,
     dice: &mut Dice,
@@ -213,7 +208,7 @@ fn particles(
     [0, 1].map(|species| placed.iter().filter(|(_, of)| *of == species).count())
 }
 
-/// Whether a particle at a position touches no wall and no other particle.
+/// Returns whether a new particle would touch no wall and no other particle.
 fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), placed: &[([f64; 3], usize)]) -> bool {
     let margin = 0.5 * diameters[species];
     let is_inside = (0..space.dimensions)
@@ -229,7 +224,7 @@ fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), 
         })
 }
 
-/// Thermal velocities at temperature 1, plus the velocity `drift` of the centre of mass.
+/// Thermal velocities at temperature 1. The centre of mass moves with the velocity `drift`.
 fn velocities(dice: &mut Dice, placed: &[([f64; 3], usize)], masses: [f64; 2], drift: [f64; 3]) -> Vec<[f64; 3]> {
     let thermal: Vec<[f64; 3]> =
         placed.iter().map(|(_, species)| [(); 3].map(|()| dice.normal() * masses[*species].powf(-0.5))).collect();
@@ -239,7 +234,7 @@ fn velocities(dice: &mut Dice, placed: &[([f64; 3], usize)], masses: [f64; 2], d
     thermal.iter().map(|v| std::array::from_fn(|k| v[k] - centre[k] + drift[k])).collect()
 }
 
-/// Diameters that grow by a few per cent, slowly or much faster than the particles move.
+/// Adds a stage in which the diameters grow until the packing fraction is 2 to 10 % larger.
 fn growth(text: &mut String, dice: &mut Dice, space: &Box, count: [usize; 2], diameters: [f64; 2]) {
     let volume = |diameter: f64| match space.dimensions {
         1 => diameter,

@@ -1,11 +1,11 @@
-//! One system on several cores: one thread and two threads in turns, and an estimate for more cores.
+//! Measures the speed of two threads relative to one, and estimates the speed of more cores.
 //!
 //!     cargo bench --bench cores                          all systems, about forty minutes; writes benches/results/cores.md and cores.svg
 //!     cargo bench --bench cores -- 100000 0.49           a number of spheres at a packing fraction, for a quick look
 //!
-//! For more cores, the domains run one after the other on one thread. In the estimate, a window takes as long as its
-//! slowest domain, and the time for comparison and exchange is divided by the number of domains. Contention for memory
-//! is not included.
+//! The domains of more cores run one after the other on one thread. In the estimate, the slowest domain sets the time
+//! of a window. The time for comparison and exchange is divided by the number of domains. Contention for memory is not
+//! included.
 
 mod plot;
 
@@ -22,15 +22,14 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 /// Events per particle before the timing, enough to melt a lattice.
 const BEFORE: f64 = 25.0;
 
-/// Events per particle in one timing, and the smallest total number of events in a timing.
+/// Minimum numbers of timed events: per particle, and in total.
 const TIMED: f64 = 6.0;
 const LEAST: f64 = 4e6;
 
-/// Number of turns. In each turn, the system runs on one thread and then on two.
+/// Number of repeats.
 const TURNS: usize = 3;
 
-/// Freezing packing fraction of hard spheres. Crystals start from their own lattice, fluids from a lattice that hard
-/// spheres do not form.
+/// Freezing packing fraction of hard spheres. Below it, the particles start from a lattice that melts.
 const FREEZING: f64 = 0.494;
 
 const HEAD: &str = "\
@@ -41,7 +40,7 @@ on several cores and machines](../../docs/parallel.md#speed-on-many-cores) expla
 
     cargo bench --bench cores
 
-If there are more domains than cores, one thread simulated the domains one after the other. The time of a window is then the time of its
+If there were more domains than cores, one thread simulated the domains one after the other. In this case, the time of a window is the time of its
 slowest domain, and the time for comparison and exchange is divided by the number of domains. The estimate neglects that several cores
 compete for memory bandwidth. The ratios compare runs that were made side by side. The rates depend on the machine. Documents that quote
 rates name the machine.
@@ -50,7 +49,6 @@ rates name the machine.
 
 ";
 
-/// A system, and the numbers of cores for which the speed is estimated.
 struct System {
     name: String,
     scene: Scene,
@@ -59,21 +57,20 @@ struct System {
 
 struct Row {
     name: String,
-    /// Events per second with one thread and with two, and their ratio, for each turn.
+    /// In each repeat: events per second with one thread, events per second with two threads, and the ratio.
     turns: Vec<[f64; 3]>,
     work: DomainWork,
     cores: Vec<Estimate>,
 }
 
-/// Speed on a number of cores, relative to one thread.
 pub struct Estimate {
     cores: usize,
     speedup: f64,
-    /// Number of steps, divided by the number without the steps for copies of particles from other domains.
+    /// Number of all steps, divided by the number of steps of original particles. The other steps are those of copies.
     steps: f64,
     /// Mean time of the domains, divided by the time of the slowest domain.
     balance: f64,
-    /// Time for comparison, exchange and new epochs, divided by the time of the slowest domain.
+    /// Time outside of the steps, divided by the time of the slowest domain.
     others: f64,
 }
 
@@ -127,11 +124,11 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
     ])
 }
 
-/// Returns the number of events per second of wall time, measured over about `per_particle` events per particle.
-/// `before` is the earlier number of events per particle and unit of simulated time.
+/// Runs about `per_particle` events per particle. Returns the events per second of wall time. `before` is the rate of
+/// earlier events, per particle and unit of simulated time.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
-    // The limit is a time. With a limit on the number of events, the last window would run on a single engine.
+    // Stops at a given time, because a limit on the number of events makes the last window run on a single engine.
     simulation.advance(Until::time(simulation.time() + per_particle / before))?;
     Ok((simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64())
 }
@@ -145,7 +142,6 @@ fn measure(system: &System) -> Outcome<Row> {
     simulation.advance(Until::events(half))?;
     let start = simulation.time();
     simulation.advance(Until::events(before))?;
-    // Events per particle and unit time.
     let density = 0.5 * BEFORE / (simulation.time() - start);
     let timed = TIMED.max(LEAST / particles);
     let mut row = Row { name: system.name.clone(), turns: Vec::new(), work: DomainWork::default(), cores: Vec::new() };
@@ -177,7 +173,7 @@ fn measure(system: &System) -> Outcome<Row> {
     Ok(row)
 }
 
-/// Speed on several cores relative to one thread, estimated from domains that ran one after the other.
+/// Estimates the speed on several cores from domains that ran one after the other.
 fn estimate(cores: usize, one: f64, events: f64, before: DomainWork, after: DomainWork) -> Estimate {
     let since = |of: fn(&DomainWork) -> Duration| (of(&after) - of(&before)).as_secs_f64();
     let slowest = since(|work| work.slowest);

@@ -1,7 +1,7 @@
 use super::{Estimate, Outcome};
 use plotters::prelude::*;
 
-/// Okabe and Ito's colours, distinct for colour-blind eyes.
+/// Okabe and Ito's colours, which colour-blind readers can distinguish.
 const COLOURS: [RGBColor; 3] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115)];
 
 pub fn draw(path: &str, systems: &[(&str, &[Estimate])]) -> Outcome {

@@ -1,4 +1,4 @@
-//! Times each detection function on a thousand random states of order one.
+//! Times each detection function on a thousand random states.
 
 use carom::Vector;
 use carom::physics::detection::{accelerated, inertial, plane};
@@ -11,7 +11,6 @@ use std::hint::black_box;
 
 const STATES: u64 = 1_000;
 
-/// Distance of the discontinuity.
 const DISTANCE: f64 = 1.0;
 
 struct State {
@@ -19,7 +18,7 @@ struct State {
     acceleration: Vector,
 }
 
-/// Random states with distances from `lower` to `upper`. Velocities and accelerations have random directions.
+/// Random states with distances from `lower` to `upper`.
 fn states(lower: f64, upper: f64) -> Vec<State> {
     let mut generator = ChaCha8Rng::seed_from_u64(1);
     let mut uniform = || (generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -44,7 +43,7 @@ fn measure<T>(criterion: &mut Criterion, name: &str, inputs: &[T], ask: impl Fn(
     });
 }
 
-/// Benchmarks the detection functions: Algorithms 2 to 6 of the paper, and contacts with a plane.
+/// Times Algorithms 2 to 6 of the paper and contacts with a plane.
 pub fn all(criterion: &mut Criterion) {
     let (outside, inside) = (states(1.05, 3.0), states(0.1, 0.95));
     let quadratics = |states: &[State]| -> Vec<Quadratic> {

@@ -1,5 +1,5 @@
-//! Time per call of the detection functions, and events per second of whole systems: `cargo bench --bench
-//! engine`. Absolute numbers depend on the machine and its load; compare ratios.
+//! Times the detection functions and the events of whole systems: `cargo bench --bench engine`. Absolute numbers depend
+//! on the machine and its load; compare ratios.
 
 mod kernels;
 mod systems;
@@ -8,7 +8,6 @@ use carom::engine::Until;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use systems::{SYSTEMS, System};
 
-/// Physical events per measurement.
 const EVENTS: u64 = 100_000;
 
 fn measure(criterion: &mut Criterion, system: &System) {

@@ -8,8 +8,7 @@ use carom::scene::{Amount, Fill, InteractionDraft, Lattice, SceneBuilder, Specie
 pub struct System {
     pub name: &'static str,
     pub start: fn() -> Simulation,
-    /// Whether the system is in a steady state. Other systems, such as a heap, a pendulum or a cooling gas, are
-    /// restarted for each measurement.
+    /// Whether the system stays in a steady state. Otherwise each measurement restarts it.
     pub is_steady: bool,
 }
 
@@ -44,7 +43,7 @@ fn square_well(density: f64) -> Simulation {
     fluid(well, Amount::NumberDensity(density), 2.0)
 }
 
-/// A fluid close to equilibrium, after ten events per particle.
+/// A fluid after ten events per particle.
 fn fluid(potential: Potential, amount: Amount, temperature: f64) -> Simulation {
     let scene = SceneBuilder::new("fluid")
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))

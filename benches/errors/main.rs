@@ -53,7 +53,6 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Runs all seeds, on all cores.
 fn campaign(system: &System, factor: f64, seeds: u64) -> Result<Tally, String> {
     let (next, tally, trouble) = (AtomicU64::new(1), Mutex::new(Tally::default()), Mutex::new(None));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);

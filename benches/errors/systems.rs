@@ -1,19 +1,18 @@
-//! Systems for testing error estimates. The errors of their means have different causes.
+//! Systems for testing error estimates.
 
-/// A system, and the length of a short run of it.
 #[derive(Debug)]
 pub struct System {
     pub name: &'static str,
-    /// The scene without its seed, equilibration, end, thermostat and barostat.
+    /// The scene without its seed, its thermostat, its barostat and the length of the run.
     pub scene: String,
-    /// Thermostat and barostat, in the table `[run]`.
+    /// Lines of the table `[run]` for a thermostat or a barostat.
     pub ensemble: &'static str,
     pub equilibration: f64,
     pub short: f64,
 }
 
 impl System {
-    /// Text of the scene for a run that is `factor` times as long as a short run.
+    /// The scene of a run that is `factor` times as long as a short run.
     pub fn scene(&self, factor: f64, seed: u64) -> String {
         let Self { scene, ensemble, equilibration, short, .. } = self;
         let until = equilibration + factor * short;
@@ -97,7 +96,7 @@ pub fn systems() -> [System; 13] {
             20.0,
             100.0,
         ),
-        // Disks in a channel between two walls at different temperatures, without mean flow along it.
+        // Disks between two walls at different temperatures. There is no flow along the walls.
         system(
             "channel",
             &[
@@ -128,7 +127,7 @@ pub fn systems() -> [System; 13] {
             20.0,
             200.0,
         ),
-        // Four rods of two masses on a line. Equal rods only exchange velocities and have no errors.
+        // Rods with two different masses. Equal rods would only exchange velocities.
         system(
             "unequal rods",
             &[
@@ -150,7 +149,7 @@ pub fn systems() -> [System; 13] {
             100.0,
             400.0,
         ),
-        // A chain of 16 beads at four temperatures, mostly above the maximum of its heat capacity.
+        // In most runs, the heat capacity has no maximum between the four temperatures.
         system(
             "exchange",
             &[
@@ -183,18 +182,15 @@ fn interaction(pair: [&str; 2], potential: &str) -> String {
     format!("[[interaction]]\nspecies = {pair:?}\n{potential}")
 }
 
-/// One species of unit mass and diameter.
 fn one(potential: &str) -> String {
     species("A", 1.0, 1.0) + &interaction(["A", "A"], potential)
 }
 
-/// Two species of hard spheres.
 fn two(masses: [f64; 2], diameters: [f64; 2]) -> String {
     let pairs = [["A", "A"], ["A", "B"], ["B", "B"]].map(|pair| interaction(pair, HARD)).concat();
     species("A", masses[0], diameters[0]) + &species("B", masses[1], diameters[1]) + &pairs
 }
 
-/// Chains of 16 beads with wells.
 fn chains(count: u32, depth: f64) -> String {
     let well = format!("potential = \"square-well\"\nlambda = 1.5\nwell_depth = {depth:?}\n");
     species("bead", 1.0, 1.0)
@@ -203,7 +199,7 @@ fn chains(count: u32, depth: f64) -> String {
         + &format!("[[chain]]\nspecies = \"bead\"\nlength = 16\ncount = {count}\nbond = \"link\"\n")
 }
 
-/// The table of a fill with particles of one species. `density` is a line that sets the size of the box, or empty.
+/// A `[[fill]]` table. `density` is an optional line that sets the size of the box.
 fn fill(species: &str, count: u32, arrangement: &str, density: &str, temperature: f64) -> String {
     format!(
         "[[fill]]\nspecies = \"{species}\"\narrangement = \"{arrangement}\"\ncount = {count}\n{density}\n\

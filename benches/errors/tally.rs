@@ -6,10 +6,9 @@ use carom::analysis::statistics::Estimate;
 use carom::exchange::{ExchangeResults, ThermalCurves};
 use carom::run::Finished;
 
-/// A claimed error counts as honest if the ratio of scatter to claimed error is in this range.
+/// Ratios of scatter to claimed error for which the claimed error is judged correct.
 const HONEST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
-/// Means and claimed errors of all runs, for each observable.
 #[derive(Debug, Default)]
 pub struct Tally(BTreeMap<String, Vec<Claim>>);
 
@@ -22,12 +21,12 @@ struct Claim {
 #[derive(Debug, Clone, Copy)]
 struct Verdict {
     runs: usize,
-    /// Number of runs that gave an error.
+    /// Number of runs with an error.
     claimed: usize,
-    /// Standard deviation of the means divided by the root mean square of the claimed errors; `None` if fewer
-    /// than half of the runs give an error.
+    /// Standard deviation of the means, divided by the root mean square of the claimed errors. `None` if most runs have
+    /// no error.
     ratio: Option<f64>,
-    /// Largest deviation of one run's mean from the mean of all runs, in units of that run's claimed error.
+    /// Largest deviation of a mean from the mean of all runs, in units of the claimed error.
     deviation: f64,
 }
 
@@ -39,8 +38,6 @@ impl Tally {
         self.add_numbers(&finished.measured, "measured");
     }
 
-    /// Adds the results of an exchange: observables at each temperature, acceptances of swaps, and the maximum of the
-    /// heat capacity.
     pub fn add_exchange(&mut self, results: &ExchangeResults, curves: &ThermalCurves) {
         for at in &results.temperatures {
             let place = format!("T = {}", at.place());
@@ -75,8 +72,8 @@ impl Tally {
         self.0.iter().filter_map(|(name, runs)| Some((name.as_str(), verdict(runs)?)))
     }
 
-    /// Cells of a table: numbers of observables whose claimed errors are right, too large, too small and missing, and
-    /// the largest deviation.
+    /// Cells of a row. The first four cells count the observables with correct, too large, too small and missing
+    /// errors.
     pub fn line(&self) -> String {
         let (mut within, mut below, mut above, mut withheld) = (0, 0, 0, 0);
         let mut largest: f64 = 0.0;
@@ -97,7 +94,7 @@ impl Tally {
 /// two runs have a mean.
 fn verdict(runs: &[Claim]) -> Option<Verdict> {
     let means: Vec<f64> = runs.iter().filter_map(|run| run.mean).collect();
-    // Errors of conserved quantities are only round-off and are left out.
+    // Leaves out conserved quantities, whose errors are only round-off.
     let claimed: Vec<(f64, f64)> = runs
         .iter()
         .filter_map(|run| Some((run.mean?, run.error?)))
@@ -116,7 +113,7 @@ fn verdict(runs: &[Claim]) -> Option<Verdict> {
     Some(Verdict { runs: runs.len(), claimed: claimed.len(), ratio, deviation })
 }
 
-/// Table with one line for each observable, and columns for each length of run.
+/// Table with one row for each observable.
 pub fn table(system: &str, tallies: &[Tally]) -> String {
     let mut text = format!("### {system}\n\n| observable |");
     for which in ["short", "five times longer"].iter().take(tallies.len()) {

@@ -1,7 +1,6 @@
-//! Instructions per event, which do not depend on the load of the machine: `cargo bench --bench instructions`.
+//! Counts instructions per event, which do not depend on the load of the machine: `cargo bench --bench instructions`.
 //!
-//! Each system runs in its own process under `valgrind --tool=callgrind`, which counts only the instructions of the
-//! event loop. Arguments select systems by name.
+//! `valgrind --tool=callgrind` counts the instructions of the event loop. Arguments select systems by name.
 
 #[allow(dead_code, reason = "the bench of the engine uses all of it")]
 #[path = "../engine/systems.rs"]
@@ -12,10 +11,9 @@ use std::error::Error;
 use std::process::{Command, ExitCode};
 use systems::{SYSTEMS, System};
 
-/// First argument of the child processes; each child runs one system.
+/// First argument of the child processes. Each child runs one system.
 const CHILD: &str = "instructions-of-one";
 
-/// Number of counted physical events.
 const EVENTS: u64 = 50_000;
 
 fn main() -> ExitCode {
@@ -76,7 +74,7 @@ fn run_one(name: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The counted part of a run. `callgrind` finds it by the name of this function.
+/// The counted part of a run. `callgrind` finds this function by its name.
 #[inline(never)]
 fn counted_events(simulation: &mut Simulation) {
     let events = simulation.event_counts().physical() + EVENTS;

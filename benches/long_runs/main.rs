@@ -1,13 +1,12 @@
-//! Growth of energy, momentum and overlaps over very long runs.
+//! Measures how errors of energy and momentum grow in very long runs.
 //!
 //! ```text
 //! cargo bench --bench long_runs -- hard_spheres 1e9     measures one scene into benches/results/long_runs/
 //! cargo bench --bench long_runs -- report               draws what was measured
 //! ```
 //!
-//! A run can be stopped at any time: its rows are on disk. Independent rounding errors add up to a random walk, which
-//! grows with the square root of the number of events. Errors of one sign would grow in proportion to the number of
-//! events.
+//! A run can be stopped at any time, because its rows are on disk. Random rounding errors grow with the square root of
+//! the number of events. Systematic errors would grow in proportion to the number of events.
 
 mod measure;
 mod report;

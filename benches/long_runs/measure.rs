@@ -32,7 +32,7 @@ pub fn run(name: &str, scene: &str, most: u64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Energy and momentum at the start of a run, from which deviations are measured.
+/// Energy and momentum at the start of a run.
 pub struct Start {
     energy: f64,
     momentum: Vector,

@@ -1,5 +1,3 @@
-//! The table and the plot of the measurements.
-
 use super::row::{self, Row};
 use super::{FOLDER, RUNS};
 use plotters::prelude::*;
@@ -8,7 +6,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-/// A title, the plotted value, and whether the error of a random walk is drawn for comparison.
+/// A title, the plotted value, and whether to draw the error of a random walk.
 type Quantity = (&'static str, fn(&Row) -> f64, bool);
 
 const QUANTITIES: [Quantity; 3] = [
@@ -56,10 +54,9 @@ fn table(series: &[(&str, Vec<Row>)]) -> Result<String, std::fmt::Error> {
     Ok(text)
 }
 
-/// Lower limit of the logarithmic axis. Smaller values, such as zero, are drawn at this limit.
+/// Lower limit of the logarithmic axis. Smaller values are drawn at this limit.
 const FLOOR: f64 = 1e-18;
 
-/// Colours that colour-blind readers can distinguish.
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 90, 160), RGBColor(220, 110, 0), RGBColor(0, 140, 110), RGBColor(160, 60, 140)];
 
@@ -75,8 +72,7 @@ fn plot(path: &Path, series: &[(&str, Vec<Row>)]) -> Result<(), Box<dyn Error>> 
             .y_label_area_size(70)
             .build_cartesian_2d((1e3..most).log_scale(), (1.0..1e-10 / FLOOR).log_scale())?;
         let power = |x: &f64| format!("1e{:.0}", x.log10());
-        // The plot library does not label values below its own precision. The axis therefore counts multiples of the
-        // smallest value.
+        // The plot library does not label values below its own precision, so the axis shows multiples of `FLOOR`.
         let of_floors = |x: &f64| power(&(x * FLOOR));
         let mut mesh = chart.configure_mesh();
         mesh.x_desc("events").y_labels(9).light_line_style(WHITE).bold_line_style(BLACK.mix(0.15));

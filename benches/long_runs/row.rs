@@ -7,13 +7,13 @@ use std::path::PathBuf;
 pub struct Row {
     pub events: f64,
     pub time: f64,
-    /// Relative energy error with its sign, `(E + dissipated - E_initial) / max(|E_initial|, kinetic, dissipated)`.
+    /// Relative energy error, `(E + dissipated - E_initial) / max(|E_initial|, kinetic, dissipated)`.
     pub energy: f64,
     /// Relative momentum error, `|P - P_initial| / sum m |v|`; NaN if momentum is not conserved.
     pub momentum: f64,
-    /// Deepest overlap at any event so far, relative to the distance of the discontinuity.
+    /// Deepest overlap so far, relative to the distance of the discontinuity.
     pub overlap: f64,
-    /// Number of events so far in an invalid state, that is, with an overlap deeper than round-off.
+    /// Number of events so far with an overlap deeper than round-off.
     pub invalid: f64,
     pub seconds: f64,
 }
@@ -41,7 +41,7 @@ pub fn file(name: &str) -> PathBuf {
     PathBuf::from(super::FOLDER).join(format!("{name}.csv"))
 }
 
-/// Reads the rows of a long run from its file; empty if the run has not been measured.
+/// Reads the rows of a long run. Returns no rows if the run has not been measured.
 pub fn read(name: &str) -> Result<Vec<Row>, Box<dyn Error>> {
     match fs::read_to_string(file(name)) {
         Ok(text) => text.lines().skip(1).map(Row::parse).collect(),

@@ -1,8 +1,6 @@
-//! Processor time. It depends less on the load of the machine than wall time does.
-
 use std::time::Instant;
 
-/// Measures the processor time of this thread `[s]`, or wall time if the system does not report it.
+/// Measures the processor time of this thread `[s]`, which depends less on the load of the machine than wall time does.
 pub struct Stopwatch {
     wall: Instant,
     processor: Option<f64>,
@@ -13,8 +11,8 @@ impl Stopwatch {
         Self { wall: Instant::now(), processor: processor_seconds() }
     }
 
-    /// Processor time since the start `[s]`. Short times are wall times, because the system updates the processor time
-    /// only every few milliseconds.
+    /// Time since the start `[s]`. Short times are wall times, because the system updates the processor time only every
+    /// few milliseconds.
     pub fn seconds(&self) -> f64 {
         const SHORT: f64 = 0.05;
         let wall = self.wall.elapsed().as_secs_f64();
@@ -25,7 +23,7 @@ impl Stopwatch {
     }
 }
 
-/// Processor time of this thread `[s]`. On Linux, the first number in `schedstat` is this time in nanoseconds.
+/// Processor time of this thread `[s]`: the first number in `schedstat`, which is in nanoseconds.
 fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;

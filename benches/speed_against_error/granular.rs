@@ -1,4 +1,4 @@
-//! Dissipative contacts: Carom compared with springs and dashpots, for problems with a known solution.
+//! Compares Carom with springs and dashpots, for dissipative contacts with a known solution.
 
 mod column;
 mod cooling;
@@ -21,8 +21,6 @@ pub fn measure() -> Outcome {
 const CAROM: &str = "Carom";
 const BASELINE: &str = "spring-dashpot";
 
-/// Parameters of a row: stiffness and time steps per contact for springs, or the contact time of the TC model for
-/// Carom.
 #[derive(Debug, Clone, Copy)]
 enum Method {
     Carom { contact_time: f64 },
@@ -50,8 +48,7 @@ fn sheet(name: &str, columns: &[&str]) -> Sheet {
     Sheet::new(name, &METHOD_COLUMNS.into_iter().chain(last).collect::<Vec<_>>())
 }
 
-/// Repeats a run until the total processor time is measurable. Returns the time of one run `[us]` and the result of the
-/// last run.
+/// Repeats a run until the total processor time is measurable. Returns the time of one run `[us]` and a result.
 fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     const SECONDS: f64 = 0.2;
     let stopwatch = Stopwatch::start();
@@ -129,12 +126,12 @@ pub fn describe(text: &mut String) -> Outcome {
     )
 }
 
-/// Column of the kinetic energy, which shows whether the grains have come to rest.
+/// Column that shows whether the grains have come to rest.
 const UNREST: &str = "kinetic energy per particle";
 
 const COST: &str = "us per particle and time";
 
-/// One series for Carom, and one for each stiffness of the springs.
+/// One curve for Carom, and one for each stiffness of the springs.
 fn series(sheet: &Sheet, value: &str) -> Vec<Series> {
     let named = |name: String, rows: Sheet| Series { name, points: rows.points(COST, value), has_line: true };
     let mut all = vec![named(CAROM.to_owned(), sheet.with("method", CAROM))];

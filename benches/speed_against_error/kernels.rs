@@ -1,4 +1,5 @@
-//! Detection functions: time per call against the error of the returned time, judged by the exact oracle.
+//! Compares detection functions: time per call against the error of the returned time. The exact oracle gives the
+//! error.
 
 mod judge;
 mod methods;
@@ -17,13 +18,12 @@ use states::Class;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Number of states of each class and problem.
 const STATES: usize = 1_000;
 
 /// Number of passes over the states. The fastest pass is reported, because other programs can only slow down a pass.
 const PASSES: usize = 9;
 
-/// Fewest calls in a pass, so that the resolution of the clock does not matter.
+/// Minimum number of calls in a pass, so that the resolution of the clock does not matter.
 const CALLS: usize = 20_000;
 
 const SHEET: &str = "kernels";
@@ -81,7 +81,6 @@ fn row(problem: Problem, class: Class, method: &Method, pairs: &[Pair], truths: 
     ]
 }
 
-/// Time per call `[ns]` in the fastest pass.
 fn nanoseconds(method: &Method, pairs: &[Pair]) -> f64 {
     let repeats = if method.is_slow { 1 } else { CALLS.div_ceil(pairs.len()) };
     let pass = || {
@@ -144,7 +143,7 @@ fn errors(problem: &str, rows: &Sheet) -> Panel {
     }
 }
 
-/// A share of zero is drawn as half of the smallest possible share, because zero has no logarithm.
+/// Zero has no logarithm and is drawn at this value.
 const NO_FAILURE: f64 = 0.5 / STATES as f64;
 
 fn failures(problem: &str, rows: &Sheet) -> Panel {
@@ -152,7 +151,7 @@ fn failures(problem: &str, rows: &Sheet) -> Panel {
     Panel {
         title: format!("{problem}: hard states"),
         x: "time per call [ns]".to_owned(),
-        y: format!("share of wrong verdicts (none: {NO_FAILURE})"),
+        y: format!("share of wrong verdicts (0 is drawn at {NO_FAILURE})"),
         series: series(&rows.with("states", Class::Hard.name()), |row| share(row).max(NO_FAILURE)),
     }
 }

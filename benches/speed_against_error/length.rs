@@ -68,9 +68,9 @@ fn cells(name: &str, row: &Row) -> Vec<String> {
 const EXPLANATION: &str = "
 ## Length
 
-The systems are 500 hard spheres (packing fraction 0.40) and 500 square wells (lambda 1.5, density 0.5), with one run each, and the runs of
-`cargo bench --bench long_runs`. *Energy error* is the deviation from the initial energy and *momentum drift* the deviation from the initial
-momentum, both relative. *Deepest overlap* is the deepest so far, relative to the distance of the discontinuity.
+The results are from one run of 500 hard spheres (packing fraction 0.40), one run of 500 square wells (lambda 1.5, density 0.5), and the
+runs of `cargo bench --bench long_runs`. *Energy error* is the relative deviation from the initial energy, and *momentum drift* is the
+relative deviation from the initial momentum. *Deepest overlap* is the deepest so far, relative to the distance of the discontinuity.
 
 *What it shows*: the errors of energy and momentum stay below the error of a random walk with one rounding of the total per event. Overlaps
 are as small as one rounding of a coordinate, even in long runs. No error grows in proportion to the number of events.

@@ -1,5 +1,4 @@
-//! Compares a stepped potential with velocity Verlet in the smooth potential: processor time against error of the mean
-//! energy and pressure.
+//! Compares a stepped potential with velocity Verlet in the smooth potential.
 
 mod fluid;
 mod stepped;
@@ -14,8 +13,7 @@ use fluid::{Fluid, State, Thermodynamics};
 
 const SHEET: &str = "lennard_jones";
 
-/// Distance at which the potential `4 [(1/r)^12 - (1/r)^6]` is cut off and shifted to zero, in units of sigma and
-/// epsilon.
+/// Cutoff of the potential `4 [(1/r)^12 - (1/r)^6]`, which is shifted to zero there. The units are sigma and epsilon.
 const CUTOFF: f64 = 2.5;
 
 const STEPS: [usize; 6] = [5, 10, 20, 50, 100, 200];
@@ -23,19 +21,16 @@ const STEPS: [usize; 6] = [5, 10, 20, 50, 100, 200];
 /// Time steps. The smallest one gives the reference.
 const TIME_STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.015, 0.02];
 
-/// Simulated time between samples.
 const INTERVAL: f64 = 0.05;
 
-/// Processor time after which a run of velocity Verlet ends early, for the reference and for other runs `[s]`.
+/// Processor time after which velocity Verlet ends early, for the reference and for the other runs `[s]`.
 const MOST_SECONDS: [f64; 2] = [40.0, 8.0];
 
-/// A fluid of 864 particles, and the length of its simulation.
 struct Plan {
     name: &'static str,
     density: f64,
     temperature: f64,
     duration: f64,
-    /// Simulated time before the measurement.
     relaxation: f64,
     skin: f64,
     /// Processor time after which a stepped run ends early `[s]`.
@@ -66,7 +61,6 @@ const PLANS: [Plan; 2] = [
 struct Measured {
     microseconds: f64,
     duration: f64,
-    /// Means and their standard errors.
     mean: Thermodynamics,
     error: Thermodynamics,
 }
@@ -102,7 +96,7 @@ pub fn measure() -> Outcome {
         }
         for steps in STEPS {
             let Some(mut fluid) = stepped::Stepped::new(&start, steps)? else {
-                println!("{SHEET}: {}, {steps} steps: no state of that energy near the start", plan.name);
+                println!("{SHEET}: {}, {steps} steps: skipped, potential energy exceeds total energy", plan.name);
                 continue;
             };
             let measured = run(plan, &mut fluid, start.particles(), plan.most_seconds);
@@ -114,7 +108,7 @@ pub fn measure() -> Outcome {
     Ok(())
 }
 
-/// Relaxes, then samples for a simulated time or a processor time, whichever ends first.
+/// Relaxes, then samples until the simulated time or the processor time reaches its limit.
 fn run(plan: &Plan, fluid: &mut impl Fluid, particles: f64, most_seconds: f64) -> Measured {
     let stopwatch = Stopwatch::start();
     let mut time = 0.0;
@@ -139,8 +133,8 @@ fn run(plan: &Plan, fluid: &mut impl Fluid, particles: f64, most_seconds: f64) -
     }
 }
 
-/// The cells of a row, starting with the processor time. Energy and pressure are each followed by the difference from
-/// the reference and its standard error.
+/// The cells of a row. Energy and pressure are each followed by the difference from the reference and by the standard
+/// error of this difference.
 fn compared(run: &Measured, reference: &Measured, start: &State) -> Vec<String> {
     let both = |a: f64, b: f64| if std::ptr::eq(run, reference) { a } else { a.hypot(b) };
     [
@@ -200,12 +194,12 @@ pub fn describe(text: &mut String) -> Outcome {
     draw(SHEET, &PLANS.map(|plan| row(plan.name)))
 }
 
-/// The errors of both methods, and the standard errors, below which they are not significant.
+/// The errors of each method, and their standard errors. An error below its standard error is not significant.
 fn series(rows: &Sheet, error: &str, spread: &str) -> Vec<Series> {
     let mut all = Vec::new();
     for method in rows.values("method") {
         let of_method = rows.with("method", &method);
-        // Leaves out the reference, whose error relative to itself is zero.
+        // Leaves out the reference, whose error is zero.
         let points = of_method.points("us per particle and time", error);
         let points = points.into_iter().filter(|point| point.1 != 0.0).collect();
         all.push(Series { name: method.clone(), points, has_line: true });

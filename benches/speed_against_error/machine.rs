@@ -1,5 +1,3 @@
-//! Describes the machine and the program that made a measurement.
-
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 

@@ -6,9 +6,8 @@
 //! cargo bench --bench speed_against_error -- report          writes the report from what was measured before
 //! ```
 //!
-//! Each section writes its measurements to `benches/results/speed_against_error/*.csv`, with the machine, the
-//! compiler and the date on the first line. The tables and plots of `benches/results/speed_against_error.md`
-//! are made from all of these files.
+//! Each section writes `benches/results/speed_against_error/*.csv`. All of these files together make the report
+//! `benches/results/speed_against_error.md`.
 
 mod clock;
 mod granular;
@@ -45,9 +44,8 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
 struct Section {
     name: &'static str,
-    /// Runs the measurements and writes csv files.
     measure: fn() -> Outcome,
-    /// Appends tables and a few sentences to the report, and draws plots.
+    /// Appends tables and text to the report, and draws plots.
     describe: fn(&mut String) -> Outcome,
 }
 

@@ -1,5 +1,4 @@
-//! Neighbour lists for the baselines. Each pair is listed once. A periodic cube is divided into cells if it is large
-//! enough.
+//! Neighbour lists for the baselines. Each pair is listed once.
 
 use carom::Vector;
 
@@ -8,15 +7,13 @@ use carom::Vector;
 pub struct List {
     pub starts: Vec<usize>,
     pub partners: Vec<u32>,
-    /// Particles of each cell, and the cells around it.
     members: Vec<Vec<u32>>,
     around: Vec<[u32; 27]>,
 }
 
-/// A box with some periodic axes.
 #[derive(Debug, Clone)]
 pub struct Periods {
-    /// Edge lengths of the box, and their inverses. Both are zero along open axes.
+    /// Edge lengths of the box, and their inverses. Along open axes, lengths and inverses are zero.
     lengths: Vector,
     inverses: Vector,
 }
@@ -42,15 +39,15 @@ impl Periods {
         position - position.component_mul(&self.inverses).map(f64::floor).component_mul(&self.lengths)
     }
 
-    /// The edge of the box, if it is a periodic cube.
+    /// Edge length of the box, if the box is a periodic cube.
     fn cube(&self) -> Option<f64> {
         let edge = self.lengths.x;
         (edge > 0.0 && self.lengths == Vector::repeat(edge)).then_some(edge)
     }
 }
 
-/// Rounds to an integer without a call or a branch, by adding and subtracting 1.5 * 2^52. Floating-point numbers of
-/// this size are spaced by 1, so the sum is rounded to an integer. Works for magnitudes below 2^51.
+/// Rounds to an integer without a branch, by adding and subtracting 1.5 * 2^52. Floating-point numbers of this size are
+/// integers. Requires a magnitude below 2^51.
 #[inline]
 fn nearest_integer(x: f64) -> f64 {
     const LAST_PLACE_IS_ONE: f64 = 6_755_399_441_055_744.0;
@@ -58,7 +55,7 @@ fn nearest_integer(x: f64) -> f64 {
 }
 
 impl List {
-    /// Builds the list of all pairs within `range`, from wrapped positions.
+    /// Lists all pairs within `range`. The positions must be wrapped.
     pub fn build(&mut self, positions: &[Vector], periods: &Periods, range: f64) {
         self.starts.clear();
         self.partners.clear();
@@ -107,7 +104,6 @@ impl List {
     }
 }
 
-/// A cell and its neighbours in a periodic box.
 fn neighbourhood(cell: usize, cells: usize) -> [u32; 27] {
     let shifted = |x: usize, shift: usize| (x + shift + cells - 1) % cells;
     std::array::from_fn(|k| {

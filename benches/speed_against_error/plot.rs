@@ -1,5 +1,3 @@
-//! Plots on logarithmic axes, with a legend beside them.
-
 use super::{FOLDER, Outcome};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
@@ -15,7 +13,6 @@ pub struct Series {
     pub has_line: bool,
 }
 
-/// One plot of a figure: titles of the axes with units, and the data.
 pub struct Panel {
     pub title: String,
     pub x: String,
@@ -26,7 +23,7 @@ pub struct Panel {
 /// Smaller magnitudes, such as zero, are drawn at this value, because the axes are logarithmic.
 const FLOOR: f64 = 1e-17;
 
-/// Okabe and Ito's colours, distinct for colour-blind eyes.
+/// Okabe and Ito's colours, which colour-blind readers can distinguish.
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -41,7 +38,7 @@ const COLOURS: [RGBColor; 8] = [
 const LEGEND_WIDTH: u32 = 230;
 const PANEL: (i32, i32) = (470, 350);
 
-/// Draws rows of panels, each row with the legend of its first panel on the right.
+/// Draws rows of panels. On the right of each row is the legend of its first panel.
 pub fn draw(name: &str, rows: &[Vec<Panel>]) -> Outcome {
     let path = Path::new(FOLDER).join(format!("{name}.svg"));
     let columns = u32::try_from(rows.iter().map(Vec::len).max().unwrap_or(1))?;
@@ -119,7 +116,7 @@ fn logarithm(x: f64) -> f64 {
     if x.is_nan() { x } else { x.abs().max(FLOOR).log10() }
 }
 
-/// The range of powers of ten that contains all values, at least one decade wide.
+/// Powers of ten that enclose all values, at least one decade apart.
 fn decades(logarithms: &[f64]) -> (f64, f64) {
     let finite = || logarithms.iter().copied().filter(|x| x.is_finite());
     let (lower, upper) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));

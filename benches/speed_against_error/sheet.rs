@@ -1,11 +1,10 @@
-//! Tables of measurements: the csv files behind the report.
+//! Tables of measurements, saved as csv files.
 
 use super::{FOLDER, Outcome, machine};
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 
-/// A table with named columns. Cells are text; most are numbers.
 #[derive(Debug, Clone)]
 pub struct Sheet {
     name: String,
@@ -21,7 +20,7 @@ impl Sheet {
         Self { name: name.to_owned(), provenance: machine::provenance(), columns, rows: Vec::new() }
     }
 
-    /// Appends a row, prints it, and rewrites the file, so that a run can be stopped at any time.
+    /// Appends a row and rewrites the file, so that a run can be stopped at any time.
     pub fn push(&mut self, row: Vec<String>) -> Outcome {
         println!("{}: {}", self.name, row.join(", "));
         self.rows.push(row);
@@ -32,7 +31,7 @@ impl Sheet {
         Ok(fs::write(file(&self.name), text)?)
     }
 
-    /// Reads the table with this name from its csv file; `None` if the table has not been measured.
+    /// Reads the table from its csv file; `None` if the table has not been measured.
     pub fn read(name: &str) -> Option<Self> {
         let text = fs::read_to_string(file(name)).ok()?;
         let mut lines = text.lines();
@@ -91,8 +90,8 @@ fn file(name: &str) -> PathBuf {
     PathBuf::from(FOLDER).join(format!("{name}.csv"))
 }
 
-/// Formats a number with about three significant digits, and whole numbers below a million in full. Other text stays
-/// unchanged.
+/// Formats a number with about three significant digits. Whole numbers below a million are written in full. Other text
+/// is unchanged.
 fn short(cell: &str) -> String {
     match cell.parse::<f64>() {
         Ok(x) if !x.is_finite() => "-".to_owned(),
@@ -108,7 +107,7 @@ fn short(cell: &str) -> String {
     }
 }
 
-/// Formats a number for a csv file, with seven significant digits.
+/// Formats a number with seven significant digits.
 pub fn number(x: f64) -> String {
     if x.is_nan() { "NaN".to_owned() } else { format!("{:e}", format!("{x:.6e}").parse::<f64>().unwrap_or(x)) }
 }

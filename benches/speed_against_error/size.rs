@@ -13,7 +13,7 @@ use std::process::Command;
 
 const SHEET: &str = "size";
 
-/// First argument of the child processes; each child measures one size.
+/// First argument of the child processes. Each child measures one size.
 pub const CHILD: &str = "size-of-one";
 
 /// Numbers of particles that fill a cube of the face-centred cubic lattice.
@@ -21,12 +21,12 @@ const SIZES: [u64; 5] = [1_372, 10_976, 108_000, 1_000_188, 10_061_824];
 
 const PACKING_FRACTIONS: [f64; 2] = [0.49, 0.10];
 
-/// Largest number of events before the timing. Smaller systems run for only 20 events per particle.
+/// Maximum number of events before the timing. In small systems, the timing starts after 20 events per particle.
 const MOST_EVENTS_BEFORE: u64 = 1_500_000;
 
 const TIMED_EVENTS: u64 = 300_000;
 
-/// Free memory required before a size is tried `[byte / particle]`.
+/// Free memory that a size requires `[byte / particle]`.
 const ROOM: u64 = 700;
 
 pub fn measure() -> Outcome {
@@ -62,7 +62,7 @@ pub fn measure() -> Outcome {
     Ok(())
 }
 
-/// Measures one size in a child process, and prints the row of the table.
+/// Measures one size and prints the row of the table.
 pub fn measure_one(arguments: &[String]) -> Outcome {
     let [size, packing_fraction] = arguments else { return Err("expected a size and a packing fraction".into()) };
     let (size, packing_fraction): (u64, f64) = (size.parse()?, packing_fraction.parse()?);
@@ -74,8 +74,7 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
         .temperature(1.0)
         .build()?;
     let placed = stopwatch.seconds();
-    // Shuffles the particles: neighbours in space are then not neighbours in memory, as in a fluid after a long
-    // simulation.
+    // Shuffles the particles, because memory is not in spatial order after a long simulation of a fluid.
     let mut random = Random::new(size);
     let mut parts = scene.into_parts();
     for last in (1..parts.particles.len()).rev() {

@@ -1,7 +1,7 @@
-//! Fuzzes the checkpoint reader: invalid bytes must be rejected with an error.
+//! Fuzzes the checkpoint reader, which must reject invalid bytes with an error.
 //!
-//! Each input is read unchanged, and again with its length and checksum corrected. Nearly all unchanged inputs fail at
-//! the checksum and do not test the rest of the reader. Checkpoints of a few runs are a good initial corpus.
+//! Each input is read twice: unchanged, and with a corrected length and checksum. Without the correction, nearly all
+//! inputs fail at the checksum. Checkpoints of a few runs are a good initial corpus.
 #![no_main]
 
 use std::fs;
@@ -9,9 +9,9 @@ use std::fs;
 use carom::run::checkpoint::Checkpoint;
 use libfuzzer_sys::fuzz_target;
 
-/// Number of bytes at the end of a checkpoint, for the length of the data and the checksum.
+/// Bytes at the end of a checkpoint: the length of the data and the checksum.
 const TAIL: usize = 12;
-/// Number of bytes at the start of a checkpoint, for the magic number, the version and the layout.
+/// Bytes at the start of a checkpoint: the magic number, the version and the layout.
 const HEAD: usize = 32;
 
 fuzz_target!(|bytes: &[u8]| {

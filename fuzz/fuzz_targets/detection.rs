@@ -29,7 +29,7 @@ use detection::Algorithm;
 use exact::State;
 use libfuzzer_sys::fuzz_target;
 
-/// Bytes per number: one byte selects the kind of number, and eight bytes give its value.
+/// One byte selects the kind of number, and eight bytes give its value.
 const BYTES: usize = 9;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -37,7 +37,7 @@ fuzz_target!(|bytes: &[u8]| {
     let numbers: Vec<f64> = rest.chunks_exact(BYTES).map(number).collect();
     let &[rx, ry, rz, vx, vy, vz, ax, ay, az, s, ..] = numbers.as_slice() else { return };
     let position = Vector::new(rx, ry, rz);
-    // In half of the states, the distance is close to contact.
+    // In half of the states, the particles are close to contact.
     let distance = if choice & 8 == 0 { s.abs() } else { position.norm() * (1.0 + s * f64::EPSILON) };
     if !(1e-50..=1e50).contains(&distance) {
         return;
@@ -53,8 +53,7 @@ fuzz_target!(|bytes: &[u8]| {
     assert!(!matches!(comparison.judgement, Judgement::Wrong(_)), "{algorithm:?} {state:?}: {comparison:?}");
 });
 
-/// Returns zero, a small integer, a small binary fraction, or a float of any magnitude in the domain of
-/// detection, `1e-50` to `1e50`. A float outside of this domain is replaced by a third of a small integer.
+/// Returns zero, a small integer, a small binary fraction, or a float whose magnitude is from `1e-50` to `1e50`.
 fn number(bytes: &[u8]) -> f64 {
     let bits = u64::from_le_bytes(bytes[1..].try_into().expect("eight bytes"));
     let small = f64::from(bits as i8);

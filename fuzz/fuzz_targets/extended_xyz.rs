@@ -1,12 +1,10 @@
-//! Fuzzes the extended XYZ reader: bytes are rejected with an error or read as frames. A frame that was read
-//! and written must be read back unchanged.
+//! Fuzzes the extended XYZ reader. A frame that was read and written must be read back unchanged.
 #![no_main]
 
 use carom::trajectory::Frame;
 use carom::trajectory::extended_xyz::{FrameReader, write_frame};
 use libfuzzer_sys::fuzz_target;
 
-/// Largest number of frames read from one input.
 const MOST: usize = 8;
 
 fn read(bytes: &[u8]) -> Vec<Frame> {

@@ -1,7 +1,6 @@
-//! Fuzzes the scene reader: text is rejected with an error or built into a scene. Small scenes without
-//! external driving then run for up to 30 verified events.
+//! Fuzzes the scene reader. Small valid scenes without external driving then run for up to 30 verified events.
 //!
-//! The scenes in `configs` are a good initial corpus, and so is the output of `tests/bad_scenes/scenes.py`.
+//! The scenes in `configs` and the output of `tests/bad_scenes/scenes.py` are a good initial corpus.
 #![no_main]
 
 use std::ops::ControlFlow;
@@ -14,7 +13,7 @@ use libfuzzer_sys::fuzz_target;
 const MOST: usize = 64;
 
 fuzz_target!(|text: &str| {
-    // A scene that names files is skipped, because files on the machine are not part of the input.
+    // Skips scenes that name files, because files are not part of the input.
     if text.contains("path") {
         return;
     }
@@ -22,8 +21,7 @@ fuzz_target!(|text: &str| {
     if scene.particles().len() > MOST || scene.is_driven() {
         return;
     }
-    // The run is no longer than the time in which the fastest particle, at its initial speed, travels 100
-    // times the longest interaction range.
+    // Limits the run to the time in which the fastest particle travels 100 times the longest interaction range.
     let fastest = scene.particles().iter().map(|particle| particle.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
     let longest = 100.0 * scene.longest_range() / fastest;
     let planned = scene.run().limit;

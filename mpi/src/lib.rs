@@ -1,4 +1,4 @@
-//! MPI processes that simulate one system together: `docs/parallel.md`.
+//! MPI processes that simulate one system together: see `docs/parallel.md`.
 
 use carom::engine::Communicator;
 use mpi::Threading;
@@ -9,7 +9,7 @@ use mpi::traits::{Communicator as _, CommunicatorCollectives};
 use std::fmt;
 use std::io::Write;
 
-/// Environment variables that `mpiexec` and batch systems set for the processes that they start.
+/// Environment variables that `mpiexec` and batch systems set.
 const STARTED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "MPI_LOCALNRANKS"];
 
 /// All processes that `mpiexec` has started together (`MPI_COMM_WORLD`). Dropping this value finalises MPI.
@@ -20,9 +20,9 @@ pub struct Mpi {
 }
 
 impl Mpi {
-    /// Joins the other processes; `None` if this process was not started together with others, or has joined before.
+    /// Joins the other processes. Returns `None` if there are no other processes, or if this process has joined before.
     ///
-    /// Call it once, and use the communicator from one thread at a time.
+    /// Call this function once, and use the communicator from one thread at a time.
     #[must_use]
     pub fn join() -> Option<Self> {
         if STARTED.iter().all(|name| std::env::var_os(name).is_none()) {
@@ -34,7 +34,7 @@ impl Mpi {
         (size > 1).then_some(Self { _universe: universe, rank, size })
     }
 
-    /// Converts the lengths of pieces to the counts and offsets that MPI needs, and returns their total length.
+    /// Returns the counts and offsets that MPI needs, and the total length.
     fn offsets(&self, lengths: &[u64]) -> (Vec<i32>, Vec<i32>, usize) {
         let (mut counts, mut offsets, mut sum) = (Vec::new(), Vec::new(), 0_usize);
         for &length in lengths {
@@ -51,7 +51,7 @@ impl Mpi {
     }
 }
 
-/// Allocates memory even if there are no bytes. An empty `Vec<u8>` points to the address 1, which is `MPI_IN_PLACE` in
+/// Allocates memory even for an empty vector. An empty `Vec<u8>` points to the address 1, which means `MPI_IN_PLACE` in
 /// Open MPI.
 fn at_an_address(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes.reserve(1);

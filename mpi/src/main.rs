@@ -1,5 +1,4 @@
-//! The program `carom` for MPI: everything that `carom` does, and `carom-mpi run` in as many processes as
-//! `mpiexec` starts.
+//! The program `carom-mpi`. It has all commands of `carom`. The command `run` uses all processes that `mpiexec` starts.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -8,7 +7,7 @@ use carom::cli::{exhaustion::Reporting, program};
 use carom::engine::Communicator;
 use carom_mpi::Mpi;
 
-/// Running out of memory is an error like any other, with exit code 1.
+/// Reports a lack of memory as an error, with exit code 1.
 #[global_allocator]
 static ALLOCATOR: Reporting = Reporting;
 

@@ -1,9 +1,8 @@
-//! NumPy arrays that use memory of this library without copying it.
+//! NumPy arrays that use memory of this library without a copy.
 //!
-//! NumPy is not linked: an object with the [array
-//! interface](https://numpy.org/doc/stable/reference/arrays.interface.html) owns the memory, and
-//! `numpy.asarray` makes an array of it that keeps the object alive. The array is read-only, because changes
-//! to a copy of a state would be lost.
+//! An object with the [array interface](https://numpy.org/doc/stable/reference/arrays.interface.html) owns the memory.
+//! `numpy.asarray` makes an array that keeps the object alive. The array is read-only, because changes to a copy of a
+//! state would be lost.
 
 use std::any::Any;
 
@@ -28,7 +27,7 @@ number!(f64, "f8");
 number!(i32, "i4");
 number!(i64, "i8");
 
-/// Owner of the memory of an array. The memory never changes after its creation.
+/// Owner of the memory of an array. The memory never changes.
 #[pyclass(frozen, module = "carom._carom")]
 struct Memory {
     _numbers: Box<dyn Any + Send + Sync>,
@@ -45,19 +44,19 @@ impl Memory {
         all.set_item("version", 3)?;
         all.set_item("typestr", self.kind)?;
         all.set_item("shape", PyTuple::new(py, &self.shape)?)?;
-        // In the array interface, `true` marks the memory as read-only.
+        // `true` marks the memory as read-only.
         all.set_item("data", (self.address, true))?;
         Ok(all)
     }
 }
 
-/// An array with one axis, or with rows of `columns` numbers if `columns` is given.
+/// An array with one axis, or with rows of `columns` numbers.
 pub fn array<T: Number>(py: Python<'_>, numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'_, PyAny>> {
     let shape = match columns {
         Some(columns) => vec![numbers.len() / columns, columns],
         None => vec![numbers.len()],
     };
-    // The memory of a vector stays in place when the vector moves.
+    // Moving a `Vec` does not move its elements, so the address stays valid.
     let address = numbers.as_ptr() as usize;
     let memory = Memory { _numbers: Box::new(numbers), address, kind: T::KIND, shape };
     py.import("numpy")?.call_method1("asarray", (memory,))

@@ -1,4 +1,4 @@
-//! Errors of the library as exceptions of the package; their classes are in `carom._errors`.
+//! Converts errors of the library to exceptions of the package. The classes are in `carom._errors`.
 
 use std::error::Error;
 
@@ -42,7 +42,6 @@ pub fn cured(class: &str, message: &str, cure: Option<&str>) -> PyErr {
     exception(class, &text, &[("cure", cure.map(str::to_owned))])
 }
 
-/// The exception for an invalid scene, with the message of the program and the position of the error.
 pub fn scene(error: &SceneError) -> PyErr {
     let mut text = String::new();
     let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).with_width(WIDTH);
@@ -69,8 +68,7 @@ pub fn scene(error: &SceneError) -> PyErr {
     )
 }
 
-/// Returns the key in which TOML or serde found an error, from the position of the error in the text; `None` if the
-/// error belongs to no key.
+/// Returns the key in which TOML or serde found an error, if any.
 fn key_of(error: &SceneError) -> Option<String> {
     let label = error.labels()?.next()?;
     let code = error.source_code()?.read_span(label.inner(), usize::MAX, usize::MAX).ok()?;
@@ -87,7 +85,7 @@ fn key_of(error: &SceneError) -> Option<String> {
     key_in(DeTable::parse(text).ok()?.get_ref(), "", label.offset())
 }
 
-/// Path of the key in a table. The name or value of the key contains the position `at` in the text.
+/// Path of the innermost key in a table at the position `at` in the text.
 fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     table.iter().find_map(|(key, value)| {
         let name = key.get_ref();
@@ -97,7 +95,7 @@ fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     })
 }
 
-/// Path of the innermost key in a value. The name or value of the key contains the position `at` in the text.
+/// Path of the innermost key in a value at the position `at` in the text.
 fn key_within(value: &Spanned<DeValue<'_>>, path: &str, at: usize) -> Option<String> {
     match value.get_ref() {
         DeValue::Table(table) => key_in(table, path, at),
@@ -116,7 +114,7 @@ pub fn output(error: &OutputError) -> PyErr {
     }
 }
 
-/// The exception if the observing functions differ from the functions at the start of the run.
+/// The user's functions differ from the functions at the start of the run.
 fn instrument(error: &InstrumentError) -> PyErr {
     cured("SimulationError", &error.to_string(), Some("pass observe with the same names as at the start of the run"))
 }
@@ -167,7 +165,7 @@ pub fn run(error: &RunError<OutputError>) -> PyErr {
     }
 }
 
-/// The exception for a simulation that ended before the measurement.
+/// The simulation ended before the measurement.
 pub fn unprepared(ending: &Ending) -> PyErr {
     let why = ending.trouble().unwrap_or_else(|| "no events are left, and the measurement has not begun".to_owned());
     let cure = match ending {

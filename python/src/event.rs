@@ -1,14 +1,13 @@
-//! Events as bytes: entries of arrays of the type `carom.EVENT`.
+//! Events as bytes, for arrays of the type `carom.EVENT`.
 
 use carom::engine::event::Event;
 
-/// Size of an event in bytes.
 pub const SIZE: usize = 232;
 
-/// An event in the layout of `carom.EVENT`: each number aligned, in the byte order of the machine.
+/// Appends an event in the layout of `carom.EVENT`. All numbers are aligned and in the byte order of the machine.
 pub fn write(event: &Event, bytes: &mut Vec<u8>) {
     bytes.extend_from_slice(&event.time.to_ne_bytes());
-    // The kind is one byte; seven bytes of padding align the following numbers.
+    // The kind is one byte. Seven bytes of padding align the following numbers.
     bytes.extend_from_slice(&[event.code(), 0, 0, 0, 0, 0, 0, 0]);
     bytes.extend_from_slice(&i64::from(event.particle.0).to_ne_bytes());
     bytes.extend_from_slice(&event.partner().map_or(-1, |partner| i64::from(partner.0)).to_ne_bytes());

@@ -51,9 +51,9 @@ pub fn exchange(
     })
 }
 
-/// Suggests temperatures for an exchange, as few as possible. The acceptance of swaps is the same for all neighbours
-/// and not below the given one. It is predicted from the density of states of a complete exchange. `None` if the
-/// density of states is unknown or no such temperatures are found.
+/// Suggests the smallest number of temperatures for an exchange. Swaps between all neighbours have the same acceptance,
+/// at least `acceptance`, as predicted from the density of states of a finished exchange. `None` if there are no such
+/// temperatures.
 #[pyfunction]
 pub fn exchange_temperatures(py: Python<'_>, folder: PathBuf, acceptance: f64) -> PyResult<Option<Vec<f64>>> {
     let summary = py.detach(|| ExchangeFolder::read(&folder)).map_err(|error| error::exchange_folder(&error))?;

@@ -21,7 +21,7 @@ pub struct Trajectory {
 
 #[pymethods]
 impl Trajectory {
-    /// Scans the file once. Leaves out an incomplete last frame, for example after a kill.
+    /// Scans the file once. Ignores an incomplete frame at the end.
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let places = py.detach(|| frame_places(&path)).map_err(|failure| error::unreadable(&path, &failure))?;
@@ -32,7 +32,7 @@ impl Trajectory {
         self.places.len()
     }
 
-    /// All data of a frame, with the particles in the order of their ids.
+    /// Returns the data of a frame, with the particles in the order of their ids.
     fn frame<'py>(&self, py: Python<'py>, at: usize) -> PyResult<Bound<'py, PyDict>> {
         let Some(place) = self.places.get(at) else {
             return Err(PyIndexError::new_err(format!("frame {at} of {}", self.places.len())));
@@ -45,7 +45,7 @@ impl Trajectory {
     }
 }
 
-/// A frame as arrays, with its particles in a given order.
+/// A frame as arrays, with the particles in a given order.
 pub fn dictionary_of<'py>(py: Python<'py>, frame: &Frame, order: &[usize]) -> PyResult<Bound<'py, PyDict>> {
     let particles = || order.iter().map(|at| &frame.particles[*at]);
     let all = PyDict::new(py);

@@ -14,15 +14,15 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::frames::dictionary_of;
 
-/// Particles that replace the particles in a scene file: a frame, and which of its parts are known.
+/// Particles that replace the particles in a scene file.
 #[pyclass(frozen, from_py_object, module = "carom._carom")]
 #[derive(Clone)]
 pub struct Given(pub Arc<GivenParticles>);
 
 #[pymethods]
 impl Given {
-    /// Takes the parts of a `carom.Frame`. Arrays are passed as bytes, with numbers of the types `f8` and `i8`, and
-    /// `i4` for images.
+    /// Takes the parts of a `carom.Frame`. Arrays are passed as bytes, with numbers of the types `f8`, `i8` and, for
+    /// images, `i4`.
     #[new]
     fn new(name: &str, parts: &Bound<'_, PyDict>, bond: Option<String>, known: [bool; 3]) -> PyResult<Self> {
         let mut given = GivenParticles::new(name, frame_of(parts)?);
@@ -31,8 +31,8 @@ impl Given {
         Ok(Self(Arc::new(given)))
     }
 
-    /// Name, parts of a `carom.Frame`, and name of the interaction of the bonds. The flags tell whether the
-    /// box and the radii are known, and whether z is unknown.
+    /// Returns the name, the parts of a `carom.Frame`, the interaction of the bonds, and three flags. The flags tell
+    /// whether the box is known, whether the radii are known, and whether z is unknown.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<(&str, Bound<'py, PyDict>, Option<&str>, [bool; 3])> {
         let it = &*self.0;
@@ -63,7 +63,6 @@ fn numbers<T, const SIZE: usize>(
     Ok(bytes.as_bytes().as_chunks::<SIZE>().0.iter().map(|bytes| number(*bytes)).collect())
 }
 
-/// Non-negative integers.
 fn counts(parts: &Bound<'_, PyDict>, name: &str) -> PyResult<Vec<u32>> {
     let all = numbers(parts, name, i64::from_ne_bytes)?;
     let wrong =

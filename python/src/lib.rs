@@ -1,8 +1,7 @@
-//! The compiled part of the Python package `carom`: scenes, simulations, runs, sweeps and exchanges of the
-//! library, with NumPy arrays.
+//! The compiled part of the Python package `carom`.
 //!
-//! This part is private to the package. The documented classes and functions for users are in the folder `lib/carom` of
-//! the package. During a simulation, this part lets other Python threads run, and checks for signals now and then.
+//! This part is private. The classes and functions for users are in `lib/carom`. During a simulation, other Python
+//! threads can run, and signals are checked now and then.
 
 mod array;
 mod error;
@@ -52,7 +51,7 @@ mod _carom {
     #[pymodule_export]
     use super::writer::Writer;
 
-    /// Runs the command-line program. Returns its exit code.
+    /// Runs the command-line program. Returns the exit code.
     #[pyfunction]
     fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
         py.detach(|| carom::cli::main(&arguments, || None))

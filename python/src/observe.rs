@@ -16,26 +16,24 @@ use serde::{Deserialize, Serialize};
 use crate::array::array;
 
 thread_local! {
-    /// The user's functions for the current run of this thread. Instruments do not hold the functions, because
-    /// checkpoints save the state of instruments.
+    /// The user's functions for the current run of this thread. Instruments do not contain them, because the state of
+    /// instruments is saved in checkpoints.
     static FUNCTIONS: RefCell<Option<Functions>> = const { RefCell::new(None) };
 }
 
-/// Functions by name, and the exception that one of them raised. No function is called after an exception.
+/// Functions by name. After the exception `raised`, no function is called.
 struct Functions {
     by_name: Vec<(String, Py<PyAny>)>,
     raised: Option<PyErr>,
 }
 
-/// Functions that observe a run, and how often.
 pub struct Observation {
     by_name: Vec<(String, Py<PyAny>)>,
     every: f64,
 }
 
 impl Observation {
-    /// Takes functions with their names, and the time between two calls. Each function receives a frame as a dictionary
-    /// of arrays.
+    /// `every` is the time between two calls. Each function receives a frame as a dictionary of arrays.
     pub fn new(by_name: Vec<(String, Py<PyAny>)>, every: f64) -> PyResult<Self> {
         if !(1e-50..=1e50).contains(&every) {
             return Err(PyValueError::new_err(format!("every: expected a time from 1e-50 to 1e50, found {every}")));
@@ -72,29 +70,27 @@ impl Observation {
         Functions { by_name, raised: None }
     }
 
-    /// Calls `work` on this thread. Instruments can call the functions until `work` returns. Returns its result, and
-    /// the exception of a function, if any.
+    /// Runs `work`, in which instruments on this thread can call the functions. Returns the result of `work` and the
+    /// exception of a function, if any.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
-        // A function may itself start a run with other functions. The previous functions are therefore restored
-        // afterwards.
+        // A function may start another run with other functions, so the previous functions are restored afterwards.
         let before = FUNCTIONS.replace(Some(self.functions()));
         let done = work();
         (done, FUNCTIONS.replace(before).and_then(|functions| functions.raised))
     }
 }
 
-/// Removes the functions that [`Observation::begin`] has set on this thread. Returns the exception that a function
-/// raised, if any.
+/// Removes the functions of this thread. Returns the exception that a function raised, if any.
 pub fn end() -> Option<PyErr> {
     FUNCTIONS.take().and_then(|functions| functions.raised)
 }
 
-/// Whether a function of the user has raised an exception. The run then ends.
+/// An exception in a function of the user ends the run.
 pub fn has_failed() -> bool {
     FUNCTIONS.with_borrow(|functions| functions.as_ref().is_some_and(|functions| functions.raised.is_some()))
 }
 
-/// An instrument that records the values of a user function during the measurement.
+/// Records the values of a user function during the measurement.
 #[derive(Clone, Serialize, Deserialize)]
 struct Observed {
     name: String,

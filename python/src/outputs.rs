@@ -1,4 +1,4 @@
-//! Outputs made from the files of a run: other formats, pictures, movies, pages and proofs.
+//! Outputs made from the files of a run.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -17,19 +17,17 @@ use crate::error;
 use crate::run::Watch;
 use crate::writer::format_of;
 
-/// First and last frame.
 type Frames = (u64, Option<u64>);
 
-/// The view: a side, or an azimuth and an elevation in degrees; the magnification; whether to draw the box
-/// and the ground.
+/// Direction of view, azimuth and elevation in degrees, magnification, and whether to draw the box and the ground.
 type Seen = (Option<[f64; 3]>, Option<[f64; 2]>, f64, bool, bool);
 
 fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// Returns the path of a run's trajectory. Rejects an output that would replace a file of the run. Also rejects a link
-/// as the output, unless the user has named it.
+/// Returns the path of a run's trajectory. Rejects an output that would replace a file of the run. Rejects a link,
+/// unless the user has named it.
 fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
     if !is_named {
         refuse_link(out).map_err(|failed| error::output(&failed))?;
@@ -38,7 +36,7 @@ fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
     Ok(run.join("trajectory.xyz"))
 }
 
-/// Converts the trajectory of a run; returns the path written and the number of frames.
+/// Converts the trajectory of a run. Returns the path of the new file.
 #[pyfunction]
 pub fn convert(
     py: Python<'_>,
@@ -80,7 +78,7 @@ fn style(colour: &str, size: Option<(u32, u32)>, seen: Seen) -> Style {
     style
 }
 
-/// Draws the frame of a run nearest to a time, or the last frame.
+/// Draws the frame of a run at the time nearest to `time`, or the last frame.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one method of Python")]
 pub fn render(
@@ -121,7 +119,7 @@ pub fn movie(
 ) -> PyResult<PathBuf> {
     let ((first, last), (every, fps, turn)) = (frames, pace);
     let source = trajectory(&run, &out, true)?;
-    // Movies are never cropped: `is_cut` has no effect and keeps its default.
+    // `is_cut` has no effect on movies.
     let style = Style { is_cut: Style::default().is_cut, ..style(colour, Some(size), seen) };
     let follow = follow.map(|id| u32::try_from(id).map_or(Follow::CentreOfMass, |id| Follow::Particle(ParticleId(id))));
     let movie = Movie { style, frames_per_second: fps, first, last, every, turn, follow };
@@ -148,13 +146,13 @@ pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: boo
     Ok(target)
 }
 
-/// Names of the files that equal the files of a replay; files that differ, with the difference; and files that were not
-/// compared, with the reason.
+/// Names of equal files, names of different files with the difference, and names of files that were not compared with
+/// the reason.
 type Files = (Vec<String>, Vec<(String, String)>, Vec<(String, String)>);
 
-/// Verifies events of a run. Returns the printed text, four values of the certificate (whether the events are proven,
-/// the first event, the number of events, the largest gap), the comparison of the files and, if the proof failed, the
-/// reason with a suggestion.
+/// Verifies events of a run. Returns the printed text, four values of the certificate, the comparison of the files and
+/// the reason of a failure. The four values are whether the events are proven, the first event, the number of events,
+/// and the largest gap.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "a tuple of Python")]
 pub fn verify(

@@ -1,4 +1,4 @@
-//! Whole runs in a folder, as in `carom run`.
+//! Runs in a folder, as with `carom run`.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -24,7 +24,6 @@ use crate::observe::{self, Observation};
 use crate::scene::{Scene, borrowed};
 use crate::signals::Signals;
 
-/// Reports the progress of a run to Python, and checks for signals.
 pub struct Watch {
     signals: Signals,
     callback: Option<Py<PyAny>>,
@@ -74,8 +73,8 @@ impl Watch {
     }
 }
 
-/// Returns the largest size of an output that may be written to a folder; infinite with `force`. Raises an error if the
-/// predicted size, `bytes`, is larger. The message calls the output `what`.
+/// Returns the allowed size of an output in a folder; infinite with `force`. Raises an error if the predicted size
+/// `bytes` is larger. `what` is the name of the output in the message.
 pub fn most_bytes(what: &str, bytes: f64, folder: &Path, force: bool) -> PyResult<f64> {
     if force {
         return Ok(f64::INFINITY);
@@ -109,7 +108,7 @@ pub fn threads_of(threads: Option<&str>) -> PyResult<Option<Threads>> {
     parsed.map_err(|error: String| PyValueError::new_err(format!("threads: {error}")))
 }
 
-/// Executes a run with its files in `out`. Returns the reason if the run has failed.
+/// Executes a run. Returns the reason if the run has failed.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn run(
@@ -216,7 +215,6 @@ fn execute(
         .or_else(|| unconverted.map(|it| format!("the trajectory was not converted: {}", with_causes(it)))))
 }
 
-/// Units of all observables, by name.
 #[pyfunction]
 pub fn observable_units(dimensions: usize) -> BTreeMap<&'static str, String> {
     OBSERVABLES

@@ -1,4 +1,4 @@
-//! Additions to the saved state of a simulation: its scene, and the data that only Python has.
+//! Data of the Python package that are saved with a simulation.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::given::Given;
 use crate::scene::Scene;
 use crate::simulation::State;
 
-/// Data that are saved beside the engine. Texts are stored as bytes, so that they can have any length.
+/// Texts are stored as bytes, so that they can have any length.
 #[derive(Serialize, Deserialize)]
 pub struct Beside {
     model: Model,
@@ -26,7 +26,7 @@ pub struct Beside {
 
 impl Beside {
     pub fn of(scene: &Scene, state: &State) -> Self {
-        // Relative paths refer to the folder in which the simulation is saved.
+        // The path becomes absolute, because the simulation may be loaded in another folder.
         let name = std::path::absolute(&scene.name).unwrap_or_else(|_| scene.name.clone());
         Self {
             model: scene.model.clone(),
@@ -40,7 +40,7 @@ impl Beside {
     }
 }
 
-/// Returns the saved state and scene. Without `threads`, the scene gives the number of threads.
+/// Returns the saved state and scene. Without `threads`, uses the number of threads in the scene.
 pub fn engine_of((mut engine, beside): (Engine, Beside), threads: Option<Threads>) -> (State, Scene) {
     let Beside { model, text, name, set, given, pending, baths } = beside;
     engine.set_threads(threads.unwrap_or(model.run().threads));

@@ -23,7 +23,7 @@ use crate::given::Given;
 pub struct Scene {
     pub model: Model,
     pub text: String,
-    /// Path of the scene file, or a name that stands for it.
+    /// Path of the scene file, or a name that is used in its place.
     pub name: PathBuf,
     pub set: Vec<(String, String)>,
     pub given: Option<Given>,
@@ -35,7 +35,7 @@ pub fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
 
 #[pymethods]
 impl Scene {
-    /// Reads a scene from its text. `name` stands for the path of its file.
+    /// Reads a scene from its text. `name` is used as the path of its file.
     #[new]
     fn new(
         py: Python<'_>,
@@ -87,7 +87,7 @@ impl Scene {
         description::warnings(&self.model)
     }
 
-    /// Source of the scene: its text, the path of its file, and the overrides.
+    /// The text of the scene, the path of the scene file, and the overrides.
     fn source(&self) -> (String, PathBuf, Vec<(String, String)>) {
         (self.text.clone(), self.name.clone(), self.set.clone())
     }
@@ -149,7 +149,7 @@ impl Scene {
         array(py, all, Some(3))
     }
 
-    /// Names of the bond interactions, and the index of each bond's interaction.
+    /// Names of the bond interactions, and for each bond the index of its interaction.
     fn bond_kinds<'py>(&self, py: Python<'py>) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
         let (names, kinds) = Frame::kinds_of_bonds(&self.model);
         Ok((names, array(py, kinds.into_iter().map(i64::from).collect(), None)?))
@@ -163,7 +163,7 @@ impl Scene {
 }
 
 impl Scene {
-    /// TOML from which the scene can be recreated, with all of its particles.
+    /// TOML from which the scene can be recreated, with all particles.
     pub fn complete_record(&self) -> PyResult<String> {
         self.record_with(self.given.as_ref().map(|Given(particles)| KeptParticles::InTables(particles)))
     }
@@ -174,13 +174,13 @@ impl Scene {
         record.map_err(|error| error::scene(&error))
     }
 
-    /// Input files of a run: the scene and the files that it reads.
+    /// The scene file and the files that it reads.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.model.inputs().iter().map(|input| Path::new(&input.path)).chain([self.name.as_path()])
     }
 }
 
-/// A Python value as a TOML value; `place` is its position for messages.
+/// A Python value as a TOML value. `place` is the key in error messages.
 fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     if value.is_instance_of::<PyBool>() {
         return Ok(Value::Boolean(value.extract()?));
@@ -200,7 +200,7 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     if let Ok(mapping) = value.cast::<PyMapping>() {
         return table_of(mapping, place).map(Value::Table);
     }
-    // NumPy arrays and scalars have the method `tolist`, which returns plain Python values.
+    // The method `tolist` of NumPy arrays and scalars returns plain Python values.
     if value.hasattr("tolist")? {
         return value_of(&value.call_method0("tolist")?, place);
     }

@@ -4,12 +4,11 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
-/// Wall time between two checks for signals.
 const INTERVAL: Duration = Duration::from_millis(50);
-/// Initial and largest number of engine steps between two checks of the clock.
+/// Initial and largest number of engine steps between two looks at the clock.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-/// Checks for signals at regular intervals. Looks at the clock only after many engine steps.
+/// Looks at the clock only after many engine steps, and checks for signals only after `INTERVAL`.
 pub struct Signals {
     looked: Instant,
     steps: u64,
@@ -20,13 +19,12 @@ impl Signals {
         Self { looked: Instant::now(), steps: STEPS[0] }
     }
 
-    /// Number of engine steps until the next look at the clock. It adapts to the speed of the steps.
+    /// Number of engine steps until the next look at the clock. The number adapts to the speed of the engine.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Whether a check for signals is due. The caller can do other work, such as calling a callback, at the same
-    /// interval.
+    /// Whether the interval between two checks has passed.
     pub fn is_due(&mut self) -> bool {
         let now = Instant::now();
         if now - self.looked < INTERVAL {

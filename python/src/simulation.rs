@@ -24,12 +24,11 @@ use crate::saved::{Beside, engine_of};
 use crate::scene::{Scene, dictionary};
 use crate::signals::Signals;
 
-/// An engine, with data of the Python package that belong to the simulation.
 pub struct State {
     pub engine: Engine,
-    /// Requested events that were not returned because a signal interrupted the call.
+    /// Events that a call did not return because a signal interrupted it.
     pub pending: Vec<u8>,
-    /// Number of heat baths set so far. Each has its own random numbers.
+    /// Number of heat baths set so far. Each bath has its own random numbers.
     pub baths: usize,
 }
 
@@ -39,11 +38,10 @@ impl State {
     }
 }
 
-/// Temperature of a heat bath, its rate, and the axes along which it acts.
+/// Temperature of a heat bath, rate, and the axes along which the bath acts.
 type Bath = (f64, f64, [bool; 3]);
 
-/// A simulation that one thread can use at a time. While a call is in progress, calls from other threads raise an error
-/// instead of waiting.
+/// A simulation for one thread at a time. While a call is in progress, calls from other threads raise an error.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Simulation(Mutex<State>);
 
@@ -83,7 +81,7 @@ fn word(reason: Reason) -> &'static str {
     }
 }
 
-/// Completed fraction of a call, by time or by events, whichever fraction is larger.
+/// Completed fraction of a call, by time or by events, whichever is larger.
 fn part(of_time: f64, done: u64, events: u64) -> f64 {
     of_time.max(done as f64 / events.max(1) as f64).clamp(0.0, 1.0)
 }
@@ -97,8 +95,8 @@ fn until(time: f64, events: u64) -> PyResult<Until> {
 
 #[pymethods]
 impl Simulation {
-    /// Creates a simulation that begins at the start of a scene. With `plan`, rejects a scene whose plan only a run can
-    /// carry out. Without `plan`, ignores the plan.
+    /// Creates a simulation at the start of a scene. If `plan` is true, rejects scenes with a plan that requires a run.
+    /// Otherwise ignores the plan.
     #[new]
     fn new(py: Python<'_>, scene: &Scene, plan: bool, threads: Option<&str>) -> PyResult<Self> {
         let model = scene.model.clone();
@@ -111,7 +109,7 @@ impl Simulation {
         Ok(Self(Mutex::new(State::of(engine))))
     }
 
-    /// Runs a scene up to the start of its last measurement. Returns a simulation at this point.
+    /// Runs a scene up to the start of the last measurement, and returns the simulation at this point.
     #[staticmethod]
     fn prepared(py: Python<'_>, scene: &Scene, threads: Option<&str>, callback: Option<Py<PyAny>>) -> PyResult<Self> {
         let (model, threads) = (scene.model.clone(), threads_of(threads)?);
@@ -202,7 +200,7 @@ impl Simulation {
         array::<f64>(py, diameters, None)
     }
 
-    /// Lower corner, edges, and periodic axes of the current box.
+    /// Lower corner, edges and periodic axes of the current box.
     fn space(&self) -> PyResult<([f64; 3], [f64; 3], [bool; 3])> {
         let state = self.state()?;
         let space = state.engine.scene().space();
@@ -216,7 +214,7 @@ impl Simulation {
         Ok(Self(Mutex::new(copied)))
     }
 
-    /// Advances to a time or to a total number of events, whichever comes first. Returns the reason for the end.
+    /// Advances to a time or to a total number of events, whichever comes first. Returns the reason of the stop.
     fn advance(&self, py: Python<'_>, time: f64, events: u64, callback: Option<Py<PyAny>>) -> PyResult<&'static str> {
         let (until, end) = (until(time, events)?, (time, events));
         let mut state = self.state()?;
@@ -244,8 +242,8 @@ impl Simulation {
         })
     }
 
-    /// Advances until `count` events of the kinds in the bit mask have happened. Returns these events as bytes, and the
-    /// reason for an earlier end.
+    /// Advances until `count` events of the kinds in the bit mask have happened. Returns these events as bytes. If the
+    /// simulation stops earlier, also returns the reason.
     fn events<'py>(
         &self,
         py: Python<'py>,

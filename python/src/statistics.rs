@@ -3,8 +3,8 @@
 use carom::analysis::statistics::{BlockAverage, Stationarity};
 use pyo3::prelude::*;
 
-/// Returns the mean of a series, its standard error, and the word that `summary.json` uses for its stationarity. The
-/// series consists of numbers of type `f8` at evenly spaced times. The mean of an empty series is NaN.
+/// Returns the mean of a series at evenly spaced times, its standard error, and the verdict on stationarity. The
+/// numbers are of the type `f8`.
 #[pyfunction]
 pub fn mean_and_error(py: Python<'_>, values: &[u8]) -> (f64, Option<f64>, &'static str) {
     py.detach(|| {

@@ -1,4 +1,4 @@
-//! Sweeps: points that any process can run, and tables of the results.
+//! Sweeps. Any process can run a point.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,6 @@ use crate::observe::{self, Observation};
 use crate::run::{Watch, interval_of, most_bytes};
 use crate::scene::borrowed;
 
-/// Time between two checks of runs in other threads.
 const PAUSE: Duration = Duration::from_millis(5);
 
 /// A scene, and the axes along which a sweep varies it.
@@ -33,13 +32,12 @@ type Observed = (Vec<(String, Py<PyAny>)>, f64);
 /// Whether files are replaced, the time between two checkpoints, and the functions that observe the runs.
 type Observing = ((bool, f64), Observed);
 
-/// Folder of a point with its keys and values.
+/// Folder of a point, with keys and values.
 type PointOf = (String, Vec<(String, String)>);
 
 #[pymethods]
 impl Sweep {
-    /// A sweep of a scene. Without `text`, reads the scene from the file `name`. Otherwise `text` is the scene, and
-    /// `name` is used as the path of its file.
+    /// A sweep of the scene `text` or, without `text`, of the scene in the file `name`.
     #[new]
     fn new(name: PathBuf, text: Option<String>, set: Vec<(String, String)>, vary: Vec<String>) -> PyResult<Self> {
         let axes = vary.iter().map(|axis| axis.parse::<Axis>()).collect::<Result<Vec<_>, _>>();
@@ -60,12 +58,11 @@ impl Sweep {
         self.0.points().iter().map(|point| (point.folder().to_owned(), point.settings().to_vec())).collect()
     }
 
-    /// Short names of the varied keys, as in the tables.
     fn names(&self) -> Vec<String> {
         self.0.short_names()
     }
 
-    /// Checks the sweep before any file or folder is created. The folder need not exist.
+    /// Checks the sweep before any folder is created.
     fn check(&self, py: Python<'_>, folder: PathBuf, force: bool) -> PyResult<()> {
         py.detach(|| {
             let scene = self.0.check().map_err(|error| error::sweep(&error))?;
@@ -78,13 +75,12 @@ impl Sweep {
         })
     }
 
-    /// Creates the folder of the sweep, or opens it if it exists.
+    /// Creates or opens the folder of the sweep.
     fn begin(&self, folder: PathBuf) -> PyResult<()> {
         SweepFolder::open(folder, &self.0).map(|_| ()).map_err(|error| error::sweep(&error))
     }
 
-    /// Runs the point that has this folder name, unless it has results. Returns the outcome and, if the point failed,
-    /// the reason.
+    /// Runs the point in this folder, unless it has results. Returns the outcome and, if the point failed, the reason.
     fn run_point(
         &self,
         py: Python<'_>,
@@ -154,7 +150,7 @@ impl Sweep {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
             let names = observation.names();
             let orders = orders_for(jobs, interval, (&folder, force), (&instruments, &names));
-            // Signals reach only this thread. The other threads therefore run the simulations.
+            // Signals reach only this thread, so the other threads run the simulations.
             let ran = thread::scope(|scope| {
                 let runs = scope.spawn(|| opened.execute(&self.0, &orders, &see));
                 while !runs.is_finished() {
@@ -217,7 +213,6 @@ fn so_far(parts: &[f64]) -> (u64, f64) {
     (done as u64, parts.iter().sum::<f64>() / parts.len().max(1) as f64)
 }
 
-/// Adds the user's functions to a run.
 type Instruments<'o> = &'o (dyn Fn(Run) -> Run + Sync);
 
 fn orders_for<'o>(

@@ -1,4 +1,4 @@
-//! Frames in the formats of other programs, written one after the other.
+//! Writes frames in the formats of other programs.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use crate::error;
 use crate::given::Given;
 
-/// Writes frames to a file or folder. `series` is `None` once the output is complete or has failed.
+/// `series` is `None` when the output is complete or has failed.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Writer {
     series: Mutex<Option<FrameSeries>>,

@@ -21,7 +21,7 @@ FLUID = {
     "run": {"until_events": 20_000},
 }
 
-#: A ball that comes to rest after infinitely many bounces. A run of this scene ends as a failure.
+#: A ball that bounces infinitely often in a finite time. A run of this scene fails.
 FALLING = {
     "name": "stack",
     "species": [{"name": "ball", "mass": 1.0, "diameter": 1.0}],
@@ -31,8 +31,7 @@ FALLING = {
     "run": {"until_time": 100.0},
 }
 
-#: A scene for which no column of the outputs is empty: two species of unequal masses and diameters, wells, walls along
-#: one axis, gravity, restitution.
+#: A scene that fills every column of the outputs.
 MIXTURE = {
     "name": "mixture",
     "seed": 3,

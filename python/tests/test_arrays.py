@@ -75,7 +75,7 @@ def test_an_event_is_for_reading_only(fluid: dict) -> None:
 
 def test_no_number_is_unsigned(mixture: dict, tmp_path: Path) -> None:
     kinds = {name: array.dtype.kind for name, array in arrays(mixture, tmp_path) if array.dtype.names is None}
-    # The event log is excluded: its arrays have the same types as its files, which may be unsigned.
+    # Leaves out the event log, because the types in its files may be unsigned.
     assert [name for name, kind in kinds.items() if kind == "u" and not name.startswith("events ")] == []
     simulation = carom.Simulation(BONDED)
     simulation.advance(events=200)
@@ -85,7 +85,6 @@ def test_no_number_is_unsigned(mixture: dict, tmp_path: Path) -> None:
     assert set((bonds[:, 0] - bonds[:, 1]).tolist()) == {-1}
     batch = next(iter(simulation.events(events=50)))
     assert (batch["particle"] - 1).min() >= -1
-    # All numbers of an event are aligned, with padding after its kind.
     assert carom.EVENT.isalignedstruct and carom.EVENT.itemsize == 232
 
 
@@ -109,7 +108,7 @@ def test_pandas_has_the_columns(fluid: dict, tmp_path: Path) -> None:
     for frame in (pandas.DataFrame(run.thermo), run.thermo.to_pandas()):
         assert list(frame.columns) == list(run.thermo) and len(frame) == len(run.thermo["time"])
         assert (frame["kinetic"] == run.thermo["kinetic"]).all()
-    # pandas does not accept vectors as columns. It must raise an error instead of making a table of the column names.
+    # pandas does not accept vectors as columns, and must not make a table of the column names instead.
     with pytest.raises(ValueError, match="1-dimensional"):
         pandas.DataFrame(run.events)
     assert run.events is not None

@@ -189,7 +189,7 @@ def test_wrong_types_of_numbers_and_flags_are_rejected(fluid: dict, tmp_path: Pa
         ("checkpoint_every", lambda: carom.resume(tmp_path / "run", checkpoint_every="300")),
         ("checkpoint_every", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", checkpoint_every=True)),
         ("until_time", lambda: carom.run(fluid, tmp_path / "new", until_time=np.True_)),
-        # A text must not count as `force=True`, which would delete the existing run.
+        # A string must not be used as `force=True`, which would delete the existing run.
         ("force", lambda: carom.run(fluid, tmp_path / "run", seed=2, force="no")),
         ("force", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", force="no")),
         ("plan", lambda: carom.Simulation(fluid, plan="no")),
@@ -251,7 +251,7 @@ def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
             errors += 1
         time.sleep(0.001)
     thread.join()
-    # Python code ran during the simulation, so the simulation did not hold Python's lock.
+    # The simulation did not hold Python's lock, because Python code ran at the same time.
     assert errors > 10
     assert simulation.event_counts["core"] == 3_000_000
 
@@ -286,7 +286,7 @@ def test_a_signal_ends_a_call_and_nothing_is_lost(fluid: dict) -> None:
     other = carom.Simulation(fluid)
     other.advance(events=count)
     assert (other.positions == simulation.copy().positions).all() or other.time <= simulation.time
-    # The events of an interrupted batch are not lost: the next call returns them.
+    # The next call returns the events of an interrupted batch.
     simulation = carom.Simulation(fluid)
     interrupted_after(0.2, lambda: next(iter(simulation.events(events=10**12, batch=10**9))))
     with pytest.raises(ValueError, match="call events"):
@@ -472,7 +472,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         with pytest.raises(carom.FolderError, match=r"would write about .* allowed without force=True\n.*force=True"):
             call()
         assert not list(tmp_path.iterdir())
-    # With `force=True` there is no size limit. The calls fail only because a file is in place of the folder.
+    # With `force=True` there is no size limit. The calls fail because a file is in place of the folder.
     (tmp_path / "sweep").write_text("in the way")
     with pytest.raises(carom.CaromError, match="sweep"):
         calls[1](force=True)

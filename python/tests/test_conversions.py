@@ -47,7 +47,7 @@ def test_freud_has_the_same_distances(kind: str, fluid: dict) -> None:
     box, points = simulation.to_freud()
     expected = distances(simulation.frame())
     found = box.compute_all_distances(points, points)
-    # In a tilted box, freud finds the nearest image only at distances below half of the box.
+    # In a tilted box, freud finds the nearest image only at distances below about half of the shortest edge.
     near = expected < 0.48 * simulation.scene.size.min()
     assert np.allclose(found[near], expected[near], atol=1e-4) and near.sum() > 100
     assert np.isclose(box.volume, np.prod(simulation.scene.size))
@@ -58,7 +58,7 @@ def test_mdanalysis_has_all_frames(mixture: dict, tmp_path: Path) -> None:
     from MDAnalysis.lib.distances import distance_array
 
     run = carom.run(mixture, tmp_path / "run", until_events=2000)
-    # MDAnalysis treats all axes of a box as periodic, so distances may cross the walls. This causes the warning.
+    # MDAnalysis treats all axes of a box as periodic, so distances may cross the walls.
     with pytest.warns(carom.CaromWarning, match="not periodic along z"):
         universe = run.to_mdanalysis()
     assert universe.trajectory.n_frames == len(run.frames) > 3
@@ -78,7 +78,7 @@ def test_mdanalysis_has_the_times(fluid: dict, tmp_path: Path) -> None:
     pytest.importorskip("MDAnalysis")
     from MDAnalysis.analysis.base import AnalysisFromFunction
 
-    # Frames have equal intervals, except that the last frame is at the end of the run.
+    # The last frame is at the end of the run, after a shorter interval.
     run = carom.run(fluid, tmp_path / "run", set={"output.frame_interval": 0.25, "run.until_events": 20_000})
     times = run.frames.times
     assert len(times) > 5 and 0.0 < times[-1] - times[-2] < 0.25
@@ -90,7 +90,6 @@ def test_mdanalysis_has_the_times(fluid: dict, tmp_path: Path) -> None:
         assert [step.time for step in same.trajectory[1:4:2]] == [times[1], times[3]]
     analysis = AnalysisFromFunction(lambda atoms: atoms.positions.mean(), universe.atoms).run()
     assert (analysis.times == times).all()
-    # The conversion of a single frame keeps its time.
     late = run.frames[-1].to_mdanalysis()
     assert late.trajectory.time == times[-1]
 
@@ -119,7 +118,7 @@ def test_mdanalysis_has_no_box_where_nothing_is_periodic(fluid: dict) -> None:
         "fill": [{"species": "sphere", "arrangement": "random", "count": 20, "temperature": 1.0}],
     }
     assert carom.Simulation(walls).to_mdanalysis().dimensions is None
-    # If x and y are periodic and z is flat, MDAnalysis gets a box, because a flat axis has no periodic images.
+    # A flat axis has no periodic images, so MDAnalysis gets a box.
     flat = {**walls, "space": {"size": [12.0, 12.0, 0.0], "z": "flat"}}
     dimensions = carom.Simulation(flat).to_mdanalysis().dimensions
     assert dimensions[:2].tolist() == [12.0, 12.0]
@@ -184,7 +183,7 @@ def test_velocities_of_unknown_masses_are_kept(tmp_path: Path) -> None:
 
 
 def test_unwrapped_positions_in_a_sheared_box_follow_straight_flights(tmp_path: Path) -> None:
-    # A single particle has no contacts: it flies in a straight line, also through the sides of the sheared box.
+    # A single particle has no contacts. It flies in a straight line, even across the sides of the sheared box.
     alone = {
         "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],
         "interaction": [{"species": ["A", "A"], "potential": "hard-sphere"}],

@@ -27,7 +27,7 @@ PAIR = {
     "run": {"equilibration_time": 20.0, "until_time": 4000.0},
 }
 
-#: Examples that need another package are skipped if it is not installed.
+#: Packages that some examples need.
 OPTIONAL = {"ASE": "ase", "MDANALYSIS": "MDAnalysis", "FREUD": "freud", "GSD": "gsd", "PANDAS": "pandas", "MATPLOTLIB": "matplotlib"}
 FLAGS = {doctest.register_optionflag(flag): module for flag, module in OPTIONAL.items()}
 

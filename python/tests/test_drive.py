@@ -28,7 +28,7 @@ def test_thermalized_velocities_are_maxwellian(fluid: dict) -> None:
     v = simulation.velocities.ravel() / math.sqrt(2.5)
     # Moments of a normal distribution, within four standard errors.
     assert abs((v**4).mean() - 3.0) < 4.0 * math.sqrt(96.0 / v.size) and abs((v**3).mean()) < 4.0 * math.sqrt(15.0 / v.size)
-    # The velocities depend only on the temperature and the seed, not on earlier calls or earlier velocities.
+    # The velocities depend only on the temperature and the seed, not on earlier calls or velocities.
     again = carom.Simulation(large(fluid))
     again.thermalize(2.5, seed=7)
     assert np.array_equal(again.velocities, simulation.velocities)
@@ -41,12 +41,12 @@ def test_thermalized_velocities_are_maxwellian(fluid: dict) -> None:
 
 
 def test_thermalize_handles_walls_gravity_planes_and_shear(fluid: dict, mixture: dict) -> None:
-    # Walls change the momentum along their axis, so only the momentum along x and y is zero.
+    # Walls change the momentum along z, so only the momentum along x and y is zero.
     walled = carom.Simulation({**fluid, "space": {"z": "walls"}, "fill": [{**fluid["fill"][0], "arrangement": "random", "packing_fraction": 0.1}]})
     walled.thermalize(1.5, seed=1)
     assert abs(walled.momentum[:2]).max() < 1e-12 < abs(walled.momentum[2])
     assert walled.temperature == pytest.approx(1.5, rel=1e-12)
-    # With gravity, a simulation has no `temperature`, so the kinetic energy is compared.
+    # With gravity, a simulation has no `temperature`.
     falling = carom.Simulation(mixture)
     falling.thermalize(3.0, seed=2)
     masses = falling.scene.masses[falling.species]
@@ -63,7 +63,7 @@ def test_thermalize_handles_walls_gravity_planes_and_shear(fluid: dict, mixture:
     plane.thermalize(0.7, seed=3)
     assert (plane.velocities[:, 2] == 0.0).all() and (plane.velocities[0] == 0.0).all()
     assert plane.temperature == pytest.approx(0.7, rel=1e-12)
-    # In a sheared box, the temperature follows from the velocities relative to the streaming velocity.
+    # In a sheared box, thermal velocities are relative to the streaming velocity.
     sheared = carom.Simulation({**large(fluid), "space": {"shear_rate": 0.5}})
     sheared.thermalize(1.0, seed=4)
     y = sheared.positions[:, 1] - 0.5 * sheared.scene.size[1]
@@ -111,8 +111,7 @@ def test_assigned_heat_bath_acts_like_that_of_a_scene(fluid: dict) -> None:
     assert plain.event_counts["thermostat"] > 3000
     axes = (plain.velocities**2).mean(axis=0)
     assert plain.temperature == pytest.approx(2.0, rel=0.25) and axes[1] == pytest.approx(axes[0], rel=0.6)
-    # The bath acts along x and z. Only the momentum along y is conserved, so only this component reduces the degrees of
-    # freedom.
+    # The bath acts along x and z, so only the momentum along y is conserved.
     kinetic = plain.energy["kinetic"] - 0.5 * plain.momentum[1] ** 2 / 108
     assert plain.temperature == pytest.approx(2.0 * kinetic / (3 * 108 - 1), rel=1e-12)
     plain.thermostat = None
@@ -121,7 +120,6 @@ def test_assigned_heat_bath_acts_like_that_of_a_scene(fluid: dict) -> None:
     assert plain.event_counts["thermostat"] == done and plain.thermostat is None
     kinetic = plain.energy["kinetic"] - 0.5 * (plain.momentum**2).sum() / 108
     assert plain.temperature == pytest.approx(2.0 * kinetic / (3 * 108 - 3), rel=1e-12)
-    # With `plan=False`, the thermostat of the scene is ignored.
     assert carom.Simulation({**fluid, "run": plan}, plan=False).thermostat is None
 
 
@@ -139,7 +137,7 @@ def test_each_heat_bath_has_its_own_random_numbers(fluid: dict) -> None:
     first, second = heated(simulation), heated(simulation)
     assert not np.allclose(first, second)
     assert np.array_equal(heated(carom.Simulation(fluid)), first)
-    # A heat bath that is set by a call uses different random numbers from the same heat bath in the plan of a scene.
+    # A heat bath of a call and a heat bath of the scene use different random numbers.
     planned = {**fluid, "run": {"until_events": 1, "thermostat": {"kind": "andersen", "temperature": 1.0, "rate": 1.0}}}
     own, copied = carom.Simulation(planned), carom.Simulation(planned)
     copied.thermostat = own.thermostat
@@ -214,7 +212,7 @@ def test_simulation_keeps_the_box_of_a_stage_at_constant_pressure(fluid: dict) -
     with carom.Writer("compressed.xyz") as writer:
         writer.write(simulation)
     assert np.array_equal(carom.Trajectory("compressed.xyz")[0].size, edges)
-    # In the box of the frame, no spheres overlap and all particles are inside.
+    # No spheres overlap in the box of the frame.
     apart = frame.positions[:, None] - frame.positions
     apart -= edges * np.round(apart / edges)
     assert np.sqrt((apart**2).sum(-1))[np.triu_indices(len(frame), 1)].min() > 1.0 - 1e-12

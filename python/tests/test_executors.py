@@ -114,7 +114,7 @@ def test_sweep_on_mpi_equals_a_plain_sweep(undisturbed: carom.Sweep, tmp_path: P
     mpiexec = shutil.which("mpiexec", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
     if mpiexec is None:
         pytest.skip("there is no mpiexec")
-    # mpi4py may be installed without an MPI library, which shows only on import.
+    # mpi4py may be installed without an MPI library.
     loaded = subprocess.run([sys.executable, "-c", "import mpi4py.futures, mpi4py.MPI"], capture_output=True, text=True)
     if loaded.returncode != 0 and ("cannot load MPI library" in loaded.stderr or "ModuleNotFoundError" in loaded.stderr):
         pytest.skip("there is no MPI")

@@ -34,7 +34,7 @@ def test_a_simulation_goes_on_from_a_run(fluid: dict, tmp_path: Path) -> None:
     simulation.advance(events=5_000)
     assert np.array_equal(simulation.positions, longer.frames[-1].positions)
     assert np.array_equal(simulation.velocities, longer.frames[-1].velocities)
-    # A simulation that continues a run can override values of its scene, even if the run is temporary.
+    # Values of the scene can be overridden, even if the run is temporary.
     assert carom.Simulation(carom.run(fluid), set={"dynamics.gravity": [0, 0, -1]}).temperature is None
 
 
@@ -44,7 +44,7 @@ def test_finished_stages_and_fills_are_left_out(fluid: dict, tmp_path: Path) -> 
     assert simulation.advance(events=100) == "events"
     with pytest.raises(carom.SceneError, match="stage"):
         carom.Simulation(staged)
-    # A simulation that continues a run ignores the fills of the scene. It keeps the walls and the gravity.
+    # The fills of the scene are ignored. The walls and the gravity are kept.
     chain = carom.run(
         {
             **fluid,
@@ -90,7 +90,7 @@ def test_prepared_carries_out_stages_and_equilibration(fluid: dict, tmp_path: Pa
     run = carom.run(scene, tmp_path / "run")
     simulation = carom.Simulation.prepared(scene, progress=False)
     frame = simulation.frame()
-    # The prepared simulation is at the start of the measurement: the heat bath acts, and the spheres have grown.
+    # At the start of the measurement, the heat bath acts, and the spheres have grown.
     assert simulation.thermostat == {"kind": "andersen", "temperature": 2.0, "rate": 1.0, "axes": ["x", "y", "z"]}
     assert frame.radii[0] > 0.5 and (frame.radii == run.frames[-1].radii).all()
     before = simulation.event_counts["core"]
@@ -100,7 +100,7 @@ def test_prepared_carries_out_stages_and_equilibration(fluid: dict, tmp_path: Pa
     assert np.array_equal(simulation.positions, run.frames[-1].positions)
     assert np.array_equal(simulation.velocities, run.frames[-1].velocities)
     assert simulation.deepest_overlap < 1e-12
-    # Positions can still be set after particles have grown.
+    # Positions can be set after particles have grown.
     simulation.positions = simulation.positions + [0.1, 0.0, 0.0]
 
 

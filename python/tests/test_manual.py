@@ -17,7 +17,7 @@ from conftest import FLUID, ROOT
 
 MANUAL = ROOT / "docs" / "python.md"
 
-#: Packages that code blocks need, by words in these blocks.
+#: Packages that code blocks need. The keys are words in these blocks.
 NEEDED = {
     "_ase(": "ase",
     ".gsd": "gsd",
@@ -26,7 +26,7 @@ NEEDED = {
     "dask.": "dask.distributed",
 }
 
-#: Words in code blocks that need a cluster or MPI. `test_executors` covers Dask and MPI.
+#: Words in code blocks that need a cluster or MPI. `test_executors` tests Dask and MPI.
 ELSEWHERE = ("SLURMCluster", "mpi4py")
 
 #: Runs the given files one after the other. Each file can use the variables of the files before it.

@@ -14,7 +14,7 @@ import carom
 from carom._errors import in_python
 from conftest import FALLING, ROOT
 
-#: Source files of the library whose error messages contain suggestions.
+#: Source files with suggestions in their error messages.
 SOURCES = ["io/error.rs", "sweep/error.rs", "exchange/error.rs", "run/checkpoint/error.rs", "io/scenes.rs"]
 
 
@@ -39,7 +39,7 @@ def test_no_cure_of_the_library_speaks_of_options() -> None:
     for text in spoken:
         assert "--" not in text.replace("`carom run --force --resume DIR`", ""), text
         assert not re.search("`carom (run|exchange|sweep) (?!--force --resume)", text), text
-    # Commands without an entry in `_IN_PYTHON` and words with dashes stay unchanged.
+    # Other commands and words with dashes stay unchanged.
     for text in ("`carom convert DIR/trajectory-1.xyz --to vtk` does it", "a --outer b", "so--out"):
         assert in_python(text) == text
     assert in_python("`carom run` at one") == "`carom.run` at one"
@@ -52,7 +52,6 @@ def test_failed_replacement_has_its_folder_and_keeps_the_old_run(fluid: dict, tm
     folder = caught.value.folder
     assert folder is not None and carom.open(folder).summary["ending"] == "arrested"
     assert carom.open(tmp_path / "run").summary["scene"] == "fluid"
-    # A later run without an error replaces the old run.
     assert carom.run(fluid, tmp_path / "run", seed=4, force=True).folder == tmp_path / "run"
     assert carom.open(tmp_path / "run").summary["seed"] == 4
 
@@ -92,7 +91,7 @@ def test_the_key_of_a_mistake_is_named(fluid: dict, set: dict, key: str) -> None
     with pytest.raises(carom.SceneError) as caught:
         carom.Scene(fluid, set=set)
     assert caught.value.key == key
-    # The exception names the same key if the error is in the text of the scene instead of an override.
+    # An error in the text of the scene has the same key.
     text = carom.Scene(fluid).to_toml()
     (path, value), (*steps, last) = *set.items(), *[key.replace("[0]", "").split(".")]
     header = {"species": "[[species]]", "fill": "[[fill]]", "run": "[run]"}[steps[0]] if steps else None

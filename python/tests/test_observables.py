@@ -51,7 +51,6 @@ def test_observable_is_fully_correlated_with_itself() -> None:
     assert (X - X).error == 0.0 and (X / X).error == 0.0
 
 
-#: Functions of one value, with their derivatives.
 OF_ONE: dict[str, tuple[Callable[[Any], Any], Callable[[float], float]]] = {
     "second virial coefficient": (lambda z: 2 * (z - 1) / z, lambda z: 2 / z**2),
     "value in both terms": (lambda z: z**2 + 3 * z, lambda z: 2 * z + 3),
@@ -89,7 +88,7 @@ def test_copies_and_pickles_are_the_same_value() -> None:
         assert again == X and (again - X).error == 0.0
     product = pickle.loads(pickle.dumps(X * Y))
     assert (product / X - Y).error == pytest.approx(0.0, abs=1e-15)
-    # An independent value with the same mean and error is equal, but the error of the difference is not zero.
+    # Means and errors are equal, so `other == X`. The values are independent, so `other - X` has an error.
     other = Observable(2.5, 0.02, "length", True)
     assert other == X and (other - X).error == pytest.approx(0.02 * math.sqrt(2.0), rel=1e-12)
 

@@ -73,7 +73,7 @@ def test_verify_proves_events_like_the_program(run: carom.Run, program: str) -> 
     assert str(proof) == subprocess.run(command, check=True, capture_output=True, text=True).stdout
     with pytest.raises(carom.FolderError, match="the run has only 3000 events"):
         run.verify(from_events=5000, progress=False)
-    # The scene in the folder no longer belongs to the run.
+    # Changes the scene in the folder of the run.
     path = run.folder / "scene.toml"
     path.write_text(path.read_text().replace("packing_fraction = 0.3", "packing_fraction = 0.31"))
     with pytest.raises(carom.SimulationError, match="does not reproduce the end of this run"):
@@ -114,7 +114,6 @@ def test_writers_refuse_and_clean_up(fluid: dict) -> None:
         carom.Writer("t", format="csv")
     with pytest.raises(TypeError, match="expected a carom.Frame"):
         carom.Writer("u.csv").write(np.zeros((3, 3)))  # type: ignore[arg-type]
-    # Arrays need the same particles in all frames.
     smaller = carom.Simulation({**fluid, "fill": [{**fluid["fill"][0], "count": 32}]})
     with pytest.raises(carom.FolderError, match="the same particles"), carom.Writer("t-npy") as writer:
         writer.write(simulation)

@@ -146,7 +146,7 @@ def test_a_run_keeps_its_arrays_and_is_repeated(program: str) -> None:
     same_bits(Path("moved"), Path("second"))
     again = carom.run("moved/scene.toml", "third")
     same_bits(Path("moved"), again.folder)
-    # The file with the particles belongs to the run and is deleted with it.
+    # The file with the particles is deleted with the run.
     carom.run(carom.Scene(BOX, particles=arrays()), "moved", force=True)
     assert Path("moved/particles.xyz").exists()
     carom.run({**BOX, "particle": [{"species": "A", "position": [1, 1, 1], "velocity": [1, 0, 0]}], "run": {"until_time": 1.0}}, "moved", force=True)
@@ -281,7 +281,7 @@ def test_ase_atoms_convert_back_to_a_scene(mixture: dict) -> None:
     simulation = carom.Simulation({**mixture, "space": {**mixture["space"], "lower": [1.0, 2.0, 3.0]}})
     simulation.advance(1.0)
     atoms = simulation.to_ase()
-    # ASE has boxes but no walls, so the scene must define the walls.
+    # ASE has no walls, so the scene must define them.
     scene = carom.Scene.from_ase(atoms, {**mixture, "fill": [], "space": {"z": "walls"}})
     assert np.allclose(scene.positions, simulation.positions, atol=1e-12) and np.allclose(scene.velocities, simulation.velocities, atol=1e-12)
     assert (scene.species == simulation.frame().species).all() and np.allclose(scene.lower, [1.0, 2.0, 3.0])
@@ -306,7 +306,7 @@ def test_trajectory_read_by_ase_converts_back_to_a_scene(mixture: dict, tmp_path
     for path in ("run/trajectory.xyz", str(tmp_path / "again.xyz")):
         atoms = io.read(path, index=-1)
         scene = carom.Scene.from_ase(atoms, {**source, "fill": [], "space": {"z": source["space"].get("z", "periodic")}})
-        # ASE writes numbers with eight decimals to its files.
+        # ASE writes numbers with eight decimals.
         allowed = 0.0 if path.startswith("run") else 1e-8
         assert np.allclose(scene.positions, frame.positions, atol=allowed, rtol=0.0)
         assert np.allclose(scene.velocities, frame.velocities, atol=allowed, rtol=0.0) and np.abs(scene.velocities).max() > 0.1
@@ -325,7 +325,7 @@ def test_ase_symbols_and_cells_become_species_and_boxes() -> None:
     assert np.bincount(scene.species).tolist() == [108, 108] and np.allclose(scene.size, 7.2)
     with pytest.raises(ValueError, match="expected a rectangular box"):
         carom.Scene.from_ase(build.bulk("Ar", "fcc", a=2.0), source, species="Na")
-    # If the scene has a flat axis, the size of the ASE cell along this axis is ignored.
+    # The ASE cell has an extent along the flat axis, which is ignored.
     layer = build.fcc111("Ar", (4, 4, 1), a=2.0, orthogonal=True, vacuum=3.0)
     layer.positions[:, 2] = 0.0
     flat = carom.Scene.from_ase(layer, {**source, "space": {"z": "flat"}}, species="Na")

@@ -31,7 +31,7 @@ def test_pickled_run_is_small_and_can_be_read_elsewhere(fluid: dict, tmp_path: P
     read_all(run)
     pickled = pickle.dumps(run)
     assert len(pickled) < 50_000, "a folder, and not what was read from it"
-    # A pickle can also be read in another working directory.
+    # A pickle can be read in another working directory.
     os.mkdir("elsewhere")
     monkeypatch.chdir("elsewhere")
     same = pickle.loads(pickled)
@@ -63,7 +63,7 @@ def test_pickle_of_a_temporary_run_does_not_keep_its_folder(fluid: dict) -> None
     gc.collect()
     assert sent.observables["temperature"].mean == 1.0 and list(sent.curves) == ["radial_distribution"]
     for read in (lambda: sent.thermo, lambda: sent.parameters, lambda: sent.events, lambda: sent.report):
-        with pytest.raises(carom.FolderError, match="pass out to carom.run"):
+        with pytest.raises(carom.FolderError, match="pass out= to carom.run"):
             read()
 
 

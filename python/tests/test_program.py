@@ -46,7 +46,7 @@ def test_a_signal_ends_a_run_in_good_order(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     )
-    # Waits until the run has started, which creates this file.
+    # Waits until the run has started.
     deadline = time.monotonic() + 60
     while not list(tmp_path.glob("run/thermo.csv*")) and time.monotonic() < deadline:
         time.sleep(0.05)
@@ -61,7 +61,7 @@ def test_a_signal_ends_a_run_in_good_order(tmp_path: Path) -> None:
 
 
 def test_source_folder_does_not_shadow_the_package() -> None:
-    # Python searches the working folder first. A folder `carom` without the compiled part would hide the package there.
+    # Python searches the working folder first, where a folder `carom` without the compiled part would hide the package.
     code = "import carom; print(carom.Scene)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT / "python", capture_output=True, text=True)
     assert done.returncode == 0 and "carom._scene.Scene" in done.stdout, done.stderr

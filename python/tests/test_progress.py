@@ -79,7 +79,6 @@ def test_advance_shows_how_far_it_is(
     assert len(parts) > 1 and parts == sorted(parts) and 0.0 < parts[0] < parts[-1] <= 1.0
     assert all(text.startswith("advancing, ") and "events" in text and "t = " in text for _, text in bars.shown)
     assert bars.closed == 1
-    # A progress bar does not change the trajectory.
     plain.advance(until=simulation.time)
     assert np.allclose(plain.positions, simulation.positions, rtol=0, atol=1e-9)
 

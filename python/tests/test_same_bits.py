@@ -13,11 +13,10 @@ import pytest
 import carom
 from conftest import ROOT
 
-#: All example scenes without replica exchange. They have gravity, meshes, bonds, wells, chains, shear, walls,
-#: growth, thermostats and two dimensions.
+#: All example scenes without replica exchange.
 SCENES = sorted(path.stem for path in (ROOT / "configs").glob("*.toml") if "\n[exchange]" not in path.read_text())
 SHORT = {"run.until_events": 2000, "run.equilibration_events": 500}
-#: Scenes with earlier stages get fewer particles or events, so that the test stays short.
+#: Scenes with stages get fewer particles or events, so that the test stays short.
 FEWER = {
     "anneal": {f"stage.{stage}.{key.removeprefix('run.')}": value for stage in range(4) for key, value in SHORT.items()},
     "outlet": {"fill.0.count": 150},
@@ -45,7 +44,7 @@ def alike(a: Path, b: Path) -> list[str]:
             del stage["speed"]
     if summaries[0] == summaries[1]:
         different.remove("summary.json")
-    # Leaves out files with lines about the speed, and checkpoints, which contain the wall time.
+    # The report contains the speed of the run, and the checkpoints contain the wall time.
     return [name for name in different if name not in ("report.txt", "checkpoint", ".carom")]
 
 

@@ -18,7 +18,7 @@ import carom
 
 from test_going_on import staged_growth
 
-#: A scene with a heat bath, bonds and wells, so that the engine has every kind of internal state.
+#: A scene that uses every kind of internal state of the engine.
 CHAINS = {
     "name": "chains",
     "space": {"size": [9.0, 9.0, 9.0]},
@@ -78,8 +78,7 @@ def test_thermostat_is_saved(fluid: dict, tmp_path: Path) -> None:
     again = carom.Simulation.load("a")
     assert again.thermostat == simulation.thermostat
     same(simulation, again)
-    # The second heat bath uses different random numbers from the first, so the saved state includes the number of heat
-    # baths used so far.
+    # Each heat bath uses other random numbers, so the number of heat baths is saved.
     for it in (simulation, again):
         it.set_thermostat(2.0, rate=1.0)
     same(simulation, again)
@@ -102,7 +101,7 @@ def test_saved_simulation_loads_in_another_folder(fluid: dict, tmp_path: Path, m
     monkeypatch.chdir("elsewhere")
     again = carom.Simulation.load("../a")
     assert carom.Simulation(carom.Scene(again.scene, seed=3)).scene.seed == 3
-    # The saved file includes the files that the scene refers to, so the original is not needed.
+    # The saved file contains the mesh, so the original file is not needed.
     os.remove("../box.stl")
     same(simulation, carom.Simulation.load("../a"), events=5)
 
@@ -225,7 +224,6 @@ def test_everything_public_is_pickled_and_copied(fluid: dict, tmp_path: Path) ->
     assert len(again.frames) == len(run.frames) and again.frames[-1].time == run.frames[-1].time
     assert (copy.deepcopy(run.frames[-1]).positions == run.frames[-1].positions).all()
     assert (copy.deepcopy(run.curves)["radial_distribution"].y == run.curves["radial_distribution"].y).all()
-    # A copy has its own arrays.
     first = run.frames[-1].positions[0, 0]
     for copied in (copy.deepcopy(run.frames[-1]).positions, pickle.loads(pickle.dumps(run.frames[-1])).positions):
         copied[0, 0] = first + 1.0

@@ -40,8 +40,8 @@ def test_errors_are_the_exact_ones_of_autoregressive_series(correlation: float, 
     assert abs(means.std() / exact - 1.0) < 0.15, "the formula fits the series"
     # The estimated errors may be too large, by up to 12 %, or 25 % for the strongest correlation.
     assert 0.97 < np.median(errors) / exact < (1.25 if correlation == 0.9 else 1.12)
-    # Two thirds of all means should be within one standard error. The lower bound allows three standard
-    # deviations of 200 draws; the upper bound is higher because the errors may be too large.
+    # About two thirds of the means are within one standard error. The limits allow for 200 draws and for errors that
+    # are too large.
     assert 0.58 < (abs(means) < errors).mean() < 0.82
     assert sum(it.is_stationary is False for it in found) <= 4
 
@@ -50,8 +50,7 @@ def test_errors_are_the_exact_ones_of_autoregressive_series(correlation: float, 
 def test_mean_and_error_of_rows_equal_those_of_the_run(fluid: dict, column: str) -> None:
     wells = {**fluid, "interaction": [{**fluid["interaction"][0], "potential": "square-well", "lambda": 1.5, "well_depth": 0.5}]}
     for scene in (fluid, wells):
-        # All rows after the equilibration are evenly spaced in time. Their number exceeds the number of blocks in the
-        # average.
+        # All rows after the equilibration. There are more rows than blocks in the average.
         scene = {**scene, "run": {"equilibration_time": 2.0, "until_time": 30.0}, "output": {"thermo_interval": 0.02, "frame_interval": 10.0}}
         run = carom.run(scene)
         rows = run.thermo[column][run.thermo["time"] > 2.0 + 1e-9]

@@ -31,8 +31,7 @@ def test_stubs_are_those_of_the_compiled_part(tmp_path: Path) -> None:
 
 def test_pyright_finds_nothing(tmp_path: Path) -> None:
     pytest.importorskip("pyright")
-    # Pyright searches only below the folder of its settings, so the settings and the package are copied to
-    # the same folder.
+    # Pyright searches only below the folder of its settings.
     shutil.copy(SETTINGS, tmp_path)
     shutil.copytree(Path(carom.__file__).parent, tmp_path / "carom", ignore=shutil.ignore_patterns("*.so", "*.pyd", "__pycache__"))
     words = [sys.executable, "-m", "pyright", "--project", str(tmp_path), "--pythonpath", sys.executable]

@@ -60,8 +60,7 @@ def test_exchange_without_windows_has_no_potential_of_mean_force() -> None:
 
 
 def test_a_window_that_cannot_be_reached_is_named() -> None:
-    # A scene whose hard core excludes the first window would be rejected. Instead, this high step keeps the pair out of
-    # the window.
+    # This high step keeps the pair out of the first window. A scene with a hard core there would be rejected.
     step = {"species": ["A", "A"], "potential": "penetrable", "height": 500.0}
     windows = [[0.5, 0.9], [0.8, 2.0]]
     changed = {"exchange.umbrella": {"between": [[0], [1]], "windows": windows}, "run.until_time": 10.0}

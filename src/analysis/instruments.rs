@@ -1,12 +1,11 @@
-//! Instruments: the measurements of a running scene, such as structure, motion, transport and profiles.
+//! Instruments: measurements of structure, motion, transport and profiles during a run.
 //!
-//! A [`MeasurementPlan`] lists the measurements. Each entry becomes one of the [`Instruments`]. An instrument
-//! chooses the times at which it sees the particles, and may ask to see events. Instruments only read: the
-//! trajectory of a run is the same, bit for bit, whatever is measured. Their memory is bounded, and their
-//! state is part of a checkpoint. The results are [`Measured`].
+//! A [`MeasurementPlan`] lists the measurements, and [`Instruments`] carries them out. An instrument samples the
+//! particles at times that it chooses, and can receive events. Instruments do not change the trajectory: it is the
+//! same, bit for bit, whatever is measured. Their memory is bounded, and checkpoints contain their state. The results
+//! are [`Measured`].
 //!
-//! To write your own instrument, implement the trait [`Instrument`]; its documentation explains how, and how
-//! to measure with it.
+//! To write your own instrument, implement the trait [`Instrument`]. The documentation of the trait explains how.
 
 pub mod bond_order;
 pub mod chains;
@@ -50,8 +49,8 @@ pub use registry::InstrumentError;
 pub(crate) use registry::{OwnInstruments, Registry, compare as compare_instruments};
 pub use system::{Sample, SystemDescription};
 
-/// Declares the instruments of scene files, each with its module, its type and its field of the measurement plan. Their
-/// order is the order of reports and of checkpoints.
+/// Declares the instruments of scene files: module, type, and field of the measurement plan. Reports and checkpoints
+/// use the same order.
 macro_rules! instruments {
     ($($module:ident::$kind:ident: $entry:ident),* $(,)?) => {
         #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -181,7 +180,7 @@ impl Instruments {
     }
 }
 
-/// Lists the cutoffs that the box makes shorter than the plan requests, each with the reason.
+/// For each cutoff that is shorter than requested because of the size of the box, a message with the reason.
 pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescription) -> Vec<String> {
     let of_pairs = plan.radial_distribution.as_ref().and_then(|it| radial_distribution::shortened_cutoff(it, system));
     let of_order = plan.bond_order.as_ref().and_then(|it| bond_order::shortened_cutoff(it, system));
@@ -189,7 +188,7 @@ pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescripti
     [("radial_distribution", of_pairs), ("bond_order", of_order)].into_iter().filter_map(named).collect()
 }
 
-/// Whether the plan asks for values of each particle in the frames of a trajectory.
+/// Whether the plan requests per-particle values in the frames of a trajectory.
 pub(crate) fn has_scalars(plan: &MeasurementPlan) -> bool {
     plan.bond_order.is_some()
 }

@@ -1,6 +1,6 @@
 //! Observables during a run: rows at equidistant times, and means with standard errors.
 //!
-//! An observer only reads: the trajectory of a run is the same, bit for bit, whether it is observed or not.
+//! An observer does not change the trajectory, which is the same, bit for bit, with and without an observer.
 
 mod applicable;
 mod equilibrium;
@@ -28,7 +28,7 @@ const COMPRESSIBILITY: &str = "compressibility_factor";
 const ISOTHERMAL_COMPRESSIBILITY: &str = "isothermal_compressibility";
 const HEAT_FLUX: &str = "energy / (length^(D - 1) time)";
 
-/// Names and units of the quantities that have a mean over a run, in the order of `summary.json`.
+/// Names and units of the quantities that are averaged over a run, in the order of `summary.json`.
 pub const OBSERVABLES: [(&str, &str); 21] = [
     (TEMPERATURE, "energy"),
     ("pressure", "energy / length^D"),
@@ -54,7 +54,7 @@ pub const OBSERVABLES: [(&str, &str); 21] = [
 ];
 
 /// Indices into [`OBSERVABLES`]. `FIRST_WALL` and `FIRST_HEAT` are the pressure on the lower x wall and the heat flux
-/// through this wall. At `SQUARED_VOLUME`, the squared volume is averaged for the isothermal compressibility.
+/// through this wall. The squared volume is needed for the isothermal compressibility.
 const PRESSURE: usize = 1;
 const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
@@ -77,19 +77,19 @@ const SQUARED_VOLUME: usize = 20;
 /// | volume, number density, packing fraction | if a barostat changes the volume `V`: time averages of `V`, of `N / V`, and of the volume of the particles divided by `V` |
 /// | isothermal compressibility | `(<V^2> - <V>^2) / (<V> T)` at the temperature of the heat bath |
 ///
-/// With a barostat, the pressure is the mean of `(N T + W / (D t)) / V` over the intervals of constant volume, and the
+/// With a barostat, the pressure is the mean of `(N T + W / (D t)) / V` over the intervals of constant volume. The
 /// compressibility factor is `P <V> / (N T)` with the pressure `P` of the barostat and the temperature of the heat
 /// bath.
 ///
 /// A wall keeps centres a radius away, so each species `s` has its own volume `V_s` and area `A_s`. Along an axis
-/// between walls, with `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `<sum m v_x^2> +
-/// <sum x J> / t` is `V_s / A_s` times the mean force of the species on the two walls. So across a slit the virial
-/// pressure and the pressure on the walls have the same mean; along the slit the pressure differs. In equilibrium `<sum
-/// m v_x^2>` is `N_s T`; a driven or dissipative system can have a different temperature for each axis and species. The
-/// sum is constant between events, so its mean is exact.
+/// between walls, with `x` measured from the middle, the mean of `d/dt sum x m v` is zero for each species. Therefore
+/// `<sum m v_x^2> + <sum x J> / t` is `V_s / A_s` times the mean force of the species on the two walls, and the virial
+/// pressure across a slit has the same mean as the pressure on its walls. The pressure along the slit is different. In
+/// equilibrium `<sum m v_x^2>` is `N_s T`. A driven or dissipative system can have a different temperature for each
+/// axis and species. The sum `sum m v_x^2` is constant between events, so its mean is exact.
 ///
 /// `N` counts the moving particles, and `D` the axes that are not flat. Time averages of `T` and of the potential
-/// energy are exact: both change only at events, and each change counts from its own time. In a sheared box the
+/// energy are exact, because the integrals include the exact time of each change at an event. In a sheared box the
 /// temperature also changes between events. There the mean of `T` uses straight lines between samples and the exact
 /// times of the dissipating contacts.
 ///
@@ -99,9 +99,9 @@ const SQUARED_VOLUME: usize = 20;
 /// mass may be anywhere. The logarithm of the phase-space volume is Gibbs' entropy `S`, for which equipartition is
 /// exact: `T = 2 <K'> / f` with the kinetic energy `K'` of the free components. In coordinates scaled by the box the
 /// integral gets a factor `V^N`, and `P = T dS/dV` becomes `P V = N T + <sum r_ij . F_ij> / D`. Only `T` contains the
-/// number of free components. (Two hard spheres in a cube: `Z = (1 + V / (V - 4 pi sigma^3 / 3)) / 2`, from positions
-/// that fill `V (V - 4 pi sigma^3 / 3)`.) E. M. Pearson, T. Halicioglu and W. A. Tiller, Phys. Rev. A 32, 3030 (1985),
-/// [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
+/// number of free components. For example, two hard spheres in a cube have positions that fill `V (V - 4 pi sigma^3 /
+/// 3)`, so `Z = (1 + V / (V - 4 pi sigma^3 / 3)) / 2`. E. M. Pearson, T. Halicioglu and W. A. Tiller, Phys. Rev. A 32,
+/// 3030 (1985), [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Observer {
     applicable: ApplicableObservables,
@@ -116,7 +116,7 @@ struct Reading {
     event_counts: EventCounts,
 }
 
-/// Temperature and pair energy at the last sample, and their integrals up to this time.
+/// State at the last sample, and integrals up to this time.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Piece {
     time: f64,
@@ -131,7 +131,7 @@ struct Piece {
     volume: Option<VolumePiece>,
     /// Integrals of the temperature and of the pair energy `[energy time]`.
     integrals: [f64; 2],
-    /// Integral of `sum m v^2 / V` along each axis between walls, from the start `[energy time / length^D]`.
+    /// Time integral of `sum m v_k^2 / V` from the start, for each axis `k` between walls `[energy time / length^D]`.
     confined: [f64; 3],
 }
 
@@ -142,7 +142,7 @@ impl Observer {
         Self { applicable: ApplicableObservables::of(scene), before: None, piece: None, averages: Vec::new() }
     }
 
-    /// The observables that apply to the scene.
+    /// The observables that are defined for the scene.
     #[must_use]
     pub fn applicable(&self) -> &ApplicableObservables {
         &self.applicable
@@ -190,8 +190,8 @@ impl Observer {
     }
 
     /// Returns the means over all intervals so far, by name, of the quantities that are defined for the scene. A
-    /// constant has the error 0. For equal hard particles on a line, errors are unknown: such particles only exchange
-    /// velocities, so even a long run depends on its initial state.
+    /// constant has the error 0. For equal hard particles on a line, errors are unknown: they only exchange velocities,
+    /// so even a long run depends on the initial state.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
         let is_too_short = self.is_short_of_volumes();
@@ -216,7 +216,8 @@ impl Observer {
     }
 
     /// Whether a run at constant pressure has sampled too few independent volumes. Slow changes of the volume affect
-    /// all observables except the temperature. If fast fluctuations hide them, the estimated errors are too small.
+    /// all observables except the temperature. If fast fluctuations hide these changes, the estimated errors are too
+    /// small.
     fn is_short_of_volumes(&self) -> bool {
         let averages = self.averages.get(VOLUME).zip(self.averages.get(SQUARED_VOLUME));
         let averages = averages.filter(|_| self.applicable.isobaric.is_some());
@@ -229,8 +230,8 @@ impl Observer {
     ///
     /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and `sum x m
     /// v_x`. Heat that enters at one wall and does not leave at the other is stored as energy, which is also bounded.
-    /// The mean of such a derivative over a time `t` is the change of the bounded quantity divided by `t`, so its error
-    /// is smaller than for independent fluctuations.
+    /// The mean of such a derivative is the change of the bounded quantity divided by the time, so the error is smaller
+    /// than for independent fluctuations.
     fn of_wall(&self, at: usize, average: &BlockAverage) -> Option<Estimate> {
         let is_of = |axis: usize, first: usize| (first + 2 * axis..first + 2 * axis + 2).contains(&at);
         if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {
@@ -241,7 +242,7 @@ impl Observer {
         average.estimate_beside(&average.with(other, |own, other| 0.5 * (own - other))?)
     }
 
-    /// Stationarity of each observable that has a mean, except for the compressibility factor at rest.
+    /// Stationarity of each defined observable. Omits the compressibility factor if all particles are at rest.
     #[must_use]
     pub fn stationarity(&self) -> Vec<(&'static str, Stationarity)> {
         let is_at_rest = self.averages.first().and_then(BlockAverage::mean) == Some(0.0);
@@ -274,7 +275,7 @@ impl Observer {
                 let series = ensemble.and_then(|(it, volume)| it.fluctuation(volume, average));
                 series.as_ref().unwrap_or(average).stationarity()
             }
-            // No contact changes a conserved temperature, so equal values count as constant even in a few rows.
+            // If the dynamics conserve the temperature, equal values are constant even in a short run.
             (TEMPERATURE, _) if self.applicable.conserves_temperature && average.is_constant() => {
                 Stationarity::Constant
             }
@@ -287,7 +288,7 @@ impl Observer {
         halves.stationarity()
     }
 
-    /// Forgets the last state, but keeps all means, because the state jumps or another simulation follows.
+    /// Forgets the last state before the state jumps or another simulation follows. All means are kept.
     pub(crate) fn interrupt(&mut self) {
         (self.before, self.piece) = (None, None);
     }
@@ -297,8 +298,8 @@ impl Observer {
         self.averages.clear();
     }
 
-    /// Samples temperature and potential energy, and integrates both since the last sample. Returns the temperature.
-    /// Call it before and after velocities are scaled, so that no straight line spans a jump.
+    /// Samples temperature and potential energy, and integrates both since the previous sample. Returns the
+    /// temperature. Call this function before and after velocities are scaled, so that no straight line spans a jump.
     pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
         let (time, elapsed) = (simulation.time(), simulation.elapsed());
         let temperature = self.applicable.temperature(energy.thermal, &energy.peculiar_momentum);
@@ -310,7 +311,8 @@ impl Observer {
         if let Some(last) = &self.piece {
             let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            // The straight line between two samples treats each change as if it came halfway. `missed` corrects it.
+            // A straight line between two samples is exact for changes in the middle of the interval. `missed` corrects
+            // for the actual times of the changes.
             let missed = |change: f64, moment: f64| change * middle - moment;
             let later = missed(heated[0] - last.heated[0], heated[1] - last.heated[1]);
             let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);
@@ -354,7 +356,7 @@ impl Observer {
             None => applicable.pressure(&counted, duration, temperature, &confined),
         });
         // The compressibility factor is the mean of `factor`, divided by the mean temperature. At constant pressure,
-        // the ensemble has already divided by the temperature of the heat bath.
+        // `factor` already contains a division by the temperature of the heat bath.
         let factor = match isobaric {
             Some((ensemble, means)) => Some(ensemble.factor(means.volume, moving)),
             None => pressure.map(|pressure| pressure / applicable.number_density),

@@ -1,7 +1,7 @@
 //! Exact and published results to compare measurements with.
 //!
 //! Notation for hard particles: diameter `sigma`, mass `m`, temperature `T` (`k_B = 1`), packing fraction `phi`, number
-//! density `rho`. A function holds for the densities that its source covers. Elsewhere its value is meaningless.
+//! density `rho`. Each function is valid only for the densities that its source covers.
 
 mod equation_of_state;
 pub(crate) mod finite_size;

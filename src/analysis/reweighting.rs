@@ -1,9 +1,8 @@
 //! Averages at temperatures between the simulated temperatures, from the energies sampled in the simulations.
 //!
-//! [`EnergyHistograms`] collect samples of the potential energy of several ensembles, at several temperatures or with
-//! weights of the energy. A first pass finds the energy levels, and a second pass counts the samples. The histograms of
-//! all ensembles determine the [`DensityOfStates`], and so the moments of the energy at all temperatures in between.
-//! [`Reweighting`] adds errors.
+//! [`EnergyHistograms`] count the potential energies in several ensembles. A first pass over the samples finds the
+//! energy levels, and a second pass counts them. The histograms determine the [`DensityOfStates`], from which the
+//! moments of the energy at other temperatures follow. [`Reweighting`] adds errors.
 //!
 //! ```
 //! use carom::analysis::reweighting::{Ensemble, MultiHistogram};
@@ -33,17 +32,16 @@ use crate::model::random::{Purpose, Random};
 /// Number of resamples. An error from 200 resamples is itself uncertain by 5 %.
 const RESAMPLES: usize = 200;
 
-/// Length of a block in correlation times (more exactly, statistical inefficiencies).
+/// Length of a block in correlation times.
 const BLOCK_LENGTH: f64 = 5.0;
 
-/// Minimum number of blocks, unless the histograms have fewer. Errors require eight independent values, so each of 16
-/// blocks is at least half a correlation time long.
+/// Minimum number of blocks, unless the histograms have fewer.
 const FEWEST_BLOCKS: usize = 16;
 
-/// Minimum number of independent energies for a standard error, as for a mean.
+/// Minimum number of independent energies for a standard error.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// The density of states, and one for each resample, whose scatter gives the errors of all derived quantities.
+/// The density of states of the data and of each resample. The scatter of the resamples gives all errors.
 ///
 /// Time is cut into blocks of five correlation times of the energy, in the ensemble with the slowest energy. Each of
 /// 200 resamples has as many blocks as the data, drawn with replacement. The same blocks are drawn for all ensembles,
@@ -61,7 +59,7 @@ pub struct Reweighting {
 }
 
 impl Reweighting {
-    /// Determines the density of states from histograms, and again from blocks resampled with a seed. `None` if there
+    /// Determines the density of states from the histograms, and from random resamples of their blocks. `None` if there
     /// are no samples, or if the energies of the ensembles do not overlap.
     #[must_use]
     pub fn new(histograms: &EnergyHistograms, seed: u64) -> Option<Self> {
@@ -95,14 +93,14 @@ impl Reweighting {
         &self.density
     }
 
-    /// Number of blocks behind the errors; 0 without errors.
+    /// Number of blocks from which the errors were calculated; 0 if the errors are unknown.
     #[must_use]
     pub fn blocks(&self) -> usize {
         self.blocks
     }
 
-    /// Numbers derived from the density of states, with their errors. Errors are missing if the series is too short, or
-    /// if the energies of the ensembles do not overlap in some resample.
+    /// Estimates numbers that are calculated from the density of states. Errors are `None` if the series is too short,
+    /// or if the energies of the ensembles do not overlap in a resample.
     pub fn estimates(&self, of: impl Fn(&DensityOfStates) -> Vec<f64>) -> Vec<Estimate> {
         let means = of(&self.density);
         let drawn: Vec<Vec<f64>> = self.resamples.iter().map(of).collect();
@@ -122,7 +120,7 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 struct Blocks {
-    /// Boundaries of the resampled blocks, as indices of the histograms' shorter blocks.
+    /// Boundaries of the resampled blocks, in blocks of the histograms.
     ends: Vec<usize>,
     factor: f64,
 }
@@ -146,16 +144,15 @@ impl Blocks {
         let blocks = asked.max(FEWEST_BLOCKS).min(count);
         let length = count as f64 / blocks as f64;
         let n = blocks as f64;
-        // Student's factor corrects for the small number of blocks. The square root corrects for deviations from the
-        // sample mean instead of the true mean.
+        // Corrections for few blocks: Student's factor, and deviations from the sample mean instead of the true mean.
         let of_number = student(n - 1.0) * (n / (n - 1.0)).sqrt();
         let factor = of_number * (slowest.doubt / in_blocks(inefficiency, length)).sqrt();
         Some(Self { ends: (0..=blocks).map(|block| block * count / blocks).collect(), factor })
     }
 }
 
-/// Fraction of the variance of a mean that blocks of length `L` capture. Correlations that decay as `r^k`, with the
-/// inefficiency `g = (1 + r) / (1 - r)`, give about `1 - x` with `x = (g^2 - 1) / (2 g L)`.
+/// Fraction of the variance of a mean that independent blocks of length `L` reproduce. For correlations `r^k` with the
+/// inefficiency `g = (1 + r) / (1 - r)`, the fraction is about `1 - x` with `x = (g^2 - 1) / (2 g L)`.
 fn in_blocks(inefficiency: f64, length: f64) -> f64 {
     let x = (inefficiency - inefficiency.recip()) / (2.0 * length);
     if x > 0.0 { 1.0 - x * (1.0 - libm::exp(-x.recip())) } else { 1.0 }

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// Equidistant sampling times `start + k interval`, `k = 1, 2, ...`, each computed by one multiplication.
 ///
-/// An interval given in the scene is kept. The expected duration may be a poor guess, so a default interval is doubled
-/// whenever there are twice as many samples as intended.
+/// An interval given in the scene is kept. A default interval follows from the expected duration, which may be a poor
+/// guess. Therefore a default interval is doubled whenever there are twice as many samples as intended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SamplingTimes {
     start: f64,
@@ -61,8 +61,8 @@ impl SamplingTimes {
         self.pass_early(time, 0.0);
     }
 
-    /// Advances to the first sampling time after `time`. A sampling time that is later by at most the fraction `early`
-    /// of the interval counts as reached, because times are rounded.
+    /// Advances to the first sampling time after `time`. To allow for rounded times, this also passes a sampling time
+    /// that is later by at most the fraction `early` of the interval.
     pub fn pass_early(&mut self, time: f64, early: f64) {
         if self.left < u32::MAX {
             self.left = self.left.saturating_sub(1);
@@ -75,7 +75,7 @@ impl SamplingTimes {
             }
         }
         self.index = ((time - self.start) / self.interval + early).floor() + 1.0;
-        // Round-off, or an interval below the spacing of floating-point numbers, may leave the result before `time`.
+        // Because of round-off, or an interval below the spacing of floats, the result may be at or before `time`.
         let mut step = 1.0;
         while self.next() <= time {
             self.index += step;

@@ -10,20 +10,17 @@ pub use stationarity::{Stationarity, stationarity};
 use serde::{Deserialize, Serialize};
 use spectrum::Density;
 
-/// Number of bins at which neighbours are merged.
 const MOST_BINS: usize = 1024;
 
-/// Relative round-off error of a constant quantity in a long run: the error of the conserved temperature of two
-/// particles after `1e8` events.
+/// Relative round-off error of a conserved quantity in a long run of `1e8` events.
 pub(crate) const ROUNDING: f64 = 1e-11;
 
 const FEWEST_VALUES: usize = 8;
 
-/// Minimum number of independent values for a standard error. Numbers up to five are often overestimated.
+/// Minimum number of independent values for a standard error. Smaller numbers are often overestimated.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// Minimum number of independent values for the standard error of a variance. With fewer, a variance that is small by
-/// chance would have too small an error.
+/// Minimum number of independent values for the error of a variance. With fewer, a small variance may be chance.
 const FEWEST_FOR_VARIANCE: f64 = 16.0;
 
 /// A mean with its standard error.
@@ -52,8 +49,8 @@ impl Estimate {
 
 /// Block average of a correlated time series. The standard error includes the correlation.
 ///
-/// Each value has a weight, the time that it stands for. Values are collected in bins of equal weight. When there are
-/// too many bins, neighbours merge and the bin weight doubles, so memory stays bounded.
+/// Each value has a weight, such as the time that it covers. Values are collected in bins of equal weight. When there
+/// are too many bins, neighbours merge and the bin weight doubles, so memory stays bounded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BlockAverage {
     most_bins: usize,
@@ -66,8 +63,7 @@ pub struct BlockAverage {
 }
 
 impl BlockAverage {
-    /// An empty series. `bin_weight` is the weight of one value: 1 for evenly spaced samples, otherwise a typical
-    /// weight.
+    /// An empty series. `bin_weight` is the typical weight of a value, for example 1 for evenly spaced samples.
     #[must_use]
     pub fn new(bin_weight: f64) -> Self {
         Self::with_most_bins(MOST_BINS, bin_weight)
@@ -77,7 +73,7 @@ impl BlockAverage {
         Self { most_bins, bin_weight, bins: Vec::new(), open_sum: 0.0, open_weight: 0.0, sum: 0.0, weight: 0.0 }
     }
 
-    /// Adds a value that stands for a time of `weight`. Ignores values that are not finite or have no weight.
+    /// Adds a value with a positive weight. Ignores other weights, and numbers that are not finite.
     pub fn add(&mut self, value: f64, weight: f64) {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
@@ -103,7 +99,7 @@ impl BlockAverage {
         }
     }
 
-    /// The mean of all values; `None` without values. Thousands of times faster than an [`Self::estimate`].
+    /// The mean of all values; `None` without values. Thousands of times faster than [`Self::estimate`].
     #[must_use]
     pub fn mean(&self) -> Option<f64> {
         (self.weight > 0.0).then(|| self.sum / self.weight)
@@ -115,14 +111,13 @@ impl BlockAverage {
         self.mean().map(|mean| Estimate { mean, standard_error: error_of(&self.bins, mean, mean) })
     }
 
-    /// The mean of a bounded quantity's time derivative. Only the ends of the series contribute to its error.
+    /// The mean of a bounded quantity's time derivative. Only the ends of the series contribute to the error.
     pub(crate) fn estimate_of_ends(&self) -> Option<Estimate> {
         Some(Estimate { mean: self.mean()?, standard_error: error_of_ends(&self.bins) })
     }
 
-    /// The mean and its error, for a series that differs from `other` only by the time derivative of a bounded
-    /// quantity, as the force on a wall differs from the virial. Falls back to [`Self::estimate`] if the error cannot
-    /// be determined in this way, for example because the quantity changes too slowly.
+    /// The mean and its error, for a series that differs from `other` by the time derivative of a bounded quantity, as
+    /// the force on a wall differs from the virial. If the error of the difference is unknown, uses [`Self::estimate`].
     pub(crate) fn estimate_beside(&self, other: &Self) -> Option<Estimate> {
         let difference = self.with(other, |own, other| own - other);
         let of_ends = difference.and_then(|difference| error_of_ends(&difference.bins));
@@ -131,7 +126,7 @@ impl BlockAverage {
         Some(Estimate { standard_error: together.or(self.estimate()?.standard_error), mean: self.mean()? })
     }
 
-    /// Combines two averages over the same times by a linear function of values. `None` if the times differ.
+    /// Applies a linear function to the values of two averages over the same times. `None` if the times differ.
     pub(crate) fn with(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Option<Self> {
         let is_together = self.weight == other.weight && self.bins.len() == other.bins.len();
         is_together.then(|| Self {
@@ -142,8 +137,8 @@ impl BlockAverage {
         })
     }
 
-    /// Calculates the ratio `R = a / b` of the means of `self` and of another average over the same times, with the
-    /// error of `(a - R b) / b`. `None` if one of them has no values or if `b = 0`.
+    /// Calculates the ratio `R = a / b` of the means of `self` and of another average over the same times. Its standard
+    /// error is the error of `(a - R b) / b`. `None` if either average has no values or if `b = 0`.
     #[must_use]
     pub fn ratio(&self, other: &Self) -> Option<Estimate> {
         let (a, b) = (self.mean()?, other.mean()?);
@@ -160,9 +155,8 @@ impl BlockAverage {
     /// values. `d^2` is the likeliest squared difference of the sample mean and the true mean.
     ///
     /// The error is the error of the mean of `x^2 - 2 <x> x`, but at least `e s`, where `e` is the standard error of
-    /// the mean. The lower bound is needed because a variance that is small by chance would have a small error, too. It
-    /// follows from the number of independent values, `n = (s / e)^2`: if a quantity relaxes in a time `t`, its squares
-    /// relax in `t / 2`, so the error of `s^2` is `s^2 / sqrt(n) = e s`.
+    /// the mean. Without this bound, a variance that is small by chance would have too small an error. The bound is
+    /// `s^2 / sqrt(n)` for `n = (s / e)^2` independent values, because squares relax twice as fast as values.
     ///
     /// The error is unknown if `n` is less than 16. `None` if one of the averages has no values.
     #[must_use]
@@ -187,7 +181,6 @@ impl BlockAverage {
         verdict_on(&self.bins, self.mean().unwrap_or(0.0))
     }
 
-    /// Whether the mean of every full bin equals the mean of all values within round-off.
     pub(crate) fn is_constant(&self) -> bool {
         let mean = self.mean().unwrap_or(0.0);
         self.bins.iter().all(|x| (x - mean).abs() <= ROUNDING * mean.abs())
@@ -232,7 +225,7 @@ impl BlockAverage {
     }
 }
 
-/// Values after the last full bin may change the mean. Then bins of equal value are not called constant.
+/// Tests whether a series of bins is stationary. It is not constant if values after the last full bin change the mean.
 fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     match stationarity(bins) {
         Stationarity::Constant if differs_from_constant(bins, mean, mean) => Stationarity::Unknown,
@@ -240,14 +233,14 @@ fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     }
 }
 
-/// Whether all full bins have the same value, but later values change the mean. Events are then too rare for an error.
+/// Whether all full bins are equal, but later values change the mean.
 fn differs_from_constant(bins: &[f64], mean: f64, scale: f64) -> bool {
     let first = bins.first().copied().unwrap_or(mean);
     let rounding = ROUNDING * scale.abs().max(first.abs());
     bins.iter().all(|x| (x - first).abs() <= rounding) && (first - mean).abs() > rounding
 }
 
-/// `mean` also includes the values after the last full bin.
+/// The argument `mean` includes values after the last full bin.
 fn error_of(bins: &[f64], mean: f64, scale: f64) -> Option<f64> {
     if differs_from_constant(bins, mean, scale) { None } else { standard_error(bins) }
 }
@@ -276,17 +269,16 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 
 /// The standard error of the mean of a correlated series.
 ///
-/// The variance of the mean of `n` values is `S(0) / n`, where `S(0)` is the spectral density at frequency zero: the
-/// sum of all autocovariances, positive and negative. It is estimated from the most likely sum of white noise,
-/// relaxations, and changes of a bounded quantity, as in the virial of a crystal. No window has to be chosen, and slow
-/// motion under fast noise is resolved, as in a fluid with a heat bath.
+/// The variance of the mean of `n` values is `S(0) / n` with the spectral density `S(0)` at frequency zero, the sum of
+/// all autocovariances. It is estimated from a fit of white noise, relaxations, and changes of a bounded quantity, as
+/// in the virial of a crystal. The fit resolves slow motion under fast noise, as in a heat bath.
 ///
 /// An error from few independent values is itself uncertain. Student's distribution enlarges it, so that the true mean
 /// is within one error of the mean in 68.27 % of all cases.
 ///
-/// `None` for fewer than eight values, for correlated values with fewer than eight independent values, or if most of
-/// the variance belongs to the slowest motion in the fit, which relaxes in a twelfth of the series. If slow motion has
-/// most of `S(0)` but little of the variance, because of fast noise, the error is enlarged by up to `sqrt(3)`.
+/// `None` for fewer than eight independent values, or if most of the variance belongs to the slowest motion in the fit,
+/// which relaxes in a twelfth of the series. If most of `S(0)` belongs to this motion, the error is enlarged by up to
+/// `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
@@ -305,7 +297,7 @@ fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
 
 struct Spread {
     variance: f64,
-    /// Spectral density at frequency zero. `None` for a constant series, which fluctuates only by round-off.
+    /// Spectral density at frequency zero. `None` for a series that is constant within round-off.
     density: Option<Density>,
 }
 
@@ -338,7 +330,7 @@ pub(crate) struct Correlation {
     pub doubt: f64,
 }
 
-/// A constant series counts as uncorrelated. `None` for fewer than eight values, or if the spectral density is unknown.
+/// `None` for fewer than eight values, or if the spectral density is unknown. A constant series is uncorrelated.
 pub(crate) fn correlation(series: &[f64]) -> Option<Correlation> {
     let none = Correlation { inefficiency: 1.0, doubt: 1.0 };
     let of = |density: Density| Correlation { inefficiency: density.at_zero.max(1.0), doubt: density.doubt };

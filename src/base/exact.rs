@@ -9,8 +9,7 @@ const BITS: u32 = 32;
 /// Number of digits that hold every sum of finite numbers: from `2^-1074` to beyond `2^1024`.
 const DIGITS: usize = 68;
 
-/// Number of additions before carries are propagated. An addition changes a digit by less than `2^32`, and a digit
-/// holds `2^63`.
+/// Number of additions before carries are propagated. Each changes a digit of up to `2^63` by less than `2^32`.
 const MOST: u32 = 1 << 30;
 
 /// Exact sum of floating-point numbers (a long accumulator; Kulisch and Miranker, SIAM Rev. 28, 1, 1986).
@@ -21,9 +20,7 @@ const MOST: u32 = 1 << 30;
 pub struct ExactSum {
     /// The value of the sum is `sum over k of digits[k] 2^(32 k - 1074)`.
     digits: [i64; DIGITS],
-    /// Number of additions since carries were last propagated.
     additions: u32,
-    /// Sum of the terms that are infinite or NaN.
     infinite: f64,
 }
 
@@ -52,7 +49,7 @@ impl ExactSum {
         #[expect(clippy::cast_possible_truncation, reason = "less than 2046")]
         let (first, shift) = (place as usize / BITS as usize, place as u32 % BITS);
         let (low, high) = (magnitude << shift, (magnitude >> 1) >> (63 - shift));
-        // `sign` is -1 for a negative number and 0 for a positive number. If it is -1, the next line negates the digit.
+        // For a negative number, `sign` is -1 and `(digit ^ -1) + 1 = -digit`.
         let sign = bits.cast_signed() >> 63;
         let of = |digit: u64| (digit.cast_signed() ^ sign) - sign;
         if let Some([one, two, three]) = self.digits.get_mut(first..first + 3) {

@@ -5,8 +5,7 @@ use std::sync::OnceLock;
 /// Memory to assume if the system does not report it: 16 GiB, or 2 GiB on a 32-bit system.
 const UNKNOWN: u64 = if usize::BITS > 32 { 16 << 30 } else { 2 << 30 };
 
-/// Returns the memory that this process may use `[bytes]`: the memory of the machine, or less if a control group or a
-/// limit of the process (`ulimit -v`) restricts it.
+/// Returns the memory of the machine `[bytes]`, or a lower limit by a control group or `ulimit -v`.
 pub(crate) fn total() -> u64 {
     static TOTAL: OnceLock<u64> = OnceLock::new();
     *TOTAL.get_or_init(|| system::limits().into_iter().flatten().min().unwrap_or(UNKNOWN))
@@ -34,7 +33,7 @@ mod system {
         (is_known && limit.rlim_cur != libc::RLIM_INFINITY).then_some(limit.rlim_cur)
     }
 
-    /// Returns the smallest memory limit of this process's control group and its parents, of version 1 or 2.
+    /// Returns the smallest memory limit of this process's control group (version 1 or 2) and its parents.
     fn control_group() -> Option<u64> {
         let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
         groups.lines().filter_map(|line| least_of(line, Path::new("/sys/fs/cgroup"))).min()

@@ -82,7 +82,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let read = |number: f64| {
             let text = found(number);
-            // Halfway between two shortest texts, as for 2^50 + 1/4, the two methods may choose different texts.
+            // If two shortest texts are equally close, as for 2^50 + 1/4, the two methods may choose different texts.
             assert_eq!(text.len(), expected(number).len(), "{:x}", number.to_bits());
             assert_eq!(text.parse::<f64>().unwrap().to_bits(), number.to_bits(), "{text}");
         };

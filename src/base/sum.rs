@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Compensated sum (Neumaier). With it, a balance over a long run shows errors of the dynamics, not of the addition.
+/// Compensated sum (Neumaier). Without it, round-off would hide errors of the dynamics in the balance of a long run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sum {
     sum: f64,

@@ -30,8 +30,7 @@ pub fn size(bytes: f64) -> String {
     format!("{number:.*} {name}", usize::from(number < 10.0 && unit > 1.0))
 }
 
-/// Text that is safe for a terminal. Control characters, which could move the cursor or change colours, are replaced by
-/// as many bytes, except for line ends and tabs.
+/// Replaces control characters, which could act on a terminal, except line ends and tabs. Keeps the number of bytes.
 #[must_use]
 pub fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(|c: char| c.is_control() && !matches!(c, '\n' | '\t')) {
@@ -88,7 +87,7 @@ pub fn unit(unit: &str, dimensions: usize) -> String {
         .replace("length^D", volume)
 }
 
-/// A name as an identifier for a column: all but letters and digits becomes `_`, as in `g_r_A_B` for `g(r) A,B`.
+/// Turns a name into an identifier for a column. For example, `g(r) A,B` becomes `g_r_A_B`.
 #[must_use]
 pub fn identifier(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());

@@ -1,7 +1,7 @@
-//! Compares the files of a run with the files of a second simulation of the same run.
+//! Compares the files of a run with the files of a replay.
 //!
-//! A run is a function of its scene and its seed, so a second simulation writes the same bytes. If a file differs, it
-//! was changed after the run or written by another version of the program.
+//! A run depends only on the scene and the seed, so a replay writes the same bytes. A file that differs was changed
+//! after the run, or was written by another version of the program.
 
 mod content;
 
@@ -31,7 +31,7 @@ pub struct Comparison {
     pub equal: Vec<String>,
     /// Files that differ or are missing, each with its first difference.
     pub differences: Vec<(String, Difference)>,
-    /// Files that were not compared at all, or compared only in part, with the reason.
+    /// Files that were not compared, or only in part, with the reason.
     pub not_compared: Vec<(String, &'static str)>,
     /// Whether the caller stopped the comparison before it was complete.
     pub is_interrupted: bool,
@@ -96,11 +96,11 @@ struct Known {
     is_scene_checked: bool,
 }
 
-/// Simulates the run in a folder again and compares the files of both simulations. `report` is the text of
+/// Simulates the run in a folder again and compares the files of both simulations. `report` returns the text of
 /// `report.txt`. If the run was interrupted or stopped by a user's instrument, the replay stops at the same time.
 ///
 /// # Errors
-/// [`CompareError`] if there is nothing to compare, or not enough disk space.
+/// [`CompareError`] if the files of the run cannot be read, or if the replay fails.
 pub fn compare(
     run: &Path,
     report: &dyn Fn(&Finished) -> String,
@@ -276,13 +276,11 @@ const BEYOND: f64 = 0.01;
 
 enum Replayed {
     Complete,
-    /// The caller stopped the replay.
     Stopped,
-    /// The replay continues beyond the end of the run.
     GoesOn,
 }
 
-/// Reads the scene of a run. The scene asks for every trajectory format found in the folder.
+/// Reads the scene of a run. Its trajectory formats are set to the formats found in the folder.
 fn scene_of(run: &Path) -> Result<(Scene, String), CompareError> {
     let path = Folder::scene_of(run);
     let text = fs::read_to_string(&path).map_err(|source| CompareError::Read { path: path.clone(), source })?;

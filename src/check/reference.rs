@@ -1,9 +1,8 @@
 //! The reference engine: the algorithm of the paper as printed, for checking and for reading.
 //!
-//! Algorithm 1 predicts the events of every pair from the overlap functions of that pair. There are no cells, no
-//! delayed states and no discarded predictions. After each event every particle moves to the new time, and every
-//! prediction of the two particles is repeated. The cost grows with the square of the number of particles; use the
-//! engine for a few hundred particles.
+//! Algorithm 1 predicts the events of every pair from the overlap functions of the pair, without cells, delayed states
+//! or discarded predictions. After each event, all particles move to the new time, and all events of the two particles
+//! are predicted again. The cost grows with the square of the number of particles; use a few hundred.
 //!
 //! ```
 //! use carom::{Vector, check::reference::Reference, model::space::{Boundary, Space}, scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft}};
@@ -76,15 +75,14 @@ enum Candidate {
     Pair(u32, u32, Side),
     /// A pair may have moved so far that another periodic image is closer. The pair is predicted again.
     LookAgain(u32, u32),
-    /// A particle reaches a wall, given by its axis and `true` for the upper wall.
+    /// A particle reaches the lower or the upper (`true`) wall of an axis.
     Wall(u32, u8, bool),
-    /// A particle reaches a feature of a surface.
     Surface(u32, u32),
-    /// The search for a particle's contacts with moving surfaces has reached its time limit and must continue.
+    /// The search for contacts with moving surfaces has reached its time limit and must continue.
     SearchAgain(u32),
 }
 
-/// A simulation of all pairs by Algorithm 1.
+/// A simulation that tests all pairs by Algorithm 1 of the paper.
 #[derive(Debug)]
 pub struct Reference {
     scene: Scene,
@@ -94,9 +92,8 @@ pub struct Reference {
     time: f64,
     positions: Vec<Vector>,
     velocities: Vec<Vector>,
-    /// Whether each particle is still there. The id of a removed particle stays an index into all arrays.
+    /// False for removed particles, whose ids remain valid indices.
     is_present: Vec<bool>,
-    /// Features of all surfaces except the walls.
     features: Vec<Feature>,
     timelines: Vec<Option<Timeline>>,
     queue: PriorityQueue<Candidate, Reverse<(OrderedFloat<f64>, Candidate)>>,
@@ -106,8 +103,8 @@ impl Reference {
     /// Predicts the events of every pair of a scene.
     ///
     /// # Errors
-    /// [`Unsupported`] if the scene has something that the reference engine cannot simulate: a sheared box, thermal
-    /// walls, surfaces in a periodic box, a thermostat or growth. Its duration and measurements do not matter.
+    /// [`Unsupported`] if the scene has a sheared box, thermal walls, surfaces in a periodic box, a thermostat or
+    /// growth.
     pub fn new(scene: &Scene) -> Result<Self, Unsupported> {
         let is_periodic = scene.space.boundary.contains(&Boundary::Periodic);
         for (is_asked, unsupported) in [
@@ -197,7 +194,7 @@ impl Reference {
         self.queue.retain(|candidate, _| !names(candidate));
     }
 
-    /// Sets up a pair with its interaction, if it has one. Two static particles never meet.
+    /// Adds a pair that has an interaction, unless both particles are static.
     fn pair(&mut self, i: u32, j: u32, interaction: Option<InteractionId>) {
         let Some(id) = interaction.filter(|_| !(self.species(i).is_static() && self.species(j).is_static())) else {
             return;
@@ -342,7 +339,7 @@ impl Reference {
         if shortest == f64::INFINITY || (v == 0.0 && a == 0.0) {
             return f64::INFINITY;
         }
-        // This is the solution of v t + a t^2 / 2 = shortest.
+        // The positive solution t of v t + a t^2 / 2 = shortest.
         2.0 * shortest / (v + (v * v + 2.0 * a * shortest).sqrt())
     }
 

@@ -1,9 +1,8 @@
 //! Comparison with published and exact results: whole runs at known state points, with a verdict on each quantity.
 //!
 //! [`points`] lists the state points. [`StatePoint::measure`] runs one state point and returns a [`Comparison`] for
-//! each of its quantities. A quantity passes if its deviation is within four standard errors plus an [`Allowance`],
-//! derived for the finite number of particles, an approximation of the theory, or round-off. Results follow from the
-//! seed.
+//! each quantity. A quantity passes if it deviates by at most four standard errors plus an [`Allowance`] for known
+//! systematic differences. Results depend only on the seed.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -125,7 +124,7 @@ pub fn points(effort: Effort) -> Vec<StatePoint> {
         Description(format!("bouncing_ball/{e:.1}"), format!("e = {e:.1}, h = g = 1"), bodies::BALL)
     });
     add(ONE, bodies::three_spheres, &|_| {
-        let state = "on a line, the first two overlap".to_owned();
+        let state = "three spheres on a line, of which the first two overlap".to_owned();
         Description("three_spheres".to_owned(), state, bodies::THREE_SPHERES)
     });
     add(ONE, bodies::pendulum, &|_| {
@@ -138,8 +137,7 @@ pub fn points(effort: Effort) -> Vec<StatePoint> {
 struct Description(String, String, &'static [&'static str]);
 
 impl StatePoint {
-    /// Runs the state point and compares the results. Every few hundredths of a second, `watch` decides whether to
-    /// continue.
+    /// Runs the state point and compares the results. `watch` is called repeatedly and may stop the run.
     ///
     /// # Errors
     /// [`StatePointError`] if the run was interrupted, could not continue, or failed its own audit.

@@ -1,5 +1,3 @@
-//! The shell command that resumes interrupted work.
-
 use std::fmt::{Display, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -7,12 +5,11 @@ use std::time::Duration;
 /// Default wall time between two checkpoints, in seconds.
 pub const CHECKPOINT_EVERY: &str = "300";
 
-/// A command that resumes interrupted work, with the options that the folder does not store.
+/// A shell command that resumes interrupted work, with the options that the folder does not store.
 #[derive(Debug, Clone)]
 pub struct Again(String);
 
 impl Again {
-    /// Creates the command from words such as `run --resume` and the folder.
     pub fn new(words: &str, folder: &Path) -> Self {
         Self(format!("carom {words} {}", quoted(&folder.to_string_lossy())))
     }

@@ -66,17 +66,16 @@ fn per_second(scene: &Scene) -> Option<f64> {
             }
         }
         let events = simulation.event_counts().physical() as f64;
-        // Sending fails if the trial has taken longer than [`PATIENCE`], because nothing receives the result.
+        // If the trial took too long, the receiver is gone.
         let _ = sender.send((events >= 10.0).then_some(events / begun.elapsed().as_secs_f64()));
     });
     receiver.recv_timeout(PATIENCE).ok().flatten()
 }
 
 const TRY: Duration = Duration::from_millis(200);
-/// Longest time to wait for the result of the trial.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Returns two lines: the output, memory and number of events of the run, and the time that the run will take.
+/// Returns two lines of the report: the output of the run, and its memory, events and wall time.
 fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRate>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),

@@ -50,7 +50,7 @@ pub struct Manual {
 impl Manual {
     pub fn execute(&self) -> Result<(), Failure> {
         let mut cli = Cli::command();
-        // `build` gives the commands their full names, such as `carom run`.
+        // `build` sets the full names of the commands, such as `carom run`.
         cli.build();
         let page = match &self.command {
             None => Some(cli),

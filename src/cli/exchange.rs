@@ -164,7 +164,7 @@ impl ExchangeCommand {
         if self.force {
             return Ok(());
         }
-        // A resumed exchange needs no further space for the files that it has already written.
+        // The existing files of a resumed exchange need no further space.
         let size = |file: fs::DirEntry| file.metadata().map_or(0, |metadata| metadata.len());
         let there: u64 = fs::read_dir(path).map_or(0, |files| files.flatten().map(size).sum());
         let bytes = (ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0);
@@ -220,7 +220,7 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
 const NO_DENSITY: &str =
     "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
-/// Averages that the table can show: name and heading.
+/// Names and headings of the averages that the table can show.
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),
     ("temperature", "kinetic T"),
@@ -230,7 +230,6 @@ const SHOWN: [(&str, &str); 6] = [
     ("pressure", "pressure"),
 ];
 
-/// Returns a table of the averages at all temperatures or in all windows.
 fn text(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let has = |name: &str| results.temperatures.iter().any(|at| at.observables.contains_key(name));

@@ -1,8 +1,7 @@
 //! Behaviour when memory or disk space is exhausted.
 //!
 //! By default, Rust aborts with a signal and a core dump when memory is exhausted. Carom instead prints one line and
-//! returns the exit code of a failure, which suits scripts. The files remain, and a run can be resumed from its last
-//! checkpoint.
+//! exits with the code of a failure. The files remain, and a run can be resumed from its last checkpoint.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
@@ -37,13 +36,12 @@ unsafe impl GlobalAlloc for Reporting {
     }
 }
 
-/// Makes the GNU allocator return large arrays to the system when they are freed. By default, it keeps memory that it
-/// has once used for an array of up to 32 MB, and the gaps take much of the memory of a large system.
+/// Makes the GNU allocator return large arrays to the system when they are freed. By default, it keeps freed arrays of
+/// up to 32 MB, which can be a large part of the memory.
 pub(super) fn give_back_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// Smallest array that is returned to the system `[bytes]`. For smaller arrays, it is faster to keep the
-        /// memory.
+        /// Smallest array that is returned `[bytes]`. It is faster to keep smaller arrays.
         const LARGE: libc::c_int = 4 << 20;
         // SAFETY: the calls set two parameters of the allocator before there is a second thread.
         unsafe {
@@ -62,8 +60,8 @@ pub(super) fn report_full_files() {
     }
 }
 
-/// Allocates all the stack that the program needs. If the stack grew later, when no memory is free, the system would
-/// end the program with a signal.
+/// Allocates all the stack that the program needs. If the stack grew later without free memory, the system would end
+/// the program with a signal.
 #[inline(never)] // otherwise the array is in the caller's frame, and later calls extend beyond it
 pub(super) fn take_stack() {
     /// Stack size to allocate `[bytes]`. Reading a checkpoint needs 0.7 MB.
@@ -79,7 +77,7 @@ fn given(memory: *mut u8, size: usize) -> *mut u8 {
     memory
 }
 
-/// Reports exhausted memory without allocating memory, and ends the program with the exit code of a failure.
+/// Reports exhausted memory without allocating memory, and exits with the code of a failure.
 #[cold]
 #[inline(never)]
 fn end(size: usize) -> ! {

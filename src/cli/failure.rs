@@ -36,7 +36,7 @@ impl Failure {
 
     /// Returns the failure of a command whose audit found faults.
     pub fn of_audit(faults: &[String]) -> Self {
-        let help = "the results cannot be trusted; carom should not do this: please report the scene";
+        let help = "the results cannot be trusted; this is a bug in Carom: please report the scene";
         Self::failed(format!("the audit failed: {}", faults.join("; ")), Some(help))
     }
 
@@ -46,13 +46,13 @@ impl Failure {
         Self { report: Report::new(Problem { message, help: help.map(str::to_owned) }), code }
     }
 
-    /// Returns the message, which describes the mistake or failure.
+    /// Returns the error message.
     #[must_use]
     pub fn message(&self) -> String {
         self.report.to_string()
     }
 
-    /// Returns the suggested solution, if there is one.
+    /// Returns advice, if there is any.
     #[must_use]
     pub fn cure(&self) -> Option<String> {
         self.report.help().map(|help| help.to_string())
@@ -66,7 +66,7 @@ impl Failure {
     }
 }
 
-/// Returns the exit code after a file could not be written. A bad path is bad input; any other error is a failure.
+/// Returns the exit code for an error in writing a file. A bad path is bad input; any other error is a failure.
 fn code_of(error: &io::Error) -> u8 {
     use io::ErrorKind::{
         InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied, ReadOnlyFilesystem,
@@ -87,7 +87,7 @@ impl From<SceneError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let code = match error {
-            // Part of the path can be missing only if it was deleted during the run. This is a failure, not bad input.
+            // Part of the path is missing only if it was deleted during the run, which is not bad input.
             OutputError::Write { ref source, .. } if source.kind() != io::ErrorKind::NotFound => code_of(source),
             OutputError::Write { .. }
             | OutputError::Frame { .. }
@@ -116,7 +116,7 @@ impl From<ExchangeFolderError> for Failure {
                 let message = format!("another process runs the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
-            // A damaged checkpoint of a replica exchange needs different advice from a damaged checkpoint of a run.
+            // The advice about a damaged checkpoint of an exchange differs from the advice for a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
                 Self::bad_input(with_causes(&error), error.cure())
             }
@@ -152,7 +152,7 @@ impl From<RunError<OutputError>> for Failure {
         match error {
             RunError::Recorder(error) => error.into(),
             error => {
-                let cure = "continue with the program that started the run, because it has the instrument";
+                let cure = "continue with the program that started the run and defines its instruments";
                 Self::bad_input(error.to_string(), Some(cure))
             }
         }

@@ -1,5 +1,3 @@
-//! `carom live`.
-
 use std::path::{Path, PathBuf};
 
 use crate::io::refuse_input;
@@ -88,8 +86,8 @@ impl Live {
     }
 }
 
-/// Returns the paths at which [`MODULE`] may exist: below the folder of the program, below the three folders above it,
-/// and below the current folder.
+/// Returns the places to look for [`MODULE`]: the folder of the program, the next three folders above it, and the
+/// current folder.
 fn places() -> Vec<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     program.ancestors().skip(1).take(4).chain([Path::new("")]).map(|folder| folder.join(MODULE)).collect()

@@ -1,4 +1,4 @@
-//! `carom new`: template scenes. Most of them are the files in `configs/`, which the tests run.
+//! Templates of scenes for `carom new`. Most of them are files in `configs/`, which the tests run.
 
 use clap::Args;
 

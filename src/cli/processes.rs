@@ -25,11 +25,11 @@ pub fn refuse_others(arguments: &[OsString], communicator: &dyn Communicator) ->
     Err(Failure::bad_input("the processes that were started together have different arguments", Some(cure)))
 }
 
-/// Shares the work of the first process, which also prints all messages.
+/// Simulates together with the first process, which prints all messages.
 pub fn take_part(communicator: &Arc<dyn Communicator>) -> Result<(), Failure> {
     let Some(run) = Run::shared(None, communicator) else { return Ok(()) };
     signals::watch();
-    // Ignores signals. The first process receives them too, and decides when the run ends.
+    // Signals are ignored here. The first process receives them too, and ends the run.
     let result = run.execute(&mut (), &mut |_| {
         let _ = signals::flow();
         ControlFlow::Continue(())

@@ -11,7 +11,6 @@ use crate::run::{self, Stage};
 use crate::view::movie;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Interval between progress lines if standard error is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 const STEPS: u64 = 1000;
@@ -37,7 +36,6 @@ pub struct Display {
 struct Begun {
     name: &'static str,
     since: Instant,
-    /// Completed fraction at the last update.
     fraction: f64,
 }
 
@@ -97,8 +95,8 @@ struct Rate {
 
 /// Averaging time of the event rate `[s]`, long enough for a readable number.
 const MEMORY_OF_EVENTS: f64 = 0.5;
-/// Averaging time of the progress rate `[s]`. It smooths over tasks of unequal length, and is short enough to follow a
-/// run that becomes slower.
+/// Averaging time of the progress rate `[s]`. A shorter time would make the remaining time jump between tasks of
+/// unequal length.
 const MEMORY_OF_DONE: f64 = 10.0;
 
 impl Display {
@@ -128,7 +126,7 @@ impl Display {
         self.events.see(progress.events as f64, now);
         self.done.see(progress.fraction, now);
         let State { fraction, stage, unit, .. } = progress;
-        // The event rate is recent. All other rates are averages over the stage, because frames are rare.
+        // Events are frequent enough for a recent rate. Frames are rare, so their rate is an average over the stage.
         let rate = match unit {
             EVENTS => short(self.events.per_second),
             _ => format!("{:.1}", progress.events as f64 / (now - started).as_secs_f64().max(1e-3)),
@@ -152,7 +150,7 @@ impl Display {
         self.bar.set_position(position);
     }
 
-    /// Returns the time at which the current stage began. A decrease of the completed fraction also marks a new stage.
+    /// Returns the start time of the current stage. A new stage has another name or a smaller fraction.
     fn began(&mut self, progress: &State, now: Instant) -> Instant {
         let same = self.stage.take().filter(|it| it.name == progress.stage && it.fraction <= progress.fraction);
         let since = same.map_or(now, |it| it.since);
@@ -185,7 +183,6 @@ impl Rate {
     }
 }
 
-/// Returns the remaining time at the present rate as text; empty if it is unknown.
 fn left(fraction: f64, per_second: f64) -> String {
     if fraction <= 0.0 || per_second <= 0.0 {
         return String::new();

@@ -180,7 +180,7 @@ impl Run {
         }
     }
 
-    /// Returns the largest permitted size of the files. Fails if the run will exceed it and `--force` is missing.
+    /// Returns the largest permitted size of the files. Without `--force`, fails if the files will be larger.
     fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
         if self.force {
             return Ok(f64::INFINITY);
@@ -220,7 +220,6 @@ struct Ready {
 }
 
 impl Ready {
-    /// Executes the run, together with other MPI processes if there are any.
     fn execute(
         self,
         communicator: Option<&Arc<dyn Communicator>>,
@@ -242,7 +241,7 @@ impl Ready {
             (Ok(finished), _) => end(&finished, folder, again),
             (Err(error), None) => Err(error.into()),
             (Err(error), Some(communicator)) => {
-                // Aborts the other processes too, because they have not seen the failure.
+                // The failure of one process does not end the others.
                 Failure::from(error).report();
                 communicator.abort("the run ends here")
             }
@@ -250,7 +249,7 @@ impl Ready {
     }
 }
 
-/// Writes the last files of a run, and prints the table. Returns a failure if the run did not end well.
+/// Writes the last files of a run, and prints the table.
 fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
     let report = final_table::text(finished);
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
@@ -277,7 +276,7 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     Err(Failure::failed(unconverted, Some(&cure)))
 }
 
-/// If an older run in the folder was not replaced, returns a message about it; otherwise an empty text.
+/// Returns a message if an older run in the folder was not replaced.
 fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -> String {
     let Some(kept) = &done.kept else { return String::new() };
     let run = kept.display();

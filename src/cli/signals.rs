@@ -6,11 +6,10 @@ use std::time::Duration;
 
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Whether the work has checked for signals since the start, or since the first signal in [`watch_without_traces`].
+/// True once the work has checked for signals. [`watch_without_traces`] resets it at the first signal.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Time within which work that leaves no files must check for signals after the first signal. Otherwise, the program
-/// ends.
+/// Time in which work without files must react to a signal. Otherwise, the program ends.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Installs the signal handler. The first signal lets the work end cleanly; a second signal, or a signal before the
@@ -32,7 +31,7 @@ pub fn watch_without_traces() {
 }
 
 fn listen(then: fn()) {
-    // Without a handler, a signal ends the program, which is the default.
+    // If no handler can be installed, a signal ends the program, which is the default.
     let _ = ctrlc::set_handler(move || {
         let is_working = IS_ASKED.load(Ordering::Relaxed);
         if IS_STOPPED.swap(true, Ordering::Relaxed) || !is_working {

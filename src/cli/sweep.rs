@@ -132,7 +132,7 @@ impl SweepCommand {
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
     }
 
-    /// Checks a sweep before any file is created.
+    /// Finds mistakes before any file is created.
     fn check(&self, sweep: &Sweep, path: &Path) -> Result<(), Failure> {
         let scene = sweep.check()?;
         super::refuse_exchange(
@@ -145,7 +145,6 @@ impl SweepCommand {
         super::refuse_large("sweep", sweep.expected_bytes(&scene), path, "longer intervals in [output]").map(drop)
     }
 
-    /// Writes the tables and the pages, and prints the verdict.
     fn end(&self, sweep: &Sweep, folder: &SweepFolder, fates: &[(usize, Fate)]) -> Result<(), Failure> {
         let results = Results::read(folder, sweep);
         folder.write_tables(sweep, &results)?;
@@ -210,7 +209,6 @@ fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
     sweep.points().iter().any(|point| is_there(point.folder()))
 }
 
-/// Returns the default folder of a sweep, named after its file.
 fn beside(file: &Path) -> PathBuf {
     let name = file.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
     PathBuf::from("runs").join(format!("{name}-sweep"))
@@ -219,8 +217,7 @@ fn beside(file: &Path) -> PathBuf {
 const MOST_COLUMNS: usize = 4;
 const MOST_ROWS: usize = 40;
 
-/// Summarizes a sweep: the numbers of runs, mean values of at most [`MOST_COLUMNS`] quantities in at most [`MOST_ROWS`]
-/// rows, and comparisons with published values.
+/// Returns a report: the numbers of runs, a table of mean values, and comparisons with published values.
 fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     let [done, failed] = results.counts();
     let begun = results.points.iter().filter(|point| matches!(point.standing, Standing::Begun)).count();

@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal};
 use terminal_size::{Width, terminal_size_of};
 use textwrap::{Options, WordSeparator, WordSplitter, wrap};
 
-/// Returns the number of columns of the terminal of standard output, or `None` for a file or a pipe.
+/// Returns the width of the terminal in columns; `None` if standard output is a file or a pipe.
 fn width() -> Option<usize> {
     let stdout = io::stdout();
     let is_terminal = stdout.is_terminal();
@@ -18,15 +18,15 @@ pub fn fitted(text: &str) -> String {
 }
 
 /// Returns the lines of a table with right-aligned cells. A table wider than the terminal is split into several tables,
-/// one below another. Each repeats the first `keys` columns, which identify the rows.
+/// which all begin with the first `keys` columns.
 pub fn columns(rows: &[Vec<String>], keys: usize) -> Vec<String> {
     tables(rows, keys, width().unwrap_or(usize::MAX))
 }
 
 const NARROWEST: usize = 20;
 
-/// Breaks long lines between words. Continuation lines are indented to the second column, which starts after a gap of
-/// at least two spaces.
+/// Breaks long lines between words. Continuation lines are indented to the second column, which follows a gap of at
+/// least two spaces.
 fn wrapped(text: &str, width: usize) -> String {
     let mut lines = Vec::new();
     for line in text.lines() {

@@ -127,7 +127,7 @@ fn row(point: &StatePoint, comparison: &Comparison, notes: &mut Notes) -> String
     )
 }
 
-/// Notes below the table: the sources, and the reasons for allowances, in order of their first use.
+/// Notes below the table, in order of their first use.
 #[derive(Default)]
 struct Notes {
     sources: Vec<Source>,

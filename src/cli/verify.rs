@@ -109,7 +109,7 @@ pub enum VerifyStep<'a> {
 /// Result of a proof.
 #[derive(Debug)]
 pub struct Proof {
-    /// The certificate of the proof, with the proven range, the event counts and the margins.
+    /// The proven range, the event counts and the margins.
     pub certificate: Certificate,
     /// Comparison of the run's files with the replay; `None` if not requested.
     pub files: Option<Comparison>,
@@ -119,8 +119,8 @@ pub struct Proof {
     pub verdict: Result<(), Failure>,
 }
 
-/// Proves a range of the physical events of the run in a folder: how many events to skip first, if any, and how many to
-/// prove. With `has_files`, also repeats the run and compares its files.
+/// Proves `events` physical events of the run in a folder, after the first `from` events. With `has_files`, also
+/// repeats the run and compares its files.
 ///
 /// # Errors
 /// [`Failure`] if nothing can be proven, or the files cannot be compared.
@@ -361,7 +361,7 @@ fn words(certificate: &Certificate) -> String {
                 .to_owned()
         }
         End::OpenStages => {
-            "NOTHING PROVEN: the scene does not give the time at which surfaces appear or vanish, or gravity changes"
+            "NOTHING PROVEN: surfaces appear or vanish, or gravity changes, at a time that the scene does not define"
                 .to_owned()
         }
         End::Departed { .. } => "NOT PROVEN: the events above belong to another run".to_owned(),
@@ -414,7 +414,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         }
         End::OpenStages => {
             let help =
-                "end the stage by until_time or until_events, or use the same surfaces and gravity in all stages";
+                "end the stage with until_time or until_events, or use the same surfaces and gravity in all stages";
             let what = "surfaces appear or vanish, or gravity changes, after a stage whose end depends on measurements";
             Err(Failure::bad_input(what, Some(help)))
         }

@@ -1,9 +1,8 @@
 //! Memory layout: the order of particles, the cells and the lists.
 //!
 //! The best layout changes during a run: particles move away from their neighbours in memory, and a rain of grains
-//! becomes a heap. The layout is therefore reconsidered at the end of an epoch. The order in memory never changes what
-//! happens to particles. The neighbour search affects only the rounding of positions that are brought forward, and of
-//! times that are predicted from these positions.
+//! becomes a heap. The layout is therefore reconsidered at the end of an epoch. The order in memory does not change any
+//! result. The neighbour search changes round-off only.
 
 use super::columns::Order;
 use super::order::along_curve;
@@ -14,15 +13,13 @@ use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
 
-/// The particles are reordered in memory after this mean number of transitions per particle. Each transition leads to
-/// another cell, or to a new list centre.
+/// The particles are reordered in memory after this mean number of transitions per particle. A transition is the entry
+/// into another cell, or a new list centre.
 const WANDERED: u64 = 64;
 
-/// If the particles are sorted into cells, prefetching pays above this number of particles. Bodies and cells then take
-/// a few megabytes.
+/// With cells, prefetching pays above this number of particles, whose data take a few megabytes.
 const LARGE_IN_CELLS: usize = 32_768;
-/// The limit for particles with neighbour lists. It is lower than [`LARGE_IN_CELLS`], because lists take more memory
-/// per particle.
+/// With neighbour lists, which take more memory, prefetching pays above this number of particles.
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -34,8 +31,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Changes the neighbour search or its skin, if that pays, at the end of an epoch. Returns whether
-    /// anything changed.
+    /// Changes the neighbour search or the skin, if this saves time. Returns true after a change.
     pub(super) fn change_search_if_due(&mut self) -> bool {
         if self.images.slide() || !self.distances.are_constant() {
             return false;
@@ -45,7 +41,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return false;
         }
         self.stream_all(0.0);
-        // The old neighbours are freed before the new ones are allocated, so that memory never holds both.
+        // Frees the old neighbours before the new ones are allocated.
         self.neighbours = Neighbours::none(&self.state.space);
         self.reorder();
         self.sort_in(search);
@@ -53,15 +49,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         true
     }
 
-    /// Returns the best neighbour search at the present density. The current search is preferred if the difference is
-    /// small.
+    /// Returns the best neighbour search at the present density, with a preference for the current search.
     pub(super) fn best_search(&self) -> Search {
         let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
         let positions = || self.state.bodies.iter().map(|body| body.position);
         Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()))
     }
 
-    /// Streams all particles to a time since the epoch, and wraps them into the box.
+    /// Streams all particles to a time since the epoch, and wraps their positions into the box.
     pub(super) fn stream_all(&mut self, time: f64) {
         for particle in self.particles() {
             self.stream(particle, time);
@@ -72,7 +67,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn reorder(&mut self) {
         self.counts.transitions_at_order = self.counts.totals.transition;
-        // Particles in the same cell of the curve are ordered by id, so that the new order depends on positions only.
+        // Particles in the same cell of the curve are ordered by id, so that the new order does not depend on the old
+        // order.
         let names = {
             let by_name: Vec<Vector> =
                 self.state.numbers.iter().map(|&number| self.state.bodies[number as usize].position).collect();
@@ -82,7 +78,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.permute(&Order::of(old, self.state.bodies.len()));
     }
 
-    /// Requests large memory pages for all large arrays.
     pub(super) fn enlarge(&self) {
         enlarge(&self.state.bodies);
         enlarge(&self.schedule.predictions);

@@ -1,4 +1,4 @@
-//! The engine's own check of its state: overlaps, and the contribution of round-off to each overlap.
+//! The audit of the engine: overlaps, and the depth that round-off can explain.
 
 use super::parts::Engine;
 use crate::Vector;
@@ -32,33 +32,29 @@ impl Overlap {
     }
 }
 
-/// An overlap of more than a millionth of the distance is always reported, even if coordinates or speeds are
-/// so large that rounding could explain it.
+/// Relative depth above which an overlap is always reported, even if coordinates or speeds are so large that rounding
+/// could explain it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
-/// Number of roundings that contribute to the error of a pair's distance or time at an event. Each is at most one unit
-/// in the last place of the rounded quantity.
+/// Largest rounding error of a pair at an event, in units in the last place of the coordinates, the squared distance or
+/// the time.
 ///
-/// One operation has an error of at most half a unit. A coordinate at a given time is a product and a sum, from a
-/// difference of times: three operations. It is computed once for the prediction and once for the event. In between,
-/// the coordinate may be wrapped or brought forward to a new epoch, which is one more sum in each case. Subtracting the
-/// two positions and finding the nearest image are two more differences. With three axes, this gives
-/// `sqrt(3) (2 (3 + 1) + 2 + 2) / 2`, about 11 units of the coordinates of either particle.
+/// One operation has an error of at most half a unit. A coordinate at a given time takes three operations, and one more
+/// if the coordinate is wrapped or brought forward to a new epoch. This happens twice: at the prediction and at the
+/// event. Each time, the positions are subtracted and the nearest image is chosen, which are two more operations. With
+/// three axes, the error is `sqrt(3) (2 (3 + 1) + 2 + 2) / 2`, about 11 units of the coordinates.
 ///
-/// The three terms of each coefficient of the overlap function, its discriminant, and the quotient that gives the time
-/// contribute about 16 units of the squared distance. The sum that gives the time in the queue, and the shifts of this
-/// time to later epochs, contribute three units of the time.
+/// The overlap function and its root contribute about 16 units of the squared distance. The time in the queue
+/// contributes three units of the time.
 const ROUNDINGS: f64 = 32.0;
 
-/// Returns whether an overlap is certainly within round-off, judged by its depth and distance alone. Exact bounds
-/// are then not needed.
+/// Returns true if an overlap is certainly round-off. This quick test avoids the exact bound.
 #[inline]
 pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
 }
 
-/// Returns the length to which depths at a surface are relative. It is the radius of the particle, or 1 for a point
-/// particle.
+/// The unit of overlap depths at a surface: the radius of the particle, or 1 for a point particle.
 pub(super) fn unit_of_surface(radius: f64) -> f64 {
     if radius > 0.0 { radius } else { 1.0 }
 }
@@ -66,7 +62,7 @@ pub(super) fn unit_of_surface(radius: f64) -> f64 {
 /// A pair at a discontinuity, with the data that determine its round-off.
 pub(super) struct Meeting {
     pub pair: [u32; 2],
-    /// Relative velocity of the two images that meet `[length / time]`.
+    /// Relative velocity of the images that meet `[length / time]`.
     pub velocity: Vector,
     /// Time since the state of each particle was last written `[time]`.
     pub flown: [f64; 2],
@@ -77,34 +73,29 @@ pub(super) struct Meeting {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Depth beyond a discontinuity that round-off can cause.
+    /// Returns the largest depth beyond a discontinuity that round-off can cause `[length]`.
     ///
-    /// An event happens at its predicted time, computed from the coordinates at the time of prediction. The
-    /// error of the distance at the event has these parts:
+    /// The error of a distance at an event is at most [`ROUNDINGS`] times the round-off of these numbers:
     ///
-    /// - units in the last place of the largest coordinates that were rounded on the way, see
-    ///   [`Self::largest_coordinate`]. The coordinates at the event are not enough: a pair close to coordinate 0 may
-    ///   have been predicted across the side of the box, with one particle at coordinate `L`. Finding the nearest image
-    ///   adds no more than a rounding of the separation itself. In a small box, or if several images are equally near,
-    ///   the pair may meet in an image that is a few periods farther away;
-    /// - in a sheared box, also units in the last place of the displacement of images across the sliding
-    ///   sides, before whole periods are subtracted from it;
-    /// - units in the last place of a time in the queue, see [`Self::clock`], multiplied by the relative speed
-    ///   of the two images plus the speed of a growing diameter;
-    /// - units in the last place of the overlap function, divided by its slope in space. The slope is `2 s`, where `s`
-    ///   is the distance of the discontinuity. The terms of the function are as large as the square of the distance at
-    ///   which the contact was predicted. This distance is `s` plus the path of the pair and of the discontinuity since
-    ///   then. The path is limited to [`Self::farthest_image`].
+    /// - the largest coordinates since the prediction, see [`Self::largest_coordinate`]. The coordinates at the event
+    ///   are not enough: a pair near coordinate 0 may have been predicted across the side of the box, with one particle
+    ///   at coordinate `L`;
+    /// - in a sheared box, the displacement of images across the sliding sides, before whole periods are subtracted;
+    /// - the time in the queue, see [`Self::clock`], multiplied by the relative speed of the images and of the
+    ///   discontinuity;
+    /// - the overlap function, divided by its slope `2 s`, where `s` is the distance of the discontinuity. Its terms
+    ///   are as large as the squared distance at the prediction. This distance is at most `s` plus the path since then,
+    ///   which is limited to [`Self::farthest_image`].
     ///
-    /// The deepest overlap that was accepted as round-off so far is added, because an inelastic pair that hardly moves
-    /// is still as deep as it was at an earlier event.
+    /// The deepest overlap that was accepted so far is added, because an inelastic pair that hardly moves may keep the
+    /// overlap of an earlier event.
     #[cold]
     pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
         let &Meeting { pair: [i, j], ref velocity, flown, distance, opening_speed } = meeting;
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
-        // A contact is usually predicted at the last event of either particle, so the younger state is as old as the
-        // prediction. But a state is also written without an event, at the end of an epoch or when a particle crosses a
-        // sliding side. In these cases, the age of the older state is used.
+        // A contact is usually predicted at the last event of either particle, so the prediction is as old as the
+        // younger state. But a state is also written without an event, at the end of an epoch or when a particle
+        // crosses a sliding side. The prediction may then be as old as the older state.
         let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
@@ -129,11 +120,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
-    /// Returns the largest coordinate of a particle since its state was written, `flown` ago. This includes its path
-    /// since then, and the farthest side of the box.
+    /// Returns a bound of all coordinates of a particle since its state was written, `flown` ago.
     ///
-    /// Each wrap rounds the coordinate. A particle that crosses the box many times is rounded more often than
-    /// [`ROUNDINGS`] counts.
+    /// Each time the particle crosses the box, its coordinate is wrapped and rounded. [`ROUNDINGS`] counts only a few
+    /// wraps, so the bound grows with the number of wraps.
     fn largest_coordinate(&self, i: u32, flown: f64) -> f64 {
         let body = &self.state.bodies[i as usize];
         let path = (body.velocity.norm() + self.acceleration(i).norm() * flown) * flown;
@@ -141,8 +131,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position.amax() + path + self.state.space.farthest_side()) * (1.0 + wraps / ROUNDINGS)
     }
 
-    /// Returns the largest distance between two images that may meet. They need not be nearest images. The distance is
-    /// infinite if particles can fly off.
+    /// Returns the largest distance of two images that may collide. It is infinite if particles can escape from the
+    /// box.
     fn farthest_image(&self) -> f64 {
         let space = &self.state.space;
         let is_open = (0..3).any(|axis| match space.boundary[axis] {
@@ -152,8 +142,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if is_open { f64::INFINITY } else { 1.5 * space.size.norm() }
     }
 
-    /// Returns the time of an event, counted from the epoch in which the event was predicted. The size of this time
-    /// determines its round-off. `flown` is the time since the prediction.
+    /// Returns the time of an event, counted from the epoch of its prediction. `flown` is the time since the
+    /// prediction.
     fn clock(&self, flown: f64) -> f64 {
         if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
@@ -162,8 +152,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now - self.state.bodies[particle as usize].time
     }
 
-    /// Counts an overlap at an event, unless round-off explains it. `depth`, `round_off` and `unit` are lengths. A
-    /// depth of more than [`MOST_ROUND_OFF`] times `unit` always counts.
+    /// Counts an overlap at an event, unless round-off explains it. All arguments are lengths. A depth of more than
+    /// [`MOST_ROUND_OFF`] times `unit` always counts.
     pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
         if depth > round_off.min(MOST_ROUND_OFF * unit) {
             self.counts.totals.in_invalid_state += 1;
@@ -172,8 +162,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Visits all overlaps of pairs and of particles with surfaces. A pair of moving particles is visited twice, once
-    /// from each particle.
+    /// Visits all overlaps with particles and surfaces. A pair of moving particles is visited twice.
     pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
         let mut near = Candidates::default();
         for particle in self.particles().filter(|&p| !self.is_static(p)) {
@@ -234,7 +223,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let mut others = near.found().to_vec();
         self.for_each_across(particle, |other| others.push(other));
-        // In a sheared box, a particle may be found twice: in the lists or cells, and across the sliding sides.
+        // In a sheared box, a particle may be found twice.
         others.sort_unstable();
         others.dedup();
         self.overlaps_with(particle, &others, found);
@@ -252,8 +241,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (there, faster) = self.state_at(other, now);
             let (apart, _) = self.nearest(position - there, velocity - faster, now);
             let range = self.distances.at(meeting.squared.sqrt(), now)[0];
-            // Most candidates are farther apart than their contact distance by much more than round-off. They need no
-            // further test.
+            // Most candidates are far outside their contact distance.
             if apart.position.norm_squared() > range * range * (1.0 + 1e-12)
                 || TABLE && self.pairs.states.get(particle, other).is_some()
             {

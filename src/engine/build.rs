@@ -20,7 +20,7 @@ use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 use std::ops::Range;
 
-/// Sample size: the median of this many due times is accurate enough.
+/// Number of due times from which the median is estimated.
 const MANY: usize = 32_768;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -30,8 +30,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         engine
     }
 
-    /// Creates an engine with all particles at their positions in the scene, but without predictions. The scene's
-    /// particle list is not read after this.
+    /// Creates an engine with all particles in place, but without predictions.
     pub(super) fn placed(scene: &Scene) -> Self {
         let count = scene.particles().len();
         let pairs = Pairs::of(scene, TABLE);
@@ -85,8 +84,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Fills the lists of all particles after sorting, and predicts all particles at the beginning of an epoch. Unlike
-    /// `start_anew`, it puts nothing into the queue.
+    /// Fills the lists of all particles, and predicts all particles at the beginning of an epoch. The queue is
+    /// unchanged.
     pub(super) fn predict_all(&mut self) {
         self.fill_lists();
         self.enlarge();
@@ -97,7 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Frees the largest arrays before another engine replaces this one.
+    /// Frees the largest arrays before another engine replaces this engine.
     pub(super) fn let_go(&mut self) {
         (self.state.bodies, self.state.images) = (Vec::new(), Travelled::new(0));
         self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) };
@@ -111,8 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.remember(scene, a, b, bond.interaction.narrow(), true);
         }
         self.set_states_of(scene, self.particles());
-        // A pair that was captured at the end of the previous run may be just beyond the search range, because of
-        // rounding.
+        // Because of rounding, a pair that was captured in the previous run may be just beyond the search range.
         for ([a, b], _) in scene.last_state().iter().flat_map(|last| &last.captured) {
             let (a, b) = (self.number(*a), self.number(*b));
             let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
@@ -124,7 +122,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Sets the states of all pairs of the given particles from their distances, except pairs whose state is set. The
+    /// Sets the states of all pairs of the given particles from their distances. Pairs that have a state keep it. The
     /// given particles are the last ones in memory.
     pub(super) fn set_states_of(&mut self, scene: &Scene, particles: Range<u32>) {
         let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
@@ -136,7 +134,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mut across = Vec::new();
             self.for_each_across(a, |b| across.push(b));
             for b in all.chain(found.iter().copied()).chain(across) {
-                // A pair of two of the given particles is found from both, but its state is set only once.
+                // A pair is found twice if both particles are in `particles`.
                 let is_found_twice = b < a && particles.contains(&b) && !self.is_static(b);
                 if b == a || is_found_twice || self.is_static(a) && (self.is_static(b) || particles.contains(&b)) {
                     continue;
@@ -150,7 +148,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Sets the state of one pair. With `is_bond`, state 0 is stored too, because the pair has its own interaction.
+    /// Sets the state of one pair. A bonded pair is stored even in state 0, because it has its own interaction.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
         let names = [a, b].map(|particle| self.name(particle));
         let of_run = scene.last_state().and_then(|last| last.state_of(names, InteractionId(u32::from(interaction))));
@@ -171,21 +169,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Number of roundings in the distance of a pair that was at a discontinuity when its state was written. Each of the
-/// six coordinates is streamed to the time of the event in three operations, wrapped, and subtracted.
+/// Number of roundings in the distance of a pair at its event. Each of the six coordinates is streamed in three
+/// operations, wrapped, and subtracted.
 const ROUNDINGS: f64 = 32.0;
 
-/// Returns the rounding error of the distance of a pair at its discontinuity `[length]`. Each rounding error
-/// is below a unit in the last place of the largest coordinate, or of the period by which the coordinate was
-/// wrapped.
+/// Returns the rounding error of the distance of a pair at its discontinuity `[length]`. The largest number that is
+/// rounded is a coordinate, or the period by which the coordinate was wrapped.
 pub(super) fn rounding_of_distances(largest: f64, periods: &Vector) -> f64 {
     let wrapped = periods.iter().filter(|period| period.is_finite()).fold(0.0, |most: f64, period| most.max(*period));
     ROUNDINGS * f64::EPSILON * largest.max(wrapped)
 }
 
-/// Returns the state of a pair at the start. The distance decides, unless the pair is within round-off of a
-/// discontinuity. This happens if the previous run ended at an event of the pair. Then the sign of the radial velocity
-/// decides: the pair is on the side towards which it moves.
+/// Returns the state of a pair at the start from its distance. Within round-off of a discontinuity, for example after a
+/// run that ended at an event, the pair is on the side towards which it moves.
 fn state_at_start(potential: &Potential, apart: &RelativeState, rounding: f64) -> usize {
     let distance = apart.position.norm();
     let receding = apart.position.dot(&apart.velocity);
@@ -230,7 +226,6 @@ mod tests {
             let mut again = Simulation::without_plan(next.clone());
             assert_eq!(again.energy().potential, simulation.energy().potential, "seed {seed}");
             assert_eq!(again.captured_pairs(), simulation.captured_pairs(), "seed {seed}");
-            // The reference engine and the verifier start in the same state.
             let proven = verify(next.clone(), EventRange { from: 0, events: 5 }, &mut |_| ControlFlow::Continue(()));
             assert!(proven.is_proven(), "seed {seed}: {:?}", proven.end);
             if seed <= 5 {
@@ -238,7 +233,7 @@ mod tests {
                 for _ in 0..3 {
                     let one = again.events(Until::time(1e3)).next().unwrap().unwrap();
                     let other = reference.step_before(1e3).unwrap();
-                    // The engines may list the two particles of an event in different order.
+                    // The two engines may list the particles of an event in a different order.
                     let (i, j) = (one.particle, one.partner().unwrap());
                     assert_eq!((i.min(j), Some(i.max(j))), (other.particle, other.partner));
                     assert_eq!(one.energy_step, other.energy_step, "both engines capture, or both release");

@@ -1,4 +1,4 @@
-//! Simulated time: epochs, which keep times small and accurate, and the detection of runs in which time stands still.
+//! Simulated time. Epochs keep times small and accurate, and a watch detects that time stands still.
 
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
@@ -6,24 +6,23 @@ use super::surfaces::FIRST_SURFACE;
 use super::{Arrest, Standstill};
 use serde::{Deserialize, Serialize};
 
-/// Time stands still if it advances by less than this fraction of the queue's span. This fraction is a few thousand
-/// times the spacing of floats at that span. An epoch contains about ten events per particle, so time normally advances
-/// much faster.
+/// Time stands still if it advances by less than this fraction of the queue's span. The fraction is a few thousand
+/// times the round-off of times. An epoch contains about ten events per particle, so time normally advances much
+/// faster.
 pub(super) const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// Simulated time, counted from an epoch that moves along with it.
+/// Simulated time, counted from an epoch that moves forward.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Clock {
-    /// The simulated time is the sum of three times: `start`, the start of the run; `epoch`, the epoch since the start;
-    /// and `now`, the present time since the epoch. `now` is negative if an advance ends before the next event, but the
-    /// epoch has already been moved to this event.
+    /// The simulated time is `start + epoch + now`: the start of the run, the epoch since the start, and the time since
+    /// the epoch. `now` is negative if the epoch has moved to the next event, but the advance ends before this event.
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Length of the previous epoch, or half of the previous value of this field if that is longer. Earlier epochs
-    /// still matter, because predictions can be up to three epochs old.
+    /// Length `l` of recent epochs. At the end of an epoch, it becomes the larger of `l / 2` and the length of that
+    /// epoch. Predictions can be up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }
@@ -35,8 +34,7 @@ pub(super) struct Moved {
 }
 
 impl Moved {
-    /// Returns the oldest permitted time of a particle's state, counted from the new epoch. Particles with older states
-    /// are brought forward.
+    /// Returns a time since the new epoch. Particles with older states are brought forward.
     pub fn oldest(&self) -> f64 {
         -2.0 * self.shift
     }
@@ -48,9 +46,9 @@ pub(super) struct StandstillWatch {
     pub since: f64,
     /// Number of physical events since the count began.
     pub events: u64,
-    /// More events than this without an advance of time are a dynamical arrest.
+    /// Largest permitted number of events without an advance of time. Beyond it, there is a dynamical arrest.
     pub most: u64,
-    /// Approach speed of a contact whose speed was lost to rounding; `None` if there was no such contact.
+    /// Approach speed of a contact whose speed was lost to rounding, if any.
     pub lost_speed: Option<f64>,
 }
 
@@ -62,17 +60,16 @@ impl Clock {
         clock
     }
 
-    /// Sets the number of events without an advance of time that are an arrest of `particles` particles.
+    /// Sets the largest permitted number of events without an advance of time.
     ///
-    /// The simultaneous events of a lattice are not an arrest. Neither are the N^2/2 events of N touching spheres on a
-    /// line.
+    /// It allows for the simultaneous events of a lattice, and for the N^2/2 events of N touching spheres on a line.
     pub fn watch_for(&mut self, particles: usize) {
         let n = particles as u64;
         self.standstill.most = 1_000 + 64 * n + (n * n / 2).min(10_000_000);
     }
 
-    /// Returns whether the neighbour search is reconsidered at the epoch with this number. This is done often at the
-    /// start and rarely later, because densities then change slowly.
+    /// Returns whether the neighbour search is reconsidered at the epoch with this number: often at the start, and
+    /// rarely later, when densities change slowly.
     pub fn is_looked_at(epochs: u64) -> bool {
         epochs.is_power_of_two() || epochs.is_multiple_of(16)
     }
@@ -109,8 +106,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.time_standstill().map_or(Ok(()), |standstill| Err(self.arrest(particle, partner, standstill)))
     }
 
-    /// Returns an arrest that reports an event storm. It names the particles of the next predicted contact. Returns
-    /// `None` if no contact is predicted.
+    /// Returns an arrest that reports an event storm at the next predicted contact; `None` if no contact is predicted.
     pub fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         let all = (0..).zip(&self.schedule.predictions);
         let next = all.min_by(|(_, one), (_, other)| one.contact_time.total_cmp(&other.contact_time));
@@ -150,11 +146,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Starts the next epoch at the end of the current one, or later if nothing happens before then. Returns `None` if
-    /// no event is predicted at all.
+    /// Starts the next epoch, and skips epochs without predicted events. Returns `None` if no event is predicted at
+    /// all.
     ///
-    /// This keeps times small, so that the last event of a long run is as accurate as the first. The shift is a
-    /// multiple of a power of two, so most times are shifted without rounding.
+    /// The last event of a long run is therefore as accurate as the first. The shift is a multiple of a power of two,
+    /// so most times are shifted without rounding.
     pub(super) fn move_epoch(&mut self) -> Option<Moved> {
         let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
@@ -192,13 +188,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Moved { shift }
     }
 
-    /// Brings a particle forward to the epoch if it has had no event since `oldest`. Returns whether it did.
+    /// Brings a particle forward to the epoch if it has had no event since `oldest`. Returns true in this case.
     ///
-    /// Without this, a particle could fly a long way from its last written state. Each wrap would then round its
-    /// position at the scale of this distance, and contacts would be predicted from that far away.
+    /// Rounding errors grow with the distance that a particle has flown since its state was written.
     ///
-    /// The order in which particles are brought forward does not matter. Other particles see the same bits of a
-    /// particle at the epoch before and after it is brought forward.
+    /// The order of particles does not matter, because the state of a particle at the epoch keeps its bits.
     pub(super) fn bring_forward(&mut self, particle: u32, oldest: f64) -> bool {
         let is_old = self.state.bodies[particle as usize].time < oldest;
         if is_old {

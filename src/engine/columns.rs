@@ -1,7 +1,6 @@
 //! Per-particle arrays, indexed by the particle's place in memory.
 //!
-//! These arrays are called columns. Only the macro `columns` lists all of them. The methods here permute, remove,
-//! insert and copy their entries, and shift their times to another epoch.
+//! These arrays are called columns. The macro `columns` lists all of them.
 
 mod part;
 pub(super) mod records;
@@ -18,13 +17,12 @@ use super::state::Body;
 use crate::Vector;
 use records::Record;
 
-/// A new order of particles. It maps new numbers to old numbers and old numbers to new ones. Old particles may be left
-/// out.
+/// A new order of particles, in which particles may be left out.
 pub(super) struct Order {
     pub old: Vec<u32>,
     /// New number of each old particle; [`NO_PARTICLE`] for particles that are left out.
     pub new: Vec<u32>,
-    /// Number of additional particles to reserve memory for. Arrays that are reallocated lose their large memory pages.
+    /// Number of additional particles to reserve memory for. Arrays that are reallocated lose their large pages.
     pub room: usize,
 }
 
@@ -46,10 +44,10 @@ impl Order {
 }
 
 pub(super) trait Column: Sized {
-    /// Whether a contact can change the entries of its two particles in this column.
+    /// False if contacts never change the column.
     const CHANGES_IN_CONTACTS: bool = true;
 
-    /// Returns the column in a new order. Particle numbers in its entries are replaced by the new numbers.
+    /// Returns the column in a new order, with new particle numbers in its entries.
     fn permuted(&self, order: &Order) -> Self;
 
     /// Shifts times to an epoch that is later by `shift`.
@@ -147,8 +145,7 @@ impl Column for Vec<Prediction> {
         record.prediction = Some(self[particle as usize]);
     }
 
-    /// Adds an empty prediction. The record gives the partner of its prediction by id. The prediction is therefore
-    /// written later, when all particles have numbers.
+    /// Adds an empty prediction. It is set later, when all particles have numbers.
     fn push(&mut self, _: &Record) {
         self.push(Prediction::NONE);
     }
@@ -222,8 +219,7 @@ impl Column for CapturedPairs {
         record.captured = (!self.is_empty()).then(|| self.of(particle).to_vec());
     }
 
-    /// Adds a particle without captured partners. A record gives partners by id, so the pairs are set later, when all
-    /// particles have numbers.
+    /// Adds an empty list. The pairs are set later, when all particles have numbers.
     fn push(&mut self, record: &Record) {
         if record.captured.is_some() {
             self.push_empty();
@@ -255,8 +251,7 @@ impl Column for Neighbours {
         self.push(&record.body.position, record.place);
     }
 
-    /// Writes only the particle's cell or list centre. Its neighbour list is filled later, when all particles are in
-    /// place.
+    /// Writes the cell or list centre. The neighbour list is filled later, when all particles are in place.
     fn set(&mut self, particle: u32, record: &Record) {
         if let Some(place) = record.place {
             self.relocate(particle, place);
@@ -338,7 +333,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         columns!(self, as_mut, column: mut => visit.column(column));
     }
 
-    /// Other particles are given by number.
+    /// Returns the record of a particle, in which other particles have their numbers.
     #[inline]
     pub(super) fn record(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
@@ -347,7 +342,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         record
     }
 
-    /// Returns whether contacts change only the motions and predictions of particles.
+    /// Returns true if contacts change nothing but motions and predictions.
     pub(super) fn changes_motion_only(&self) -> bool {
         self.pairs.states.is_empty() && self.pairs.contact_times.is_none() && self.sources.surface_random.is_none()
     }

@@ -1,12 +1,9 @@
-//! Messages between processes that simulate a system together.
-
 use std::fmt;
 
-/// Sends messages between processes that simulate a system together: MPI, or any other means to send bytes
-/// between any two processes.
+/// Sends messages between processes that simulate a system together, for example with MPI.
 ///
-/// All processes make the same calls in the same order: they start from the same scene, have the same instruments,
-/// and advance to the same times. Each process then holds a share of the domains. All results of a
+/// All processes must make the same calls in the same order: they start from the same scene, have the same instruments,
+/// and advance to the same times. Each process runs a share of the domains. All results of a
 /// [`Simulation`](super::Simulation) are equal in all processes.
 pub trait Communicator: fmt::Debug + Send + Sync {
     /// Index of this process, from 0.
@@ -15,8 +12,7 @@ pub trait Communicator: fmt::Debug + Send + Sync {
     /// Number of processes.
     fn size(&self) -> usize;
 
-    /// Sends `messages[rank]` to each process, and returns the bytes received from each process. Returns when
-    /// all messages have arrived.
+    /// Sends `messages[rank]` to each process, and returns the bytes received from each process, by rank.
     fn exchange(&self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
 
     /// Sends the same bytes to all processes, and returns the bytes received from each process, by rank.
@@ -24,7 +20,7 @@ pub trait Communicator: fmt::Debug + Send + Sync {
         self.exchange(vec![message; self.size()])
     }
 
-    /// Ends all processes, because this one cannot continue.
+    /// Ends all processes, because this process cannot continue.
     fn abort(&self, reason: &str) -> !;
 }
 
@@ -34,7 +30,6 @@ pub mod tests {
     use std::sync::mpsc::{Receiver, Sender, channel};
     use std::sync::{Arc, Mutex};
 
-    /// Communicator for tests, in which threads act as processes.
     #[derive(Debug)]
     struct Channels {
         rank: usize,

@@ -1,5 +1,4 @@
-//! Geometry for the pressure between walls: the volume and the wall areas that particle centres can reach, and the
-//! middle of the box.
+//! Geometry for the pressure between walls.
 
 use super::parts::Engine;
 use crate::Vector;
@@ -8,22 +7,21 @@ use crate::engine::pairs::rows::Rows;
 use crate::model::Scene;
 use serde::{Deserialize, Serialize};
 
-/// Size of the region between the walls that the centres of each species can reach.
+/// The region that particle centres can reach between the walls.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Confinement {
-    /// For each axis, whether it has walls on both sides.
+    /// The axes with walls on both sides.
     pub axes: [bool; 3],
     pub middle: Vector,
-    /// Inverse of the volume that the centres of a species can reach `[length^-D]`, by row of the species. `D` is the
-    /// number of dimensions.
+    /// Inverse of the volume that the centres of a species can reach `[length^-D]`, by table row. `D` is the number of
+    /// dimensions.
     pub per_volume: Vec<f64>,
-    /// Inverse of the wall area that the centres of a species can reach `[length^(1 - D)]`, by row of the species and
-    /// by axis; 0 if the area is infinite.
+    /// Inverse of the wall area that the centres of a species can reach `[length^(1 - D)]`, by table row and axis; 0 if
+    /// the area is infinite.
     pub per_area: Vec<[f64; 3]>,
 }
 
 impl Confinement {
-    /// `None` without walls.
     pub fn of(scene: &Scene, rows: &Rows) -> Option<Self> {
         let space = &scene.space;
         let diameters = || rows.species().iter().map(|id| scene.species[id.0 as usize].diameter);
@@ -31,7 +29,7 @@ impl Confinement {
         is_walled.then(|| Self {
             axes: std::array::from_fn(|axis| space.walls(axis) == 2),
             middle: space.lower + 0.5 * space.size,
-            // If a species has no accessible volume, its inverse volume is set to 0. No pressure is defined then.
+            // Without accessible volume, no pressure is defined.
             per_volume: diameters()
                 .map(|diameter| space.accessible_volume(diameter))
                 .map(|volume| if volume > 0.0 { 1.0 / volume } else { 0.0 })
@@ -46,8 +44,8 @@ impl Confinement {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the present sum of `m v^2 / V` along each axis between walls `[energy / length^D]`. `V` is the volume
-    /// that the centres of a particle's species can reach.
+    /// Returns the current sum of `m v^2 / V` along each axis between walls `[energy / length^D]`. `V` is the volume
+    /// that is accessible to the centre of the particle.
     pub(super) fn confined_kinetic(&self) -> Vector {
         let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
         let mut sums = [Sum::default(); 3];
@@ -72,8 +70,7 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
-    /// Runs a simulation of two species between walls in a heat bath. The scene lists them after `unused` species
-    /// without particles.
+    /// Simulates two species between walls. The scene begins with `unused` species without particles.
     fn after(unused: u32) -> Simulation {
         let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(12.0) };
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();

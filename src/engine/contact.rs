@@ -9,7 +9,7 @@
 //! | apply | [`apply`] | writes velocities, voids predictions, counts, reports the event |
 //! | ledger | [`super::ledger`] | sums of exchanged energy and momentum |
 //!
-//! A law writes no velocity; [`apply`] is the only place that does.
+//! Only [`apply`] writes velocities.
 
 pub(super) mod apply;
 pub(super) mod frame;

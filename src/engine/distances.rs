@@ -23,20 +23,20 @@ impl Distances {
         self.growing.as_ref()
     }
 
-    /// Returns a contact distance at a time since the epoch, and its growth rate `[length, length / time]`. `distance`
-    /// is its value in the scene.
+    /// Returns a contact distance and its growth rate `[length, length / time]` at a time since the epoch. `distance`
+    /// is the contact distance before growth.
     #[inline]
     pub fn at(&self, distance: f64, time: f64) -> [f64; 2] {
         self.growing.map_or([distance, 0.0], |growing| [distance * growing.scale(time), growing.rate * distance])
     }
 
-    /// Returns the growth rate of a contact distance. `distance` is its value in the scene.
+    /// Returns the growth rate of a contact distance. `distance` is the contact distance before growth.
     pub fn speed_of(&self, distance: f64) -> f64 {
         self.at(distance, 0.0)[1]
     }
 
-    /// Returns the time until two particles reach a discontinuity from outside. `distance` is the distance of the
-    /// discontinuity in the scene. `time` is the present time since the epoch.
+    /// Returns the time until two particles reach a discontinuity from outside. `distance` is its distance before
+    /// growth, and `time` the current time since the epoch.
     pub fn next_contact(&self, state: &RelativeState, distance: f64, time: f64) -> Option<f64> {
         let [distance, speed] = self.at(distance, time);
         growth::next_contact(state, distance, speed)

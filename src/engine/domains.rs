@@ -1,9 +1,9 @@
 //! One system on several cores: domains run alone for a window of time and are compared exactly afterwards.
 //!
-//! The box is cut into slabs. Each domain is an ordinary engine over the particles that it *owns* and copies of the
+//! The box is cut into slabs. Each domain is an ordinary engine for the particles that it *owns* and for copies of the
 //! particles around them. It runs alone for a window of simulated time. Copies at its edge sooner or later deviate from
 //! their owners, because their neighbours are missing. At the end of the window, each step of a copy that an owned
-//! particle may have read is compared with the step of its owner. If all agree, every owned particle is correct, bit
+//! particle may have read is compared with the step of the owner. If all agree, every owned particle is correct, bit
 //! for bit:
 //!
 //! *Proof.* Suppose that steps of owned particles differ from the steps of a single engine. Take the earliest such step
@@ -13,9 +13,9 @@
 //! that the particle did not enter the readable region, and the owner's earlier steps are right. So there is no such
 //! step.
 //!
-//! If any of these steps differ, the window is rolled back and repeated up to the first difference. Three cases cannot
-//! be decided in this way and are left to the single engine: simultaneous events of two domains in an observed run,
-//! time that stands still, and a run that ends at a number of events.
+//! If any of these steps differ, the window is rolled back and repeated up to the first difference. The single engine
+//! takes over in three cases: simultaneous events of two domains in an observed run, time that stands still, and a run
+//! that ends at a number of events.
 
 #[cfg(any(test, debug_assertions))]
 mod checks;
@@ -48,43 +48,40 @@ use std::time::Instant;
 use team::Team;
 pub use work::{DomainWork, SingleThread};
 
-/// Largest target for the number of steps of a domain in a window. It is also the initial target.
+/// Largest and initial target for the number of steps of a domain in a window.
 const MOST_STEPS: f64 = 10_000.0;
 
 /// Number of steps that the single engine runs when the domains cannot continue.
 const SERIAL_STEPS: u64 = 2_000;
 
-/// If the event limit is reached within a window, the single engine runs at least this number of steps, even if the
-/// caller requests fewer. The run may end earlier.
+/// The single engine finishes a run that ends at a number of events. It runs at least this number of steps at a time,
+/// even if the caller requests fewer.
 const LEAST_SERIAL: u64 = 50_000;
 
-/// After this many short windows in a row, the system runs serially for a while, because serial runs are then
-/// faster.
+/// After this many short windows in a row, the single engine runs for a while, because it is faster.
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
 
-/// Number of recent rollbacks above which the halo counts as too thin.
+/// Number of recent rollbacks above which the halo is too thin.
 const MOST_UNDONE: f64 = 4.0;
-/// If the halo is too thin, its widths increase by these amounts.
+/// Increase of the widths of a halo that is too thin.
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
 /// Initial widths of the halo.
 const HALO: Halo = Halo { slack: 0.2, margin: 1.1 };
 
-/// A system that runs in domains, and the control of its windows.
+/// A system that runs in domains.
 #[derive(Debug, Clone)]
 pub struct Domains<const FALLING: bool, const TABLE: bool> {
     team: Team,
     halo: Halo,
-    /// Target number of steps of each domain in a window.
     steps_of_window: f64,
-    /// Length of the next window `[time]`.
     length: f64,
     /// Recent rollbacks; decays by 5 % per accepted window.
     undone: f64,
-    /// Number of consecutive windows with few steps.
+    /// Number of short windows in a row.
     short: u32,
-    /// Number of accepted windows at the last check; `None` if windows are not checked.
+    /// Number of accepted windows at the last check; `None` without checks.
     #[cfg(any(test, debug_assertions))]
     checked: Option<u64>,
     /// The domains of the system; `None` while the single engine holds all particles.
@@ -101,8 +98,7 @@ enum Next {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Creates `domains` domains for each process, at most 64 in all. Each process runs them on `threads`
-    /// threads.
+    /// Creates `domains` domains for each process, at most 64 in all, which run on `threads` threads.
     pub fn new(domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) -> Self {
         Self::with(Team::new(domains, threads, communicator), HALO)
     }
@@ -124,8 +120,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     /// The reason why a system cannot be cut; `None` if it can.
     pub fn obstacle(engine: &Engine<FALLING, TABLE>) -> Option<SingleThread> {
-        // All fields are listed, so that a new one is either given to the domains by `Engine::part` or excluded here.
-        // The bath is drawn for the whole system, and its collisions are sent to the domains.
+        // All fields are listed, so that a new field is either copied by `Engine::part` or excluded here. Collisions
+        // with the heat bath are drawn for the whole system and sent to the domains.
         let Sources {
             surfaces: _,
             confinement: _,
@@ -146,8 +142,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Continues a run as [`Engine::advance_for`] does, with the same results, bit for bit. Between calls, the single
-    /// engine is out of date until [`Self::settle`] is called.
+    /// Continues a run as [`Engine::advance_for`] does, with the same bits. Between calls, the single engine is out of
+    /// date until [`Self::settle`] is called.
     pub fn advance_for(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -188,8 +184,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 Next::Serial(steps) => {
                     self.work.serial += 1;
                     self.join(whole);
-                    // Cutting the system again costs much more than a few extra steps of the single engine. Even if
-                    // fewer steps are requested, the single engine therefore runs a minimum number of steps.
+                    // A new cut of the system costs much more than some extra steps of the single engine.
                     if let Some(reason) = whole.advance_for(steps.min(left.max(LEAST_SERIAL)), until, observe)? {
                         return Ok(Some(reason));
                     }
@@ -215,13 +210,13 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             None => self.cut_up(whole),
         };
         if cut.now >= whole.schedule.queue.span() {
-            // No event is left in this epoch, and the run has already passed the end of the epoch.
+            // The domains have reached the end of the epoch.
             self.cut = Some(cut);
             return Ok(self.move_epoch(whole, until));
         }
         let tick = whole.schedule.queue.next_tick(cut.now);
         let mut stop = (cut.now + self.length).min(tick.next_down()).min(end);
-        // After a rollback, the window is repeated once, and ends just before the time at which it failed.
+        // After a rollback, the window is repeated once, up to the time of the failure.
         for _ in 0..2 {
             cut.draw_collisions(whole, stop);
             match cut.run(&self.team, stop, observe.is_some(), &mut self.work) {
@@ -244,15 +239,15 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 break;
             }
         }
-        // These domains cannot continue. If they were cut from the current state, a new cut would be the same. The
-        // single engine then continues, because it always can. Otherwise, the system is cut again.
+        // The domains cannot continue. If they are fresh, a new cut would give the same domains, so the single engine
+        // continues. Otherwise, the system is cut again.
         let is_fresh = cut.is_fresh;
         self.cut = Some(cut);
         self.join(whole);
         Ok(if is_fresh { Next::Serial(SERIAL_STEPS) } else { Next::Done })
     }
 
-    /// Accepts a window in which all domains agree, unless the single engine has to repeat it.
+    /// Accepts a window in which all domains agree, if possible.
     fn finish(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -269,8 +264,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             return Ok(Next::Serial(SERIAL_STEPS));
         };
         if whole.counts.executed + executed >= until.last_event() {
-            // The run ends in this window, because it reaches its number of events. Only the single engine can end it
-            // at the right event.
+            // The run ends in this window, at an event that only the single engine can find.
             self.give_up(whole, cut);
             return Ok(Next::Serial(u64::MAX));
         }
@@ -360,7 +354,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.cut = Some(cut);
     }
 
-    /// The single engine frees memory that it does not need while the domains run.
+    /// Cuts the system. The single engine frees memory that it does not need meanwhile.
     fn cut_up(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Cut<FALLING, TABLE> {
         self.work.cuts += 1;
         let begin = Instant::now();

@@ -15,13 +15,12 @@ impl Simulation {
     /// Replaces the heat bath; `None` removes it. The heat baths of different stages use different random
     /// numbers.
     ///
-    /// The heat bath does not act along flat axes, along which nothing moves.
+    /// The heat bath does not act along flat axes.
     ///
     /// # Errors
-    /// [`ThermostatError`] in the cases that a scene rejects too: a temperature or rate that is not positive,
-    /// no axes, only flat axes, or no moving particle. [`ThermostatError::Rescaling`] for
-    /// [`Thermostat::Rescaling`], which is not a heat bath: call [`Self::scale_velocities`] at the times of your
-    /// choice instead. After an error, the simulation and its heat bath are unchanged.
+    /// [`ThermostatError`] for a temperature or rate that is not positive, no axes, only flat axes, or no moving
+    /// particle. [`ThermostatError::Rescaling`] for [`Thermostat::Rescaling`], which is not a heat bath: call
+    /// [`Self::scale_velocities`] instead. After an error, the simulation is unchanged.
     pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) -> Result<(), ThermostatError> {
         if let Some(thermostat) = thermostat {
             if matches!(thermostat, Thermostat::Rescaling { .. }) {
@@ -33,8 +32,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sets the heat bath of a thermostat, which was validated with its scene. `None` removes the present heat bath.
-    /// Velocity rescaling also removes it, because the driver of the run rescales the velocities itself.
+    /// Sets the heat bath of a thermostat that was validated with its scene. `None` and velocity rescaling remove the
+    /// heat bath. The driver of the run rescales velocities.
     ///
     /// `seed` is the value of [`Self::stream_seed`] at the beginning of the stage.
     pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {
@@ -45,27 +44,25 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_bath(bath, seed, stage));
     }
 
-    /// Returns the seed of the random numbers of heat baths and volume moves. The seed depends on the seed of the
-    /// scene and on the present state point, so that different state points have independent random numbers.
+    /// Returns the seed of the random numbers of heat baths and volume moves. It depends on the seed of the scene and
+    /// on the state point, so that different state points have independent random numbers.
     pub(crate) fn stream_seed(&self) -> u64 {
         StatePoint::of(&self.scene, &self.population()).seed(self.scene.seed)
     }
 
-    /// Installs the surfaces of a stage, and removes all other surfaces. Returns whether the surfaces have
-    /// changed.
+    /// Replaces the surfaces by those of a stage. Returns true if the surfaces have changed.
     pub(crate) fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
         with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage))
     }
 
-    /// Returns the particle that overlaps most with a surface of the scene, the name of the surface, and the
-    /// depth of the overlap `[length]`. Overlaps within round-off and overlaps with walls of the box do not
-    /// count.
+    /// Returns the particle that overlaps most with a surface of the scene, the name of the surface, and the depth of
+    /// the overlap `[length]`. Overlaps within round-off are ignored.
     pub(crate) fn deepest_in_surface(&self) -> Option<(ParticleId, String, f64)> {
         with_engine!(&self.engine, engine => engine.deepest_in_surface())
     }
 
-    /// Returns whether each surface of the scene is present now. The list is empty if all surfaces are always
-    /// present.
+    /// Returns, for each surface of the scene, whether it exists in the current stage. The list is empty if all
+    /// surfaces always exist.
     #[must_use]
     pub fn surfaces_present(&self) -> Vec<bool> {
         with_engine!(&self.engine, engine => engine.sources.surfaces.presence())
@@ -87,8 +84,7 @@ impl Simulation {
         self.thermostat().is_some()
     }
 
-    /// The present heat bath, as a thermostat without flat axes; `None` if there is no heat bath. Velocity rescaling is
-    /// not a heat bath.
+    /// The current heat bath, as a thermostat without flat axes; `None` if there is no heat bath.
     #[must_use]
     pub fn thermostat(&self) -> Option<Thermostat> {
         let bath = with_engine!(&self.engine, engine => engine.sources.andersen.as_ref().map(Andersen::bath));
@@ -115,19 +111,18 @@ impl Simulation {
         self.scale * with_engine!(&self.engine, engine => engine.scale())
     }
 
-    /// Ratio of the diameters in the present scene to the diameters at the start. Growth in progress is not
-    /// included.
+    /// The factor by which diameters have grown, without growth in progress.
     pub(crate) fn grown(&self) -> f64 {
         self.scale
     }
 
-    /// Returns the diameters of the species at the start `[length]`. For the present diameters, multiply them by
-    /// [`Self::scale`].
+    /// Returns the diameters of the species at the start `[length]`. The current diameters are [`Self::scale`] times
+    /// these.
     pub(crate) fn first_diameters(&self) -> &[f64] {
         &self.first_diameters
     }
 
-    /// Simulated time since the start of the simulation `[time]`. The start time of the scene is not included.
+    /// Time since the start of the simulation `[time]`, without the start time of the scene.
     pub(crate) fn elapsed(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.elapsed())
     }
@@ -171,7 +166,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest.map(|(particle, number, depth)| (self.name(particle), surfaces.name(number).to_owned(), depth))
     }
 
-    /// Takes over the accelerations of `scene`, which is otherwise equal to the present scene.
+    /// Sets the accelerations of `scene`. Everything else in `scene` must be unchanged.
     fn set_accelerations(&mut self, scene: &Scene) {
         self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
@@ -191,7 +186,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let _ = self.apply(&change, &mut None);
     }
 
-    /// Discards all predictions and predicts all particles again, for example after all velocities have changed.
+    /// Discards all predictions and predicts all particles again.
     pub(super) fn start_anew(&mut self) {
         for body in &mut self.state.bodies {
             body.events = body.events.wrapping_add(1);

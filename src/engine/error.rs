@@ -1,4 +1,4 @@
-//! Reasons why a simulation cannot continue: its dynamics stand still, or its state is impossible.
+//! Reasons why a simulation cannot continue.
 
 use crate::model::{ParticleId, Scene};
 use serde::{Deserialize, Serialize};
@@ -32,15 +32,15 @@ impl EngineError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Standstill {
-    /// Events continue but time does not advance: either a contact is at rest, or infinitely many contacts happen
+    /// Events continue but time does not advance. Either particles rest in contact, or infinitely many contacts happen
     /// in a finite time.
     Time {
         /// Number of events without an advance of time.
         events: u64,
     },
-    /// An event storm: within one contact time of the TC model, there are far more events than permanent contacts
-    /// between grains would cause. Spheres that rest in contact have almost no velocity after a bounce, and the
-    /// TC model makes all of their contacts elastic.
+    /// An event storm: far more events happen within one contact time of the TC model than permanent contacts would
+    /// cause. Spheres at rest in contact bounce with almost no relative velocity, and the TC model makes all of their
+    /// contacts elastic.
     Storm {
         /// Number of events in the storm.
         events: u64,
@@ -71,7 +71,7 @@ impl fmt::Display for Standstill {
 
 /// A dynamical arrest: the simulation would need infinitely many events to continue.
 ///
-/// Carom cannot continue without changing the model. It reports the arrest instead of running forever.
+/// Carom reports the arrest, because it cannot continue without a change of the model.
 #[doc(alias = "DynamicalArrest")]
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
@@ -101,8 +101,7 @@ pub struct Arrest {
     pub time: f64,
     /// Kind of standstill.
     pub standstill: Standstill,
-    /// Whether the scene sets a contact time and thus uses the TC model. If so, [`Self::cure`] does not suggest
-    /// the TC model.
+    /// Whether the scene uses the TC model.
     pub has_contact_time: bool,
 }
 
@@ -111,7 +110,7 @@ fn nameless(number: u32) -> String {
 }
 
 impl Arrest {
-    /// Returns the error message, with the names of surfaces instead of their indices.
+    /// Returns the error message, with the names of surfaces.
     #[must_use]
     pub fn told(&self, scene: &Scene) -> String {
         [self.surface, self.moving].into_iter().flatten().fold(self.to_string(), |text, number| {
@@ -124,8 +123,8 @@ impl Arrest {
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match (self.has_contact_time, self.standstill) {
-            // If contacts lose energy and the scene sets no contact time, a moving surface is not blamed. Contacts can
-            // then collapse without any surface.
+            // With losses and without a contact time, a collapse is possible without the moving surface, so the advice
+            // does not mention it.
             (has_contact_time, Standstill::Time { .. } | Standstill::Speed { .. })
                 if self.moving.is_some() && (has_contact_time || !self.has_losses) =>
             {
@@ -153,11 +152,9 @@ impl Arrest {
     }
 }
 
-/// The state of the engine is impossible. The cause is a defect of the program or of the machine, never of the
-/// scene.
+/// The state of the engine is impossible, because of a defect of the program or of the machine.
 ///
-/// The run ends, because all later events would be meaningless. The simulation stays in this state, and every
-/// attempt to continue returns the same error.
+/// The run ends, because all later events would be meaningless. Every attempt to continue returns the same error.
 #[doc(alias = "corrupted state")]
 #[derive(Debug, Clone, Copy, PartialEq, Error, Serialize, Deserialize)]
 #[error(
@@ -187,7 +184,7 @@ impl InvariantBroken {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Invariant {
-    /// A pair event is at a discontinuity that exists in the present state of the pair.
+    /// A pair event is at a discontinuity that exists in the current state of the pair.
     Discontinuity,
     /// A captured pair is in the lists of both of its particles.
     CapturedPair,
@@ -199,7 +196,7 @@ pub enum Invariant {
     Transition,
     /// If a particle leaves the skin of a Verlet list, the engine uses Verlet lists.
     VerletList,
-    /// In a sheared box, the particles are sorted into cells and not into Verlet lists.
+    /// In a sheared box, the engine uses cells, not Verlet lists.
     Cells,
     /// The source of a global event exists. For a collision with a heat bath, this is the heat bath.
     GlobalEvent,
@@ -253,8 +250,8 @@ mod tests {
         );
     }
 
-    /// Square wells, or hard spheres without a `range`, in a wide box whose only wall is at the lower end of x.
-    /// Particle 40 hits particle 41, and particle 42 flies away.
+    /// Square wells, or hard spheres without a `range`, in a wide box with a wall at the lower end of x. Particle 40
+    /// hits particle 41, and particle 42 flies away.
     fn wells<const TABLE: bool>(range: Option<f64>) -> Engine<false, TABLE> {
         let wall = Face::Wall(ContactLaw::smooth(1.0));
         let x = Boundary::Bounded { lower: wall, upper: Face::Open };
@@ -266,8 +263,7 @@ mod tests {
             .space(space)
             .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
             .interaction(InteractionDraft::new(potential.unwrap()).between("A", "A"));
-        // A system of a few particles uses Verlet lists. With these additional particles, the engine uses cells,
-        // because the density is low.
+        // With these additional particles, the system is large enough for cells.
         for k in 0..40 {
             scene = scene.particle("A", Vector::new(3.0 + f64::from(k), 50.0, 50.0), Vector::zeros());
         }
@@ -278,7 +274,7 @@ mod tests {
         Engine::new(&scene.build().unwrap())
     }
 
-    /// Returns how the run ended, and the number of observed events.
+    /// Returns how the run ended, and the number of events.
     fn end<const TABLE: bool>(
         mut engine: Engine<false, TABLE>,
         id: u32,

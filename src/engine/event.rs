@@ -19,8 +19,7 @@ pub enum EventKind {
     Pair(Outcome),
     /// A contact of a particle with a surface, such as a wall of the box.
     Surface,
-    /// A thermostat gives a particle a new velocity. The velocity comes from outside, so this is not counted as a
-    /// physical event.
+    /// A thermostat gives a particle a new velocity. This is not counted as a physical event.
     Thermostat,
 }
 
@@ -54,25 +53,25 @@ pub struct Event {
     pub particle: ParticleId,
     /// The other particle, the surface, or the heat bath.
     pub other: Other,
-    /// Unit vector from the other particle or the surface to the particle. For a heat bath, the direction of the
+    /// Unit vector towards the particle from the other particle or surface. For a heat bath, the direction of the
     /// impulse.
     pub normal: Vector,
     /// The momentum that the particle gained `[mass length / time]`. The other particle of a pair gained the
     /// opposite momentum.
     pub impulse: Vector,
-    /// The angular momentum about its centre that the particle gained `[mass length^2 / time]`. It is zero,
-    /// because all contacts are smooth.
+    /// The particle's gain of angular momentum about its centre `[mass length^2 / time]`. It is zero, because all
+    /// contacts are smooth.
     pub torque: Vector,
-    /// Distance of the discontinuity at which the pair met `[length]`. For a surface, the distance of the
-    /// particle's centre from the surface; 0 for a heat bath.
+    /// Distance of the discontinuity that the pair reached `[length]`. For a surface, the distance of the particle's
+    /// centre from the surface; 0 for a heat bath.
     pub distance: f64,
     /// Potential energy that the pair gained `[energy]`. For a surface or a heat bath, the energy that it
     /// supplied to the particle.
     pub energy_step: f64,
     /// Kinetic energy dissipated in an inelastic contact `[energy]`.
     pub dissipated: f64,
-    /// Positions of the particle and of the other particle `[length]`. Along periodic axes, they are inside the
-    /// box within round-off. If there is no other particle, the second position is zero.
+    /// Positions of the particle and of the other particle `[length]`. Along periodic axes, they are inside the box
+    /// within round-off. Without another particle, the second position is zero.
     pub positions: [Vector; 2],
     /// Velocities of the particle and of the other particle before the event `[length / time]`.
     pub before: [Vector; 2],
@@ -124,8 +123,7 @@ impl Event {
     }
 }
 
-/// Event counts: how often each kind of event has happened since the start, and the sums that pressure and
-/// the audit need.
+/// Event counts: the number of events of each kind since the start, and sums for the pressure and the audit.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct EventCounts {
@@ -141,36 +139,33 @@ pub struct EventCounts {
     pub bounce: u64,
     /// Contacts with walls of the box and with other surfaces.
     pub wall: u64,
-    /// Transitions: particles that left their cell, or the skin of their Verlet list. Transitions are not
-    /// physical events, but they are part of the cost of the neighbour search.
+    /// Transitions: particles that left their cell, or the skin of their Verlet list. They are not physical events, but
+    /// a cost of the neighbour search.
     pub transition: u64,
-    /// Physical events at a turning point of the overlap function, where the particle has no normal velocity
-    /// towards the discontinuity.
+    /// Physical events at a turning point, without a normal velocity towards the discontinuity.
     pub turning_point: u64,
     /// Physical events in an invalid state: the overlap was deeper than the round-off of the positions.
     pub in_invalid_state: u64,
-    /// Contacts to which the TC model was applied. While the model is on, it is applied to all contacts at infinite
-    /// barriers.
+    /// Contacts to which the TC model was applied: all contacts at infinite barriers, if the scene uses the model.
     pub tc_contacts: u64,
     /// Contacts in which the TC model reduced the dissipation.
     pub tc_altered: u64,
     /// Deepest overlap at any event, as a fraction of the distance of the discontinuity.
     pub deepest_overlap: f64,
     /// Collisional virial: the sum of `r_ij . J` over pair events, with the separation `r_ij` and the impulse `J`
-    /// `[energy]`.
+    /// `[energy time]`.
     pub virial: ExactSum,
     /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events
-    /// `[energy / length^D]`. `x_i` is the position relative to the middle of the box, and `J_i` the impulse.
-    /// Each term is divided by the volume that the centres of the particle's species can reach.
+    /// `[energy time / length^D]`. `x_i` is the position relative to the middle of the box, and `J_i` the impulse. Each
+    /// term is divided by the volume that is accessible to the centre of the particle.
     pub confined_virial: [ExactSum; 3],
-    /// Along each axis between two walls, a sum over all changes of `m_i v_i^2` at events
-    /// `[energy time / length^D]`. Each change is multiplied by the time of its event, and divided by the volume
-    /// that the centres of the particle's species can reach. The integral of `sum m v^2` up to a time `t` is
-    /// `t sum m v^2` minus this sum.
+    /// Along each axis between two walls, a sum over all changes of `m_i v_i^2` at events `[energy time / length^D]`.
+    /// Each change is multiplied by the time of its event, and divided by the volume that is accessible to the centre
+    /// of the particle. The integral of `sum m v^2` up to a time `t` is `t sum m v^2` minus this sum.
     pub confined_heating: [ExactSum; 3],
     /// For each axis, the inward momentum that particles received from the lower and from the upper wall
-    /// `[energy time / length^D]`. It is divided by the wall area that the centres of the particle's species can
-    /// reach. It is 0 if this area is infinite.
+    /// `[energy time / length^D]`. It is divided by the wall area that is accessible to the centre of the particle; 0
+    /// if the area is infinite.
     pub wall_push: [[ExactSum; 2]; 3],
     /// For each axis, the net energy that particles received from the lower and from the upper wall `[energy]`.
     pub wall_heat: [[ExactSum; 2]; 3],
@@ -184,11 +179,9 @@ pub struct EventCounts {
     /// Energy supplied from outside `[energy]`, for example by thermostats, moving surfaces, growing diameters or
     /// shear.
     pub supplied: ExactSum,
-    /// Sum of all supplied energies, each multiplied by the time of its event since the start of the simulation
-    /// `[energy time]`. The integral of `supplied` follows from it as explained for [`Self::dissipated_moment`].
+    /// As [`Self::dissipated_moment`], for supplied energies `[energy time]`.
     pub supplied_moment: ExactSum,
-    /// Sum of all changes of the potential energy of pairs, each multiplied by the time of its event since the
-    /// start of the simulation `[energy time]`.
+    /// As [`Self::dissipated_moment`], for changes of the potential energy of pairs `[energy time]`.
     pub pair_energy_moment: ExactSum,
 }
 
@@ -199,14 +192,13 @@ impl EventCounts {
         self.core + self.capture + self.release + self.bounce + self.wall
     }
 
-    /// Returns how many times a moving particle took part in a Core event. An event counts twice, or once if one
-    /// particle is static.
+    /// Returns how many times a moving particle took part in a Core event.
     #[must_use]
     pub fn core_contacts(&self) -> u64 {
         2 * self.core - self.core_static
     }
 
-    /// Returns the counts and sums since `earlier`. The deepest overlap still refers to the whole run.
+    /// Returns the counts and sums since `earlier`, with the deepest overlap of the whole run.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         let mut before = *earlier;
@@ -219,7 +211,7 @@ impl EventCounts {
         since
     }
 
-    /// Adds the counts and sums of `part`, and keeps the larger of the two deepest overlaps.
+    /// Adds counts and sums, and keeps the larger of the deepest overlaps.
     pub(crate) fn merge(&mut self, part: &Self) {
         let mut some = *part;
         for (count, more) in self.counts_mut().into_iter().zip(some.counts_mut()) {

@@ -7,9 +7,8 @@ use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, InvariantBroken, Reason, Until};
 use std::ops::ControlFlow;
 
-/// The next action of the event loop.
 pub(super) enum Next {
-    /// The first entry of the queue, which is the predicted event of a particle.
+    /// The predicted event of a particle, which is first in the queue.
     Particle(QueueEntry),
     /// An outdated entry of the queue, which is discarded.
     Void,
@@ -29,8 +28,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs until a time or a number of physical events. Calls `observe` for each event, and ends early if the
-    /// observer breaks.
+    /// Runs until a time or a number of physical events, or until the observer breaks.
     pub fn advance(&mut self, until: Until, observe: &mut Observe<'_>) -> Result<Reason, EngineError> {
         loop {
             if let Some(reason) = self.advance_for(u64::MAX, until, observe)? {
@@ -39,11 +37,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs like [`Self::advance`], but pauses after a number of steps and then returns `None`. Steps are events,
-    /// cell transitions, new predictions, and other work of similar cost. Pauses do not change any result.
+    /// Runs like [`Self::advance`], but pauses after a number of steps and then returns `None`. Steps are events, cell
+    /// transitions, new predictions, and work of similar cost. Pauses do not change any result.
     ///
-    /// The type of the observer is not a type parameter. The loop is therefore compiled once per engine in the
-    /// library, and not once for each closure of a caller.
+    /// The observer is not generic, so that the loop is compiled once per engine and not once per closure.
     pub fn advance_for(
         &mut self,
         steps: u64,
@@ -105,15 +102,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                     return Ok(Some(Reason::Observer));
                 }
             }
-            // Without this check, cell transitions after the last event would still advance the time.
+            // Without this check, cell transitions after the last event would advance the time.
             if self.counts.executed >= until.last_event() {
                 return Ok(Some(Reason::Events));
             }
         }
     }
 
-    /// Executes the predicted contact of a particle, and predicts the particle and its partner again. If the contact is
-    /// outdated, only the particle is predicted again, and the result is `None`.
+    /// Executes a predicted contact, and predicts both particles again. If the contact is outdated, the particle is
+    /// predicted again, and the result is `None`.
     #[inline]
     pub(super) fn execute_contact(
         &mut self,
@@ -135,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(flow)
     }
 
-    /// Returns an error if events continue but time stands still. It is called after each event.
+    /// Returns an error if events continue but time stands still.
     #[inline]
     fn watch_progress(&mut self, particle: u32, prediction: &Prediction) -> Result<(), EngineError> {
         self.counts.transitions_at_event = self.counts.totals.transition;
@@ -143,7 +140,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(self.check_standstill(particle, prediction)?)
     }
 
-    /// Returns the next action of the event loop up to the time `stop`, counted from the epoch.
+    /// Returns the next action up to the time `stop`, counted from the epoch.
     #[inline]
     pub(super) fn next_due(&mut self, stop: f64) -> Next {
         let next_global = self.sources.next_global;

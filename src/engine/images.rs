@@ -1,14 +1,13 @@
-//! Policies for periodic images: in which images a particle can meet a partner.
+//! Policies for periodic images: in which images can a particle meet a partner?
 //!
-//! A policy is chosen when particles are sorted into cells or lists. It applies wherever the relative state of a
-//! pair is needed.
+//! A policy is chosen when particles are sorted into cells or lists.
 //!
 //! | policy | applies to | images of a pair |
 //! |---|---|---|
 //! | nearest | boxes of five or more cells along each period, or with lists | the nearest image |
 //! | tied | four cells along a period | the nearest image; at half a period, where rounding decides, also the other image |
-//! | several | three or fewer cells | all images that can be met before either particle changes its cell |
-//! | sliding | sheared boxes, see [`lees_edwards`] | as above, but the images above and below are displaced and move at another speed |
+//! | several | three or fewer cells | all images in which the pair can meet before either particle changes its cell |
+//! | sliding | sheared boxes, see [`lees_edwards`] | the same as without shear, but the images above and below the box are displaced and move at another speed |
 
 pub(super) mod lanes;
 mod lees_edwards;
@@ -25,13 +24,13 @@ use lanes::Sliding;
 use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
 
-/// The axis along which the images of a sheared box slide, and the axis along which their velocity increases.
+/// The axis along which the images of a sheared box slide, and the axis of the velocity gradient.
 pub(super) const FLOW: usize = 0;
 pub(super) const GRADIENT: usize = 1;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ImagePolicy {
-    /// For the policy "several": the images of a small box other than the nearest image; empty for larger boxes.
+    /// For the policy "several": the images of a small box except the nearest image.
     pub further: Vec<Vector>,
     /// For the policy "tied": the axes along which particles in adjacent cells can be half a period apart.
     pub tied: [bool; 3],
@@ -41,18 +40,18 @@ pub(super) struct ImagePolicy {
 
 /// How a prediction tests the images of uncaptured partners.
 pub(super) enum Way {
-    /// All partners are tested together, each in its nearest image.
+    /// All partners are tested together in their nearest images.
     Nearest,
     /// All partners are tested together in their nearest images, and then in the other images of a small box.
     Several,
-    /// All partners are tested together, including images across the sliding sides of a sheared box.
+    /// All partners are tested together, including images across the sliding sides.
     Sliding(Sliding),
-    /// Each pair is tested by itself, in all of its images.
+    /// Each pair is tested by itself in all images.
     OneByOne,
 }
 
 impl ImagePolicy {
-    /// Creates the policy of a scene. It is valid until particles are sorted into cells or lists.
+    /// Creates a policy, which `choose_for_cells` or `choose_for_lists` completes.
     pub fn of(scene: &Scene) -> Self {
         Self { further: Vec::new(), tied: [false; 3], sliding: LeesEdwards::of(scene) }
     }
@@ -62,12 +61,12 @@ impl ImagePolicy {
         self.sliding.is_some()
     }
 
-    /// Returns whether the periodic images of a scene are at rest, which Verlet lists require.
+    /// Returns true if the periodic images of a scene are at rest, which Verlet lists require.
     pub fn stay(scene: &Scene) -> bool {
         LeesEdwards::of(scene).is_none()
     }
 
-    /// The nearest image is sufficient, because skins are chosen narrow enough.
+    /// Skins are so narrow that the nearest image is sufficient.
     pub fn choose_for_lists(&mut self) {
         (self.further, self.tied) = (Vec::new(), [false; 3]);
     }
@@ -84,22 +83,20 @@ impl ImagePolicy {
         }
     }
 
-    /// Returns the time since the epoch at which particles next to sliding sides are predicted again; infinite if
-    /// no sides slide.
+    /// Time since the epoch at which particles next to sliding sides are predicted again; infinite without shear.
     pub fn next_refresh(&self) -> f64 {
         self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
 
-    /// Returns the largest possible displacement of sliding images after a time `[length]`. The displacement at
-    /// the start is at most one period.
+    /// Returns the largest possible displacement of sliding images after a time `[length]`. At the start, it is at most
+    /// one period.
     pub fn farthest_slid(&self, time: f64, periods: &Vector) -> f64 {
         self.sliding.map_or(0.0, |shear| periods[FLOW] + shear.speed.abs() * time)
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the nearest image of a relative state at a time since the epoch, and whether this image lies
-    /// across a sliding side.
+    /// Returns the relative state for the nearest image, and whether this image lies across a sliding side.
     #[inline]
     pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
         let Some(shear) = &self.images.sliding else {
@@ -110,8 +107,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (state, is_across)
     }
 
-    /// Calls `visit` for all images other than the nearest in which an uncaptured pair can meet. `is_across`
-    /// tells whether the nearest image lies across a sliding side.
+    /// Calls `visit` for all images except the nearest in which an uncaptured pair can meet. `is_across` is true if the
+    /// nearest image lies across a sliding side.
     #[inline]
     pub(super) fn for_each_further_image(
         &self,
@@ -147,26 +144,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Whether all captured partners of a particle are met in their nearest images, as in a box without shear.
+    /// Returns true if the nearest images of captured partners are sufficient, as in a box without shear.
     #[inline]
     pub(super) fn are_captured_nearest(&self, particle: u32) -> bool {
-        // A bonded partner can be far away, across a sliding side, even if this particle is not next to the side.
+        // A bonded partner can be far away, across a sliding side.
         !self.images.slide()
             || (self.ranges.are_captured_near()
                 && !self.has_own_interactions(particle)
                 && self.is_off_sliding_sides(particle))
     }
 
-    /// Returns whether the predicted contact of a particle remains valid when the particle enters another cell.
-    /// If so, only the new neighbours have to be tested. In a small box, the new cell changes the images that can
-    /// be met. Next to sliding sides, it changes the neighbours.
+    /// Returns true if the predicted contact of a particle remains valid when the particle enters another cell. In a
+    /// small box, the possible images depend on the cell. Next to sliding sides, the adjacent cells change with time.
     #[inline]
     pub(super) fn keeps_contact(&self, particle: u32) -> bool {
         if self.images.slide() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
     }
 
-    /// Returns, for each axis, the number of images on either side of the nearest image in which a bonded pair
-    /// can meet before either particle is predicted again.
+    /// Returns, for each axis, the number of images on either side of the nearest image in which a bonded pair can meet
+    /// before it is predicted again.
     ///
     /// Each particle travels at most one cell before it is predicted again, so the separation of a pair grows by at
     /// most two cells. With three or more cells, a separation of at most half a period stays below 1/2 + 2/3 = 7/6
@@ -175,8 +171,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn most_images(&self) -> [i32; 3] {
         let counts = match &self.neighbours {
             Neighbours::Cells(cells) => cells.grid.counts(),
-            // Particles with Verlet lists travel only within their narrow skins, like particles in a box with very many
-            // cells.
+            // With Verlet lists, a particle stays within a narrow skin, which has the same effect as very many cells.
             Neighbours::Lists(_) => [u32::MAX; 3],
         };
         std::array::from_fn(|axis| match counts[axis] {
@@ -187,8 +182,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Returns the relative state for another image of the partner, at a time since the epoch. `image` counts periods
-    /// from the nearest image.
+    /// Returns the relative state for another image, which is `image` periods away from the nearest image. `time` is
+    /// counted from the epoch.
     pub(super) fn image_of(&self, nearest: &RelativeState, image: [i32; 3], time: f64) -> RelativeState {
         let mut state = *nearest;
         for axis in (0..3).filter(|&axis| image[axis] != 0) {

@@ -21,16 +21,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the change of `sum m v^2` in an event, for each axis between two walls. An impulse between particles
-    /// also adds to the virial along these axes.
+    /// Adds the change of `sum m v^2` in an event, for each axis between two walls. Impulses between particles also add
+    /// to the virial.
     ///
-    /// The sum is constant between events. Its integral up to a time `t` is therefore `t` times the final value,
-    /// minus all changes multiplied by their times.
+    /// The sum is constant between events. Its integral up to a time `t` is `t` times the final value, minus all
+    /// changes, each multiplied by its time.
     ///
     /// Along an axis between walls, the long-time mean of `d/dt sum x m v` is zero for each species:
-    /// `<sum m v^2> + <sum x F> = L p A`. All components are along the axis, `x` is measured from the middle, `L`
-    /// is the length that centres can reach, and `p A` is the mean force of the two walls. Divided by the volume
-    /// `L A` of the species and summed over all species, this is the pressure.
+    /// `<sum m v^2> + <sum x F> = L p A`. All components are along the axis, `x` is measured from the middle, `L` is
+    /// the length accessible to the centres of particles, and `p A` is the mean force of the two walls. Divided by the
+    /// volume `L A` of the species and summed over all species, this is the pressure.
     pub(super) fn note_confined(&mut self, particles: [Option<u32>; 2], is_internal: bool, before: &[Vector; 2]) {
         let Some(confinement) = &self.sources.confinement else { return };
         let (mut virial, mut change) = (Vector::zeros(), Vector::zeros());

@@ -1,8 +1,8 @@
-//! Prefetches the data that upcoming entries of the event queue will need.
+//! Prefetches the data of upcoming events.
 //!
-//! Successive events are far apart in space and therefore in memory. Each event needs a chain of loads: the
-//! particle, its list or cells, and their contents. Each load gives the address of the next load. The chain is
-//! loaded in several stages, while the preceding events are executed, so that no event has to wait.
+//! Successive events are far apart in space and therefore in memory. Each event needs a chain of loads, in which each
+//! load gives the address of the next: the particle, its list or cells, and their contents. They are requested in
+//! several stages, while preceding events are executed.
 
 use super::parts::Engine;
 use super::prediction::{FIRST_ABSENT, Prediction};
@@ -11,8 +11,8 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
-/// Data for a queue entry are prefetched when this number of entries is still ahead of it: first the particle and its
-/// partner, then the lists or cells with their neighbours, and finally the neighbours.
+/// Numbers of queue entries by which data are prefetched in advance: the particle and its partner, their lists or cells
+/// ([`WHERE`]), and their neighbours ([`NEIGHBOURS`]).
 pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;

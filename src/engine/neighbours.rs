@@ -61,8 +61,7 @@ impl Neighbours {
         }
     }
 
-    /// Adds a particle with an empty list. It is added at `position` if `place` is `None` or belongs to the other
-    /// search method.
+    /// Adds a particle with an empty list at `place`, or at `position` if `place` does not fit the search method.
     pub fn push(&mut self, position: &Vector, place: Option<Place>) {
         match (self, place) {
             (Self::Cells(cells), Some(Place::Cell(cell))) => cells.push(cell),
@@ -72,16 +71,16 @@ impl Neighbours {
         }
     }
 
-    /// Moves a particle to another cell, or the centre of its list to another position. The lists do not change.
+    /// Moves a particle to another cell, or the centre of its list. The lists do not change.
     pub fn relocate(&mut self, particle: u32, place: Place) {
         match (self, place) {
             (Self::Cells(cells), Place::Cell(cell)) => cells.relocate(particle, cell),
             (Self::Lists(verlet), Place::Centre(centre)) => verlet.relocate(particle, centre),
-            _ => debug_assert!(false, "cells need a cell, and lists need a centre"),
+            _ => debug_assert!(false, "a search with cells needs a cell, and a search with lists needs a centre"),
         }
     }
 
-    /// Cells without particles, used until the particles are sorted into cells or lists.
+    /// Cells without particles.
     #[must_use]
     pub fn none(space: &Space) -> Self {
         Self::Cells(Cells::new(space, 0.0, &[]))
@@ -113,7 +112,7 @@ impl Neighbours {
         }
     }
 
-    /// Finds candidates for the next contact of a particle: all particles in its cell and in the adjacent cells.
+    /// Finds all particles in the cell of a particle and in the adjacent cells.
     pub fn find_candidates(&self, particle: u32, near: &mut Candidates) {
         match self {
             Self::Cells(cells) => cells.find_candidates(cells.home(particle), near),
@@ -143,46 +142,42 @@ impl fmt::Display for Search {
     }
 }
 
-/// Number of particles beyond the interaction range that a Verlet list should hold at the mean density, in one,
-/// two and three dimensions. With more particles, every prediction takes longer. With fewer particles, lists are
-/// rebuilt more often. The number for three dimensions was measured in hard-sphere fluids and crystals, and in
-/// square wells. In square wells, pairs within range are captured and are in no list. Half or twice the number
-/// costs about a tenth of the speed.
+/// Number of particles beyond the interaction range that a Verlet list should contain, in one, two and three
+/// dimensions. With more particles, predictions take longer. With fewer particles, lists are rebuilt more often. The
+/// number for three dimensions was measured in hard-sphere fluids and crystals, and in square wells. With half or twice
+/// this number, runs are about a tenth slower.
 const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
 
-/// Largest reach of Verlet lists, in units of the interaction range, at which lists are faster than cells. It
-/// corresponds to a packing fraction of 0.36. Cells and lists are equally fast for hard spheres at a packing
-/// fraction of 0.35 with 11,000 particles, and at 0.38 with ten times as many. For square wells, they are equally
-/// fast at a reach of 1.66.
+/// Largest reach of Verlet lists, in units of the interaction range, at which lists are faster than cells. It is the
+/// reach at a packing fraction of 0.36. The measured limit is a packing fraction of 0.35 for 11,000 hard spheres, 0.38
+/// for ten times as many, and a reach of 1.66 for square wells.
 const WORTHWHILE: f64 = 1.69;
 
-/// The same limit as [`WORTHWHILE`], for boxes with three or fewer cells along a period. Every particle is a
-/// candidate in several images there. The limit corresponds to a packing fraction of 0.14. For ten hard spheres,
-/// cells and lists are equally fast between 0.1 and 0.15.
+/// Replaces [`WORTHWHILE`] in boxes with three or fewer cells along a period, where every particle is a candidate in
+/// several images. It is the reach at a packing fraction of 0.14. The measured limit for ten hard spheres is between
+/// 0.1 and 0.15.
 const WORTHWHILE_IN_SMALL_BOX: f64 = 2.2;
 
-/// Hysteresis of the choice between cells and lists: the method changes only if the limit is passed by this
-/// fraction.
+/// The search method changes only if the limit is passed by this fraction.
 const HYSTERESIS: f64 = 0.05;
 
 /// The half skin is replaced only if the new value differs from it by at least this fraction.
 const DIFFERENT: f64 = 0.3;
 
-/// Up to this number of particles, Verlet lists are cheap even if they hold all particles.
+/// Up to this number of particles, Verlet lists are cheap even if each list contains all particles.
 const FEW: usize = 32;
 
-/// Half skin, in units of the interaction range, for a few particles in a box longer than [`LONG`] ranges along all
-/// axes. Particles fly far there before they meet, and with a wide skin their lists are rarely rebuilt. An even wider
-/// skin would make predictions less accurate. Contacts are predicted at distances of up to four half skins, and the
-/// error of the overlap function grows with the square of this distance. It reaches about `1e5` units in the last
-/// place.
+/// Half skin, in units of the interaction range, for a few particles in a box longer than [`LONG`] ranges. Particles
+/// fly far there, and with a wide skin their lists are rarely rebuilt. But contacts are predicted at distances of up to
+/// four half skins, and the error of the overlap function grows with the square of this distance. Here it reaches about
+/// `1e5` units in the last place.
 const WIDE: f64 = 100.0;
 const LONG: f64 = 1e4;
 
 /// The half skin is at most this fraction of the largest half skin that the box allows.
 const WITHIN: f64 = 0.95;
 
-/// Smallest half skin as a fraction of the interaction range, even in the densest systems.
+/// Smallest half skin as a fraction of the interaction range.
 const THINNEST: f64 = 0.08;
 
 impl Search {
@@ -219,10 +214,9 @@ impl Search {
             return Self::Lists { half_skin: if is_long { WIDE * range } else { range } };
         }
         let reach = reach_of_lists(space, range, local_density(space, range, &positions));
-        // A small box allows only a thin skin, but even a thin skin is better than testing all images of all
-        // particles.
+        // Even a thin skin, as in a small box, is better than testing all images of all particles.
         let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(THINNEST * range);
-        // If there are no particles or no range, the reach is NaN, and cells are chosen.
+        // Without particles or a range, the reach is NaN, and cells are chosen.
         if !(reach < worthwhile(space, range, current) * range && half_skin < widest) {
             return Self::Cells;
         }
@@ -246,7 +240,7 @@ fn reach_of_lists(space: &Space, range: f64, density: f64) -> f64 {
     }
 }
 
-/// Returns the largest reach, in units of the interaction range, at which lists are chosen instead of cells.
+/// Returns the largest reach, in units of the interaction range, at which lists are chosen.
 fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
     let has_few_cells = (0..3).any(|k| space.boundary[k] == Boundary::Periodic && space.size[k] < 4.0 * range);
     let worthwhile = if has_few_cells { WORTHWHILE_IN_SMALL_BOX } else { WORTHWHILE };
@@ -257,16 +251,15 @@ fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
     }
 }
 
-/// Mean number density in the surroundings of particles `[length^-dimensions]`. Empty parts of the box do not
-/// count.
+/// Mean number density around particles `[length^-dimensions]`. Empty parts of the box do not count.
 fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, positions: impl Fn() -> I) -> f64 {
-    /// Mean number of particles per cell. It is large enough that a single particle hardly changes the density.
+    /// Mean number of particles per cell, so large that a single particle hardly changes the density.
     const MANY: f64 = 32.0;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let volume: f64 = (0..3).filter_map(extent).product();
     let mut density = positions().count() as f64 / volume;
-    // Cells for the mean density of the box are too large if only part of the box is filled. Each further pass
-    // therefore uses the density that the previous pass has found.
+    // If part of the box is empty, the first cells are too large. Each further pass uses the density of the pass
+    // before.
     for _ in 0..3 {
         let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
         density = density_in_cells(space, fair, &positions);
@@ -276,8 +269,7 @@ fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, position
 
 /// Returns the mean number density around particles, from counts in cells with sides of about `fair`.
 fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
-    /// Counts are stored in a dense array if there are at most as many cells as particles, or at most this number
-    /// of cells.
+    /// Up to this number of cells, or of particles, counts are stored in a dense array.
     const SOME: usize = 4096;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let along = |k: usize| extent(k).map_or(1.0, |size| (size / fair).floor().max(1.0));
@@ -302,7 +294,7 @@ fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positi
     elsewhere.sort_unstable();
     let cell: f64 = side.iter().filter(|side| side.is_finite()).product();
     let others = elsewhere.chunk_by(|a, b| a == b).map(|same| same.len() as f64);
-    // The sums are exact for any order of the cells, because all terms are integers.
+    // The sums are exact in any order, because all terms are integers.
     let (mut squares, mut all) = (0.0, 0.0);
     for n in counts.into_iter().map(f64::from).chain(others) {
         (squares, all) = (squares + n * n, all + n);
@@ -342,7 +334,6 @@ mod tests {
         for (size, half_skin) in [(20.0, 1.0), (9e3, 1.0), (1e4, WIDE), (1e9, WIDE)] {
             let mut space = Space::periodic_cube(size);
             assert_eq!(Search::choose(&space, 1.0, &at, None), Search::Lists { half_skin });
-            // A change of the length along x alone does not change the half skin.
             space.size.x = 1e9;
             assert_eq!(Search::choose(&space, 1.0, &at, None), Search::Lists { half_skin });
         }
@@ -356,8 +347,7 @@ mod tests {
             let Search::Lists { half_skin } = chosen else { panic!("{n} {spacing}") };
             assert!(half_skin >= THINNEST && space.size[0] > 2.0 * (1.0 + 4.0 * half_skin), "{half_skin}");
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(chosen)), chosen);
-            // A skin that is too thick for the box is replaced, even though it is only a tenth thicker than the new
-            // skin.
+            // A skin that is too thick for the box is replaced, even if the change is small.
             let wider = Search::Lists { half_skin: 1.1 * half_skin };
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(wider)), chosen);
         }

@@ -1,14 +1,14 @@
-//! Observers, which are called at each event, and iteration over events.
+//! Observers, and iteration over events.
 
 use super::event::Event;
 use super::{EngineError, Reason, Simulation, Until};
 use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
-/// An optional observer, as the event loop takes it. If the observer breaks, the loop ends after the event.
+/// An optional observer. If it breaks, the event loop ends after the event.
 pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
-/// Without an observer, the event is not even constructed.
+/// Without an observer, the event is not constructed.
 #[inline]
 pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> ControlFlow<()> {
     match observe {
@@ -40,16 +40,14 @@ impl ObserverResult for ControlFlow<()> {
 }
 
 impl Simulation {
-    /// Iterates over physical events up to a time or a number of events: the events of pairs and surfaces,
-    /// and the collisions with the heat bath.
+    /// Iterates over events up to a time or a number of physical events: contacts, and collisions with the heat bath.
     ///
-    /// The simulation is at the event that was returned last, and [`EventSequence::simulation`] gives access
-    /// to it. The simulation stays there if the loop ends early. Continuing gives the same bits as a run
-    /// without a pause. For very many events, [`Self::advance_with`] is faster because it does not return for
-    /// each event.
+    /// After each event, the simulation is at this event, see [`EventSequence::simulation`], and stays there if the
+    /// loop ends. Continuing gives the same bits as a run without a pause. For very many events, [`Self::advance_with`]
+    /// is faster.
     ///
-    /// Without a limit, the iteration continues forever, as [`Self::advance`] does, if nothing happens
-    /// and the engine cannot prove that nothing will.
+    /// Without a limit, the iteration continues forever if nothing happens and the engine cannot prove that nothing
+    /// will.
     ///
     /// ```
     /// use carom::engine::{Simulation, Until};
@@ -73,9 +71,8 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// The last item is an [`EngineError`] if the simulation cannot continue. It is [`EngineError::Arrest`]
-    /// after the event at which events are found to continue without any advance of time. It is
-    /// [`EngineError::InvariantBroken`] in an impossible state.
+    /// The last item is an [`EngineError`] if the simulation cannot continue: [`EngineError::Arrest`] after the event
+    /// at which time is found to stand still, and [`EngineError::InvariantBroken`] in an impossible state.
     #[doc(alias = "step")]
     pub fn events(&mut self, until: Until) -> EventSequence<'_> {
         EventSequence { simulation: self, until, error: None, reason: None, is_over: false }
@@ -88,22 +85,20 @@ impl Simulation {
 pub struct EventSequence<'s> {
     simulation: &'s mut Simulation,
     until: Until,
-    /// The error that occurred directly after the last event. The next call of `next` returns it.
+    /// An error directly after the last event. The next call of `next` returns it.
     error: Option<EngineError>,
     reason: Option<Reason>,
     is_over: bool,
 }
 
 impl EventSequence<'_> {
-    /// The simulation at the event that was returned last, or at the end of the iteration. It gives access to
-    /// energies, positions and pair states.
+    /// The simulation at the event that was returned last, or at the end of the iteration.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         self.simulation
     }
 
-    /// Returns the reason why there are no more events. `None` while there may be more events, and after an
-    /// error.
+    /// Returns the reason why the iteration ended. `None` before its end, and after an error.
     #[must_use]
     pub fn reason(&self) -> Option<Reason> {
         self.reason
@@ -263,7 +258,7 @@ mod tests {
 
     #[test]
     fn arrest_is_reported_after_its_event_and_ends_the_iterator() {
-        // A ball bounces on the floor until infinitely many bounces would follow in a finite time.
+        // Infinitely many bounces on the floor would follow in a finite time.
         let boundary = [Boundary::OPEN, Boundary::OPEN, Boundary::walls(0.5)];
         let scene = SceneBuilder::new("bounces")
             .space(Space { boundary, ..Space::periodic_cube(10.0) })

@@ -1,13 +1,12 @@
-//! Numbers the particles along a curve. Particles close in space get close numbers, and are therefore close in
-//! memory.
+//! Numbers the particles along a curve, so that particles close in space are close in memory.
 //!
-//! A user identifies particles by the ids of the scene, which do not change. No output depends on the numbers.
+//! The ids of the scene do not change, and no output depends on the numbers.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u32;
 use crate::model::space::Space;
 
-/// Number of bits of a cell index along one axis.
+/// Bits of a cell index along one axis.
 const BITS: u32 = 10;
 
 /// Returns the ids of the particles in the order of Morton's space-filling curve through the box.
@@ -17,7 +16,7 @@ pub(super) fn along_curve(space: &Space, positions: &[Vector]) -> Vec<u32> {
         lower = lower.inf(position);
         upper = upper.sup(position);
     }
-    // The scale is the same along all axes, so that the cells of the curve are cubes.
+    // The cells of the curve are cubes.
     let per_cell = f64::from(1_u32 << BITS) / (upper - lower).max();
     let key = |position: &Vector| {
         let index = |k: usize| trunc_to_u32((position[k] - lower[k]) * per_cell).min((1 << BITS) - 1);

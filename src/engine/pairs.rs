@@ -1,5 +1,4 @@
-//! Data about pairs: the table of interactions by species, the states of captured pairs, and the contact times of
-//! the TC model.
+//! Data about pairs: interactions by species, captured pairs, and contact times of the TC model.
 
 pub mod bias;
 pub mod contacts;
@@ -18,17 +17,15 @@ use states::CapturedPairs;
 pub struct Pairs {
     pub rules: Rules,
     pub states: CapturedPairs,
-    /// The time of the last contact of each particle, for the TC model.
     pub contact_times: Option<ContactTimes>,
-    /// Whether some bonded pairs have interactions that do not hold their particles together.
+    /// True if some bonds have no infinite outer barrier, so that the particles can separate.
     pub has_own_interactions: bool,
     /// Multicanonical weights that replace the potential energy.
     pub bias: Option<Box<Bias>>,
 }
 
 impl Pairs {
-    /// Creates the data about pairs of a scene, without any captured pairs. `has_states` tells whether pairs can
-    /// be captured.
+    /// Creates the data of a scene without captured pairs. `has_states` tells whether pairs can be captured.
     #[must_use]
     pub fn of(scene: &Scene, has_states: bool) -> Self {
         let count = scene.particles().len();

@@ -25,17 +25,15 @@ pub(super) struct Counts {
     pub totals: EventCounts,
     /// Event counts of each species; empty for an engine without an interaction table.
     pub by_species: EventCountsBySpecies,
-    /// Number of physical events, the sum over their kinds.
     pub executed: u64,
-    /// Number of transitions at the last event. Only its difference from the present number of transitions is
-    /// meaningful. When the counts are reset to zero, this number can wrap below zero.
+    /// Number of transitions at the last event. It wraps below zero when the counts are reset, so only differences from
+    /// the current number of transitions are meaningful.
     pub transitions_at_event: u64,
     /// Number of transitions at the last attempt to prove that no further event will happen.
     pub transitions_at_proof: u64,
-    /// Number of transitions at the time when the particles were last sorted in memory.
     pub transitions_at_order: u64,
-    /// The deepest overlap so far that round-off explains `[length]`. Later overlaps of this depth are not counted as
-    /// invalid, because an inelastic pair that hardly moves stays this deep.
+    /// The deepest overlap so far that was accepted as round-off `[length]`. An inelastic pair with little relative
+    /// motion can stay this deep, so later overlaps may be deeper by this depth.
     pub accepted_overlap: f64,
 }
 
@@ -59,7 +57,7 @@ impl Counts {
         self.accepted_overlap = self.accepted_overlap.max(part.accepted_overlap);
     }
 
-    /// Sets all counts to zero, for a run that continues an earlier run.
+    /// Sets all event counts to zero, for a run that continues an earlier run.
     pub fn restart(&mut self, species: usize) {
         let done = self.totals.transition;
         *self = Self {
@@ -77,13 +75,12 @@ impl Counts {
 pub(super) struct Hardware {
     #[serde(skip, default = "Simd::most")]
     pub width: Simd,
-    /// Whether the particle data are larger than the inner caches of the processor. Prefetching pays only then.
+    /// Whether the particle data are larger than the inner processor caches. Only then is prefetching worthwhile.
     pub looks_ahead: bool,
 }
 
 /// The fast engine, compiled for several kinds of scenes. With `FALLING`, some particles accelerate. With `TABLE`,
-/// interactions are looked up in a table, because species differ or pairs have states. Without `TABLE`, all particles
-/// are hard spheres of one species, and no data about pairs are stored.
+/// species differ or pairs have states. Without `TABLE`, all particles are hard spheres of one species.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub state: State,
@@ -116,7 +113,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.start + (self.clock.epoch + time)
     }
 
-    /// Records that the state of the simulation is impossible, and returns the error that ends the run.
+    /// Records that the simulation is in an impossible state, and returns the error that ends the run.
     #[cold]
     #[inline(never)]
     pub(super) fn broken(&mut self, particle: u32, partner: Option<u32>, expected: Invariant) -> InvariantBroken {
@@ -134,7 +131,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ParticleId(self.state.bodies[particle as usize].name)
     }
 
-    /// Returns the index in memory of the particle with a given id.
     #[inline]
     pub(super) fn number(&self, id: ParticleId) -> u32 {
         let number = self.state.number(id.0);
@@ -142,7 +138,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         number.unwrap_or(0)
     }
 
-    /// Stores the state of a pair with both particles. Static particles store no pair states.
+    /// Stores the state of a pair for both particles. Static particles store no pair states.
     pub(super) fn set_pair_state(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
@@ -172,7 +168,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Counts { accepted_overlap: self.counts.accepted_overlap, ..Counts::new(self.counted_species()) }
     }
 
-    /// Number of species with event counts of their own; 0 for an engine without an interaction table.
     pub(super) fn counted_species(&self) -> usize {
         if TABLE { self.pairs.rules.rows.species().len() } else { 0 }
     }

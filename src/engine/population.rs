@@ -11,15 +11,14 @@ use crate::model::space::Boundary;
 use crate::model::{Particle, ParticleId, Scene, SpeciesId};
 
 impl Simulation {
-    /// Inserts particles at the present time, and returns their ids.
+    /// Inserts particles at the current time, and returns their ids.
     ///
-    /// New ids follow the largest id that was ever used. Ids are never used again after a particle has left, so the id
-    /// of a particle is not its index in arrays: see [`Snapshot::ids`](super::Snapshot::ids). Positions beyond the
-    /// sides of periodic axes are wrapped. A pair of a new particle gets the state that follows from its distance.
-    /// The kinetic and potential energy of the new particles counts as
-    /// [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
+    /// New ids follow the largest id that was ever used. Ids are never reused, so the id of a particle is not its index
+    /// in arrays: see [`Snapshot::ids`](super::Snapshot::ids). Positions beyond the sides of periodic axes are wrapped.
+    /// The state of a new pair follows from its distance. The kinetic and potential energy of the new particles is
+    /// added to [`EventCounts::supplied`](super::event::EventCounts::supplied).
     ///
-    /// The cost is proportional to the number of all particles, so it pays to insert many particles in one call.
+    /// The cost is proportional to the total number of particles. It is cheaper to insert many particles in one call.
     ///
     /// # Errors
     /// [`SetStateError::Species`] for a species that the scene does not have, or that has no row in its tables.
@@ -72,14 +71,13 @@ impl Simulation {
         Ok((first..).take(particles.len()).map(ParticleId).collect())
     }
 
-    /// Removes particles at the present time. Their bonds and captured pairs end with them.
+    /// Removes particles at the current time. Their bonds and captured pairs end with them.
     ///
-    /// The energy that leaves with the particles counts as a negative
-    /// [`EventCounts::supplied`](super::event::EventCounts::supplied). The cost is proportional to the number of all
-    /// particles, so it pays to remove many particles in one call.
+    /// The energy of the particles is subtracted from [`EventCounts::supplied`](super::event::EventCounts::supplied).
+    /// The cost is proportional to the total number of particles. It is cheaper to remove many particles in one call.
     ///
     /// # Errors
-    /// [`SetStateError::NoParticle`] for an id that no particle has, or that is given twice. While diameters grow,
+    /// [`SetStateError::NoParticle`] for an unknown id, or an id that is given twice. While diameters grow,
     /// [`SetStateError::Growing`]. After an error, the simulation is unchanged.
     #[doc(alias = "outlet")]
     pub fn remove(&mut self, particles: &[ParticleId]) -> Result<(), SetStateError> {
@@ -126,8 +124,7 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the deepest overlap of the first new particle that overlaps with a particle, a wall or a surface by more
-    /// than round-off.
+    /// Returns the deepest overlap of the first new particle that overlaps. Overlaps within round-off are ignored.
     fn overlap_of_new(&self, scene: &Scene, new: &[Particle]) -> Option<Overlap> {
         let now = self.clock.now;
         let present = self.particles().map(|other| {
@@ -184,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest
     }
 
-    /// Inserts particles that were checked, and counts their energy as supplied.
+    /// Inserts particles without checks. Their energy is added to the supplied energy.
     fn enter(&mut self, scene: &Scene, particles: &[Particle]) {
         let before = self.energy();
         let now = self.clock.now;
@@ -208,7 +205,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.note_population(&before);
     }
 
-    /// Removes particles that exist, and counts their energy as taken from the system.
+    /// Removes particles without checks. Their energy is subtracted from the supplied energy.
     fn leave_system(&mut self, particles: &[ParticleId]) {
         let before = self.energy();
         let numbers: Vec<u32> = particles.iter().map(|particle| self.number(*particle)).collect();
@@ -221,7 +218,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.note_population(&before);
     }
 
-    /// Updates everything that depends on the number of particles. `before` are the energies before they changed.
     fn note_population(&mut self, before: &super::Energy) {
         let after = self.energy();
         let gained = (after.kinetic - before.kinetic) + (after.potential - before.potential);
@@ -268,7 +264,7 @@ mod tests {
         let gone: Vec<ParticleId> = (0..150).map(ParticleId).collect();
         simulation.remove(&gone).unwrap();
         simulation.advance(Until::time(40.0)).unwrap();
-        // The number has a Poisson distribution with the mean 50 * 2 * 40.
+        // The number of collisions has a Poisson distribution with the mean 50 * 2 * 40.
         let collisions = simulation.event_counts().thermostat as f64;
         assert!((collisions - 4_000.0).abs() < 5.0 * 4_000.0_f64.sqrt(), "{collisions}");
         simulation.remove(&(150..200).map(ParticleId).collect::<Vec<_>>()).unwrap();
@@ -292,11 +288,11 @@ mod tests {
         let volume = simulation.scene().space().accessible_volume(0.5);
         let heating = simulation.event_counts().confined_heating[0].total();
         let integral = simulation.energy().confined.x * 14.0 - heating;
-        // The integral of m v^2 is 1.3 (0.7^2 * 14 + 1.1^2 * 7), with less than a hundred roundings.
+        // The integral of m v^2 is 1.3 (0.7^2 * 14 + 1.1^2 * 7). A hundred rounding errors are allowed.
         let expected = 1.3 * (0.49 * 14.0 + 1.21 * 7.0) / volume;
         assert!((integral / expected - 1.0).abs() < 100.0 * f64::EPSILON, "{integral} {expected}");
         let supplied = simulation.event_counts().supplied.total();
-        assert!(supplied.abs() < 100.0 * f64::EPSILON, "the particle took its energy along: {supplied}");
+        assert!(supplied.abs() < 100.0 * f64::EPSILON, "the particle removes the energy that it brought: {supplied}");
     }
 
     #[test]
@@ -322,7 +318,7 @@ mod tests {
         for (x, partner) in [(10.12, 1), (10.4, 2)] {
             let Err(SetStateError::Overlap(overlap)) = simulation.insert(&[one(x, 0.0)]) else { panic!("{x}") };
             assert_eq!((overlap.particle, overlap.partner), (ParticleId(3), Some(ParticleId(partner))));
-            // Contact is at 0.5, and the distance is 0.12.
+            // The contact distance is 0.5, and the particles are 0.12 apart.
             assert!((overlap.depth - 0.76).abs() < 100.0 * f64::EPSILON, "{}", overlap.depth);
         }
     }

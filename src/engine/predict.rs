@@ -1,15 +1,15 @@
-//! Prediction: the earliest event of one particle, which is its next contact or its next transition.
+//! Prediction of the next contact and the next transition of one particle.
 //!
 //! | what | where |
 //! |---|---|
-//! | candidates in a grid of cells, and the transition to the next cell | [`in_cell`] |
-//! | candidates in a Verlet list, and the time when the particle leaves its skin | [`in_list`] |
-//! | the earliest contact with many candidates, in SIMD lanes | [`batch`] |
-//! | candidates that must be tested one by one, and a filter that skips most of them | [`reach`] |
+//! | contacts in a grid of cells, and the transition to the next cell | [`in_cell`] |
+//! | contacts in a Verlet list, and the time when the particle leaves its skin | [`in_list`] |
+//! | the earliest contact with many particles, in SIMD lanes | [`batch`] |
+//! | a filter for pairs that must be tested one by one | [`reach`] |
 //! | contacts while diameters grow | [`growth`] |
-//! | captured partners | this file |
-//! | bonded partners outside their own interaction | [`own_interactions`] |
-//! | walls and other surfaces | [`surfaces`] |
+//! | contacts with captured partners | this file |
+//! | contacts with distant bonded partners | [`own_interactions`] |
+//! | contacts with walls and other surfaces | [`surfaces`] |
 //!
 //! [`super::images`] chooses the periodic images of a pair.
 
@@ -35,12 +35,11 @@ use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 use batch::Batch;
 
-/// Memory for intermediate results of predictions, reused from one to the next.
+/// Working memory of predictions.
 #[derive(Debug, Clone)]
 pub(in crate::engine) struct Scratch {
     pub near: Candidates,
-    /// Marks the captured partners of the particle that is being predicted, by index. No particle is marked between
-    /// predictions.
+    /// Marks the captured partners of the predicted particle, by index. Between predictions, no particle is marked.
     pub is_captured: Vec<bool>,
 }
 
@@ -87,7 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction
     }
 
-    /// Predicts contacts with captured partners, at the inner and the outer discontinuity of each pair's state.
+    /// Predicts contacts with captured partners. A captured pair is between two discontinuities and can reach both.
     fn predict_captured(&self, me: &Streamed, prediction: &mut Prediction) {
         let Pairs { states, rules, .. } = &self.pairs;
         let captured = states.of(me.id);
@@ -120,8 +119,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the first contact with any uncaptured candidate. `wraps` tells whether the nearest image of a candidate
-    /// may lie across a periodic side.
+    /// Predicts the first contact with an uncaptured particle. With `wraps`, its nearest image may be across a side.
     #[inline(always)]
     pub(in crate::engine) fn predict_nearest(
         &self,
@@ -136,7 +134,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_uncaptured(me, wraps, others, length, prediction);
     }
 
-    /// Predicts the first contact with any uncaptured candidate, at contact distances that do not change with time.
+    /// Like [`Self::predict_nearest`], for contact distances that do not change with time.
     #[inline(never)]
     fn predict_uncaptured(
         &self,
@@ -174,8 +172,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the contact of an uncaptured pair. Such a pair can only reach its outermost discontinuity, from
-    /// outside.
+    /// Predicts the contact of an uncaptured pair at its outermost discontinuity. The pair comes from outside.
     #[inline]
     pub(in crate::engine) fn predict_uncaptured_pair(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
         if other == me.id {
@@ -214,7 +211,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Returns position and velocity of the particle `me` relative to another particle in its nearest image, and
+    /// Returns the position and velocity of `me` relative to the nearest image of another particle. The flag tells
     /// whether this image lies across the sliding sides of a sheared box.
     #[inline]
     pub(in crate::engine) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
@@ -222,8 +219,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.nearest(me.position - position, me.velocity - velocity, me.time)
     }
 
-    /// Returns the time to the pair's next event at a discontinuity with the given squared distance and side.
-    /// An event later than `horizon` may be omitted.
+    /// Returns the time until the pair reaches a discontinuity at the given squared distance, from the given side.
+    /// Events later than `horizon` may be omitted.
     #[inline]
     pub(in crate::engine) fn detect(
         &self,
@@ -248,8 +245,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         inertial::next_event(&Quadratic::new(state, squared), side)
     }
 
-    /// Keeps a pair event if it is the earliest so far. Of simultaneous events, the event with the lower ids
-    /// is kept.
+    /// Keeps a pair event if it is the earliest so far. If events are simultaneous, the lower ids win.
     #[inline]
     pub(in crate::engine) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
@@ -259,15 +255,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Factor by which a squared reach is enlarged, far above the round-off of a squared distance. A pair that can meet
-/// just before the horizon is then always found, in whatever order pairs are tested.
+/// Factor by which squared reaches are enlarged, so that round-off cannot hide a contact.
 pub(in crate::engine) const SLACK: f64 = 1.0 + 1e-9;
 
 /// Returns whether a pair is too far apart to reach its discontinuity from outside within `horizon`, even if the
 /// particles fly straight at each other.
 ///
-/// With the contact distance `s` and the horizon `T`, the condition is `|r| > s + |v| T + |a| T^2 / 2`, by more than
-/// round-off. If the horizon is infinite or NaN, the result is false.
+/// The condition is `|r| > s + |v| T + |a| T^2 / 2` with a margin for round-off. Here `s` is the contact distance and
+/// `T` is the horizon. If `T` is infinite or NaN, the result is false.
 #[inline]
 pub(in crate::engine) fn is_out_of_reach(
     state: &RelativeState,

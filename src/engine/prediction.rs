@@ -1,4 +1,4 @@
-//! The prediction of a particle: its earliest contact and its transition.
+//! The prediction of a particle: its next contact and its next transition.
 
 use super::state::Body;
 use crate::engine::hardware::prefetch::prefetch;
@@ -10,27 +10,25 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Contact {
-    /// Contact with another particle. The pair reaches a discontinuity of its potential from the given side.
+    /// Contact with another particle. The pair reaches a discontinuity of its potential from this side.
     Pair(Side),
-    /// Contact with a surface. The index of the surface is stored in place of the partner's event count.
+    /// Contact with a surface. The index of the surface is stored in place of the event count.
     Surface,
 }
 
-/// The earliest contact of a particle, and its next transition. A prediction fills half a cache line.
+/// The next contact and the next transition of a particle. A prediction fills half a cache line.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(align(32))]
 pub(super) struct Prediction {
-    /// Time of the contact since the epoch; infinite if there is none.
+    /// Time of the contact since the epoch, or infinity.
     pub contact_time: f64,
-    /// Time since the epoch at which the particle leaves its cell, or the skin of its list; infinite if it
-    /// never does.
+    /// Time since the epoch at which the particle leaves its cell or skin, or infinity.
     pub transition_time: f64,
     pub partner: u32,
-    /// The partner's event count at the time of prediction. For a contact with a surface, this is the index of the
-    /// surface.
+    /// The partner's event count at the time of prediction, or the index of the surface.
     pub partner_events: u32,
-    /// Order of simultaneous contacts: contacts of pairs come before contacts with surfaces, and lower ids come before
-    /// higher ids. Of the two predictions of one pair, the one stored by the particle with the lower id comes first.
+    /// Order of simultaneous contacts. Contacts of pairs come before contacts with surfaces, and lower ids come first.
+    /// Each particle of a pair stores a prediction, and the prediction of the particle with the lower id comes first.
     pub tie_order: u32,
     pub contact: Contact,
     /// The face through which the particle leaves its cell; unused with neighbour lists.
@@ -39,10 +37,9 @@ pub(super) struct Prediction {
 
 const _: () = assert!(size_of::<Prediction>() == 32);
 
-/// Partner numbers from this one on denote absent partners: particles that are not in the memory of an engine that
-/// holds only a part of the system. The id of an absent partner is its number minus this constant. A contact with an
-/// absent partner is void, because the partner has changed its motion since the prediction. Indices in memory are less
-/// than `2^29`.
+/// Numbers from this constant on denote absent partners: particles outside the memory of an engine that holds only a
+/// part of the system. The id of an absent partner is its number minus this constant. A contact with an absent partner
+/// is void, because the partner has changed its motion since the prediction.
 pub(super) const FIRST_ABSENT: u32 = 1 << 31;
 
 pub(super) fn absent(id: u32) -> u32 {
@@ -75,8 +72,7 @@ impl Prediction {
         self.contact_time.min(self.transition_time)
     }
 
-    /// Returns whether the contact of a pair comes before the predicted contact. Of simultaneous contacts of pairs, the
-    /// one with the lower ids comes first.
+    /// Whether a pair contact comes before the predicted contact. Of simultaneous contacts, lower ids come first.
     #[inline]
     pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &[Body]) -> bool {
         let name = |particle: u32| id_of(particle, bodies);
@@ -106,23 +102,21 @@ impl Prediction {
         }
     }
 
-    /// Whether the prediction is not a contact, but a time at which the search for contacts with moving surfaces must
-    /// continue.
+    /// Whether the predicted event only continues an interrupted search for contacts with moving surfaces.
     #[inline]
     pub fn is_search(&self) -> bool {
         self.contact == Contact::Surface && self.partner_events == SEARCH
     }
 
-    /// Replaces the index of the partner after the particles were renumbered. If the partner is no longer in memory,
-    /// its old index is kept and marked as absent.
+    /// Updates the index of the partner after the particles were renumbered. If the partner is no longer in memory, the
+    /// old index is marked as absent.
     pub fn renumber(&mut self, new: &[u32]) {
         if let Some(&number) = new.get(self.partner as usize) {
             self.partner = if number == NO_PARTICLE { absent(self.partner) } else { number };
         }
     }
 
-    /// Returns the id of an absent partner, or its old index directly after [`Self::renumber`]; `None` if the partner
-    /// is present.
+    /// Returns the id of an absent partner. Directly after [`Self::renumber`], it is the old index.
     pub fn absent_partner(&self) -> Option<u32> {
         self.partner.checked_sub(FIRST_ABSENT).filter(|_| self.partner != NO_PARTICLE)
     }
@@ -137,11 +131,11 @@ impl Prediction {
     }
 }
 
-/// Marks an interrupted search for contacts with moving surfaces. It is stored in place of the index of a surface.
+/// Stored in place of the index of a surface: marks an interrupted search for contacts with moving surfaces.
 pub(super) const SEARCH: u32 = u32::MAX;
 
-/// Bits of the tie order that are set for contacts with surfaces and for transitions. They are never set for contacts
-/// of pairs, because there are fewer than `2^29` particles.
+/// Bits of the tie order for contacts with surfaces and for transitions. Contacts of pairs do not use these bits,
+/// because there are fewer than `2^29` particles.
 const SURFACE: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 
@@ -151,7 +145,6 @@ pub(super) struct Schedule {
     pub queue: EventQueue,
 }
 
-/// Data from which the event queue reads when each particle is due.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Due<'a> {
     pub predictions: &'a [Prediction],
@@ -166,8 +159,7 @@ impl Pending for Due<'_> {
         QueueEntry { time: prediction.due_time(), particle, tie_order }
     }
 
-    /// Orders simultaneous contacts of pairs by the higher id, and then by the id of the particle that stores the
-    /// prediction. Other events are ordered by the particle's id only.
+    /// Orders contacts of pairs by the higher id, and then by the id of the particle that stores the prediction.
     fn rank(&self, particle: u32) -> u64 {
         let name = |particle: u32| u64::from(id_of(particle, self.bodies));
         let prediction = &self.predictions[particle as usize];

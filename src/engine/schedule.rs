@@ -1,11 +1,8 @@
 //! The event queue: a calendar of unsorted time buckets and a small sorted front.
 //!
-//! The queue has one valid entry per particle, for the particle's prediction. A bucket stores only which particles are
-//! due within its time. If a particle is due at a new time, its old entry stays in the bucket. When time reaches a
-//! bucket, the present predictions of its particles are read. Particles that are no longer due within the bucket are
-//! dropped, and all others are sorted and become the front. An entry of the front is stale if its time differs from the
-//! time of the particle's prediction; the event loop drops stale entries. (Alias: future event list, calendar queue;
-//! Paul, J. Comput. Phys. 221, 615, 2007.)
+//! A bucket stores the particles that are due within its time. When time reaches the bucket, the particles that are
+//! still due in it are sorted and become the front. If a particle is due at a new time, its old entries stay in the
+//! queue and are dropped later. (Alias: future event list, calendar queue; Paul, J. Comput. Phys. 221, 615, 2007.)
 
 mod buckets;
 
@@ -15,11 +12,10 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct QueueEntry {
-    /// Time at which the particle is due, counted from the epoch.
+    /// Time at which the particle is due, since the epoch.
     pub time: f64,
     pub particle: u32,
-    /// Order of simultaneous entries: the lowest value comes first. Entries with equal values are ordered by
-    /// [`Pending::rank`].
+    /// Order of simultaneous entries: the lowest value comes first. Entries with equal values are ordered by rank.
     pub tie_order: u32,
 }
 
@@ -32,8 +28,7 @@ impl QueueEntry {
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
-        // Maps the bits of a float to an integer, so that integers sort like the floats. All bits of a negative number
-        // are inverted, and only the sign bit of a positive one.
+        // Makes integers sort like floats: all bits of a negative number are inverted, otherwise only the sign bit.
         let ordered = bits.cast_unsigned() ^ ((bits >> 63).cast_unsigned() | 1 << 63);
         u128::from(ordered) << 64 | u128::from(self.tie_order) << 32 | u128::from(self.particle)
     }
@@ -41,11 +36,11 @@ impl QueueEntry {
 
 /// Gives the event queue access to the pending predictions of all particles.
 pub trait Pending {
-    /// The entry of a particle. Its time is infinite if the particle has no predicted event.
+    /// Returns the entry of a particle. The time is infinite if no event is predicted.
     fn entry(&self, particle: u32) -> QueueEntry;
 
-    /// Order of entries with the same time and tie order: the lowest rank comes first. Ranks must not depend on the
-    /// order of particles in memory.
+    /// Order of entries with equal time and tie order: the lowest rank comes first. Ranks must not depend on the order
+    /// of particles in memory.
     fn rank(&self, particle: u32) -> u64;
 
     fn prefetch(&self, particle: u32);
@@ -57,54 +52,47 @@ const LONGEST: f64 = 1e290;
 /// Approximate number of particles per bucket in a large system.
 const PARTICLES: usize = 8;
 
-/// Target number of steps per epoch for each group of [`PARTICLES`] particles. The length of an epoch is tuned to it.
-/// In a large system, it is also the target number of steps per bucket.
+/// Target number of steps per epoch for each group of [`PARTICLES`] particles.
 const TARGET: u32 = 64;
 
-/// An epoch ends early if its steps exceed the target by this factor. The length of an epoch may have been chosen while
-/// few events happened, for example at a start from rest. Without an early end, the times of many later events would
-/// be less precise.
+/// An epoch ends early if its steps exceed the target by this factor. For example, an epoch that begins with all
+/// particles at rest may be much too long. Its late times would be less precise.
 const CROWDED: u64 = 4;
 
-/// Number of parts into which an epoch is divided. An epoch may end early only at the end of a part. Parts and epochs
-/// do not depend on the number of buckets, so the number of buckets does not affect the results.
+/// Number of parts of an epoch. An epoch may end early only at the end of a part. Parts do not depend on the number of
+/// buckets, so the number of buckets does not affect the results.
 const TICKS: usize = 64;
 
-/// While a bucket is opened, the data of the entry this many places ahead are prefetched.
+/// While a bucket is opened, data are prefetched for the entry this many places ahead.
 const AHEAD: usize = 8;
 
 /// The event queue. It holds the entries from the epoch to the horizon. Later entries are not stored.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EventQueue {
-    /// Entries of the bucket that time has reached, sorted from the latest to the earliest.
+    /// Entries of the current bucket, sorted from the latest to the earliest.
     front: Vec<QueueEntry>,
     buckets: Buckets,
-    /// Working memory: the particles of the bucket that is being opened.
     opened: Vec<u32>,
-    /// Index of the bucket that has become the front.
+    /// Index of the current bucket.
     cursor: usize,
-    /// Length of time that a bucket covers. It is a power of two, so that bucket numbers and horizons are exact.
+    /// Duration of a bucket. It is a power of two, so bucket numbers and horizons are exact.
     width: f64,
     per_width: f64,
-    /// Number of steps in this epoch. Each removal of an entry that was due is a step.
+    /// Number of steps in this epoch. A step removes an entry that was due.
     steps: u64,
-    /// Target number of steps per epoch. The length of epochs is tuned to it.
     target: u64,
 }
 
 impl EventQueue {
-    /// Returns a queue for `particles` particles. At present, `due` of them have a predicted event. Half of these events
-    /// are due within the time `median` after the epoch.
-    ///
-    /// The other particles may get predictions later. The cost of a new epoch is proportional to the number of all
-    /// particles. The target number of steps per epoch is therefore proportional to it, too.
+    /// Returns a queue for `particles` particles. Currently, `due` particles have a predicted event. Half of these
+    /// events are due within the time `median` after the epoch. The cost of an epoch is proportional to `particles`.
     #[must_use]
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
-        // An epoch has at least eight steps per particle, even if there are few particles. Longer epochs would be less
-        // accurate, because large times have fewer digits after the point.
+        // An epoch has at least eight steps per particle. Large times have fewer digits, so longer epochs are less
+        // accurate.
         let parts = (particles / PARTICLES).next_power_of_two().min(1 << 22);
         let span = if median.is_finite() && median > 0.0 {
-            // About `due / median` entries are due per unit of time.
+            // The rate of events is about `due / median`.
             power_of_two((median * f64::from(TARGET) / due as f64).min(LONGEST)) * parts as f64
         } else {
             parts as f64
@@ -112,7 +100,7 @@ impl EventQueue {
         Self::with_buckets(parts.max(TICKS), parts, span)
     }
 
-    /// Returns an empty queue with `buckets` buckets, a power of two. This number affects only speed.
+    /// Returns an empty queue. The number of buckets is a power of two and affects only speed.
     fn with_buckets(buckets: usize, parts: usize, span: f64) -> Self {
         let width = span / buckets as f64;
         Self {
@@ -127,27 +115,24 @@ impl EventQueue {
         }
     }
 
-    /// Length of an epoch: time from the epoch to the end of the last bucket, which is the horizon of the queue.
+    /// Duration of an epoch that does not end early.
     #[must_use]
     pub fn span(&self) -> f64 {
         self.width * self.buckets.count() as f64
     }
 
-    /// Time from the epoch to the end of the bucket that has become the front. When an epoch ends, this is its length,
-    /// which is less than [`Self::span`] if the epoch ended early.
+    /// Time from the epoch to the end of the current bucket. At the end of an epoch, this is the duration of the epoch.
     #[must_use]
     pub fn reached(&self) -> f64 {
         self.width * (self.cursor + 1) as f64
     }
 
-    /// Index of the bucket that contains a time; 0 for times before the epoch.
     #[inline]
     fn bucket(&self, time: f64) -> usize {
         trunc_to_usize(time * self.per_width)
     }
 
-    /// Adds an entry. An entry beyond the horizon is dropped, because all particles are entered again at the next
-    /// epoch.
+    /// Adds an entry. Entries beyond the horizon are dropped. The next epoch adds all particles anew.
     #[inline]
     pub fn push(&mut self, entry: QueueEntry, pending: &impl Pending) {
         let bucket = self.bucket(entry.time);
@@ -169,9 +154,8 @@ impl EventQueue {
 
     /// Returns the earliest entry.
     ///
-    /// Returns `None` if the epoch has ended: at the horizon, or early, after too many steps. Also returns `None` if
-    /// nothing is due in the buckets up to the bucket of `limit`. Later buckets stay closed, because an event at
-    /// `limit` may add entries that are due before them.
+    /// Returns `None` if the epoch has ended, or if nothing is due in the buckets up to the bucket of `limit`. Later
+    /// buckets stay closed, because an event at `limit` may add entries that are due before them.
     #[inline]
     pub fn peek(&mut self, limit: f64, pending: &impl Pending) -> Option<QueueEntry> {
         loop {
@@ -191,20 +175,20 @@ impl EventQueue {
         }
     }
 
-    /// Removes the entry that [`Self::peek`] has just returned, and counts it as a step.
+    /// Removes the earliest entry, and counts a step.
     #[inline]
     pub fn pop(&mut self) {
         self.steps += 1;
         self.front.pop();
     }
 
-    /// Removes the entry that [`Self::peek`] has just returned, without counting it as a step.
+    /// Removes the earliest entry without counting a step.
     #[inline]
     pub fn discard(&mut self) {
         self.front.pop();
     }
 
-    /// Returns the particle whose entry comes after the next `ahead` entries; `None` if this entry is not in the front.
+    /// Returns the particle of an entry of the front, where 0 is the earliest entry.
     #[inline]
     #[must_use]
     pub fn coming(&self, ahead: usize) -> Option<u32> {
@@ -240,8 +224,7 @@ impl EventQueue {
         }
     }
 
-    /// Sorts the entries that have the same time and tie order as the entry at index `first`, and removes duplicates.
-    /// Returns the index after the last of these entries.
+    /// Sorts all entries that tie with the entry at `first`, and removes duplicates. Returns the index after the ties.
     #[cold]
     fn order_ties(&mut self, first: usize, pending: &impl Pending) -> usize {
         let one = self.front[first];
@@ -250,7 +233,6 @@ impl EventQueue {
             return end;
         }
         let mut ties: Vec<QueueEntry> = self.front[first..end].to_vec();
-        // An entry is void if the particle is now due at another time.
         ties.retain(|entry| pending.entry(entry.particle) == *entry);
         ties.sort_unstable_by_key(|entry| (!pending.rank(entry.particle), entry.particle));
         ties.dedup();
@@ -259,10 +241,10 @@ impl EventQueue {
         end_of_ties
     }
 
-    /// Returns an empty queue with the same epoch, for an engine that holds `some` of `all` particles. This epoch never
-    /// ends early.
+    /// Returns an empty queue for an engine that holds `some` of `all` particles. The new queue never ends the epoch
+    /// early.
     pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
-        // The number of buckets is reduced, so that each has as many entries as in the queue of all particles.
+        // With fewer buckets, a bucket has as many entries as in the queue of all particles.
         let fewer = (all / some.max(1)).max(1).next_power_of_two();
         let buckets = (self.buckets.count() / fewer).max(TICKS);
         let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(buckets, 1, self.span()) };
@@ -280,8 +262,7 @@ impl EventQueue {
         self.bucket(time).min(self.buckets.count() - 1)
     }
 
-    /// Moves the queue back to an earlier time of the same epoch. Entries that were removed since then are not
-    /// restored.
+    /// Moves the queue back to an earlier time of the same epoch. Removed entries are not restored.
     pub fn rewind(&mut self, time: f64, pending: &impl Pending) {
         self.cursor = self.cursor_at(time);
         for entry in std::mem::take(&mut self.front) {
@@ -289,14 +270,13 @@ impl EventQueue {
         }
     }
 
-    /// Returns the end of the part of the epoch that contains the time `now`. An epoch can end early only at such
-    /// times.
+    /// Returns the next time after `now` at which the epoch may end early.
     pub fn next_tick(&self, now: f64) -> f64 {
         let part = self.span() / TICKS as f64;
         part * (trunc_to_usize(now / part) + 1) as f64
     }
 
-    /// Whether the epoch ends at the time `tick`, if it has had `steps` steps. `tick` is the end of one of its parts.
+    /// Whether the epoch ends after `steps` steps, at the end `tick` of a part of the epoch.
     pub fn ends_at(&self, tick: f64, steps: u64) -> bool {
         tick >= self.span() || steps > CROWDED * self.target
     }
@@ -315,15 +295,13 @@ impl EventQueue {
         self.buckets.clear();
     }
 
-    /// Empties the queue for a new epoch, and adapts the length of the epoch to the number of steps in the previous
-    /// epoch.
+    /// Empties the queue for a new epoch. The new duration follows from the number of steps in the previous epoch.
     pub fn restart(&mut self) {
         self.clear();
         let expected = self.target as f64 * (self.reached() / self.span());
         let crowd = self.steps as f64 / expected;
         (self.cursor, self.steps) = (0, 0);
-        // The length stays the same if the number of steps was within a factor of two of the target. After an epoch
-        // without steps, the next epoch is much longer.
+        // The duration is unchanged if the number of steps was within a factor of two of the target.
         let factor =
             if (0.5..=2.0).contains(&crowd) { 1.0 } else { power_of_two(crowd.recip().clamp(1.0 / 1024.0, 1024.0)) };
         let width = self.width * factor;
@@ -342,7 +320,7 @@ impl EventQueue {
         has_ticks && has_times && self.front.iter().all(is_particle) && self.buckets.is_sound(particles)
     }
 
-    /// Returns an empty queue with epochs of the same length and another number of buckets.
+    /// Returns an empty queue with epochs of the same duration and a different number of buckets.
     #[cfg(test)]
     pub fn rebuilt(&self, buckets: usize) -> Self {
         assert_eq!((self.cursor, self.steps), (0, 0), "the queue is at the beginning of an epoch");
@@ -350,7 +328,7 @@ impl EventQueue {
     }
 }
 
-/// Returns the largest power of two that does not exceed `x`, which must be positive.
+/// Returns the largest power of two up to `x`, which must be positive.
 fn power_of_two(x: f64) -> f64 {
     let x = x.clamp(f64::MIN_POSITIVE * 1024.0, f64::MAX / 1024.0);
     f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000)

@@ -20,7 +20,7 @@ pub enum PairStates {
     FromDistances,
 }
 
-/// Reasons to reject positions or velocities. A rejection leaves the simulation unchanged.
+/// Reasons to reject positions or velocities. After a rejection, the simulation is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SetStateError {
@@ -32,13 +32,13 @@ pub enum SetStateError {
         /// The number of vectors in the call.
         found: usize,
     },
-    /// A component is not finite, or its magnitude is so large that its powers would not be finite.
+    /// A component is not a number from -1e50 to 1e50.
     #[error("a component of particle {} is not a number from -1e50 to 1e50", particle.0)]
     NotFinite {
         /// The particle.
         particle: ParticleId,
     },
-    /// A vector would move a static particle, or any particle along a flat axis.
+    /// A static particle would move, or a particle would move along a flat axis.
     #[error("particle {} cannot move along axis {axis}", particle.0)]
     Fixed {
         /// The particle.
@@ -46,13 +46,13 @@ pub enum SetStateError {
         /// The axis of the wrong component: 0, 1 or 2.
         axis: usize,
     },
-    /// A position is beyond the sliding sides of a sheared box, where the particle would need a different velocity.
+    /// A position is beyond the sliding sides of a sheared box, where the velocity of the particle would be different.
     #[error("particle {} is outside of the sheared box along y", particle.0)]
     OutsideOfShearedBox {
         /// The particle.
         particle: ParticleId,
     },
-    /// Two particles, or a particle and a wall, overlap or are otherwise in an invalid state.
+    /// Two particles, or a particle and a wall, overlap or are in another invalid state.
     #[error(
         "particle {} overlaps with {} by {:e} of their smallest allowed distance",
         .0.particle.0,
@@ -60,19 +60,19 @@ pub enum SetStateError {
         .0.depth
     )]
     Overlap(Overlap),
-    /// Positions cannot be set, and particles cannot enter or leave, while the diameters are growing.
+    /// Diameters are growing. Meanwhile, positions cannot be set, and particles cannot enter or leave.
     #[error("the diameters are growing, expected a change of the particles when they have grown")]
     Growing,
-    /// A new particle has an unknown species. In a scene of more than 256 species, a species without particles at the
-    /// start is unknown, too.
+    /// A new particle has an unknown species. In a scene of more than 256 species, this includes species that had no
+    /// particles at the start.
     #[error("particle {} has species number {}, expected a species of the scene", particle.0, species.0)]
     Species {
         /// The particle.
         particle: ParticleId,
-        /// Its species.
+        /// The species of this particle.
         species: SpeciesId,
     },
-    /// A particle to remove does not exist, or is given twice.
+    /// A particle to remove does not exist, or its id is given twice.
     #[error("no particle {} to remove, expected each id of a present particle once", particle.0)]
     NoParticle {
         /// The particle.
@@ -84,14 +84,13 @@ pub enum SetStateError {
 }
 
 impl Simulation {
-    /// Gives all particles new velocities, in the order of their ids, and predicts everything again.
+    /// Sets the velocities of all particles, in the order of their ids.
     ///
-    /// The kinetic energy that the particles gain is counted in
-    /// [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
+    /// The gain in kinetic energy is added to [`EventCounts::supplied`](super::event::EventCounts::supplied).
     ///
     /// # Errors
-    /// [`SetStateError::Count`], [`SetStateError::NotFinite`], and [`SetStateError::Fixed`] for a velocity of
-    /// a static particle or along a flat axis.
+    /// [`SetStateError::Count`] and [`SetStateError::NotFinite`]. [`SetStateError::Fixed`] if a static particle would
+    /// move, or if a particle would move along a flat axis.
     #[doc(alias = "velocity create")]
     pub fn set_velocities(&mut self, velocities: &[Vector]) -> Result<(), SetStateError> {
         self.check_vectors(velocities, |_| Vector::zeros(), &Vector::zeros())?;
@@ -99,17 +98,16 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sets the positions of all particles, in the order of their ids, and predicts everything again.
+    /// Sets the positions of all particles, in the order of their ids.
     ///
-    /// Positions beyond the sides of periodic axes are wrapped, and the image numbers count the wraps. The
-    /// gain in potential energy is counted in [`EventCounts::supplied`](super::event::EventCounts::supplied),
-    /// so that the energy balance holds.
+    /// Positions beyond the sides of periodic axes are wrapped, and the image numbers count the wraps. The gain in
+    /// potential energy is added to [`EventCounts::supplied`](super::event::EventCounts::supplied).
     ///
     /// # Errors
-    /// [`SetStateError::Count`] and [`SetStateError::NotFinite`]. [`SetStateError::Fixed`] for a new position
-    /// of a static particle or along a flat axis. [`SetStateError::Overlap`] with the deepest overlap beyond
-    /// round-off, unless the scene allows an invalid start. In a sheared box,
-    /// [`SetStateError::OutsideOfShearedBox`]. While diameters grow, [`SetStateError::Growing`].
+    /// [`SetStateError::Count`] and [`SetStateError::NotFinite`]. [`SetStateError::Fixed`] if a static particle would
+    /// move, or if a particle would move along a flat axis. [`SetStateError::Overlap`] with the deepest overlap beyond
+    /// round-off, unless the scene allows an invalid start. In a sheared box, [`SetStateError::OutsideOfShearedBox`].
+    /// While diameters grow, [`SetStateError::Growing`].
     pub fn set_positions(&mut self, positions: &[Vector], states: PairStates) -> Result<(), SetStateError> {
         if self.is_growing() {
             return Err(SetStateError::Growing);
@@ -141,7 +139,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.by_id().map(|particle| engine.name(particle)).collect())
     }
 
-    /// Vectors of static particles must equal `fixed`. Components along flat axes must equal the components of `flat`.
+    /// Static particles must keep the vector `fixed`. Components along flat axes must equal the components of `flat`.
     fn check_vectors(
         &self,
         vectors: &[Vector],
@@ -182,7 +180,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.move_again();
     }
 
-    /// The box of `scene` replaces the present box if it differs.
+    /// Sets positions, and the box if `scene` has a new box.
     pub(super) fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         self.join();
         let before = self.energy();
@@ -213,7 +211,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.note_energies(after.pair - before.pair, 0.0, after.potential - before.potential);
     }
 
-    /// Wraps a particle into the box from any distance.
     fn bring_in(&mut self, particle: u32) {
         self.keep_between_sliding_sides(particle);
         let (position, images) = self.wrapped(self.state.bodies[particle as usize].position);
@@ -223,8 +220,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Wraps a position into the box from any distance. Also returns the number of periods from the box to the
-    /// position along each axis.
+    /// Wraps a position into the box. Returns how many periods were subtracted along each axis.
     pub(super) fn wrapped(&self, mut position: Vector) -> (Vector, [i32; 3]) {
         let mut images = [0; 3];
         for axis in (0..3).filter(|&axis| self.state.periods[axis].is_finite()) {
@@ -232,7 +228,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let periods = ((position[axis] - lower) / period).floor();
             position[axis] -= periods * period;
             images[axis] = trunc_to_i32(periods);
-            // Because of round-off, the position may still be just outside the box.
+            // Because of round-off, the position may be just outside the box.
             let sign = i32::from(position[axis] >= lower + period) - i32::from(position[axis] < lower);
             position[axis] -= f64::from(sign) * period;
             images[axis] = images[axis].saturating_add(sign);
@@ -240,8 +236,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (position, images)
     }
 
-    /// Predicts all events again after the state was set. Also restarts the check for a standstill, which is a series
-    /// of events without an advance of time.
+    /// Predicts all events anew, and restarts the check for events without an advance of time.
     fn move_again(&mut self) {
         self.clock.standstill.lost_speed = None;
         (self.clock.standstill.since, self.clock.standstill.events) = (self.clock.now, 0);

@@ -1,5 +1,4 @@
-//! Snapshots: positions, velocities and energies at one time. They are computed from delayed states, which do
-//! not change.
+//! Snapshots: positions, velocities and energies at one time.
 
 use super::hardware::prefetch::prefetch;
 use super::parts::Engine;
@@ -10,8 +9,7 @@ use crate::base::sum::Sum;
 use crate::model::{ParticleId, SpeciesId};
 use std::convert::Infallible;
 
-/// The particle this many places ahead is prefetched. About ten particles are processed while one is loaded from
-/// memory.
+/// Number of particles to prefetch in advance. About ten particles are processed while one is loaded from memory.
 const AHEAD: usize = 16;
 
 /// All particles at one time, in the order of their ids.
@@ -20,30 +18,29 @@ const AHEAD: usize = 16;
 pub struct Snapshot {
     /// Simulated time `[time]`.
     pub time: f64,
-    /// Ids of the particles, ascending. The other arrays have the same order. If particles have left, the id of a
-    /// particle is not its index: use [`Self::index`].
+    /// Ids of the particles in ascending order. The other arrays have the same order. If particles have left, ids
+    /// differ from indices: use [`Self::index`].
     pub ids: Vec<ParticleId>,
-    /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
+    /// Positions `[length]`, `N x 3`. Along periodic axes, they are inside the box within round-off.
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,
-    /// Number of periods that each particle has travelled along each axis since the start. With the edge lengths `L` of
-    /// the box, the unwrapped position is
-    /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)`.
+    /// Number of periods that each particle has travelled along each axis since the start. Unwrapped positions are
+    /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` in a box with edges `L`.
     pub images: Vec<[i32; 3]>,
-    /// Displacement along x of the next periodic image above a sheared box `[length]`, reduced by whole periods to the
-    /// range `(-L_x / 2, L_x / 2]`; 0 without shear.
+    /// Displacement along x of the next periodic image above a sheared box `[length]`. Whole periods are subtracted, so
+    /// the value is in the range `(-L_x / 2, L_x / 2]`. It is 0 without shear.
     pub displacement: f64,
     /// Edge lengths of the box `[length]`; 0 along flat axes.
     pub size: Vector,
     /// Factor by which the diameters have grown since the start of the scene.
     pub scale: f64,
-    /// For each surface of the scene, whether it is present now; empty if all surfaces are always present.
+    /// Whether each surface of the scene is present now. Empty if all surfaces are always present.
     pub surfaces: Vec<bool>,
 }
 
 impl Snapshot {
-    /// The index of a particle in the arrays; `None` if the particle is not present.
+    /// Returns the index of a particle in the arrays, or `None` if the particle is not present.
     #[must_use]
     pub fn index(&self, particle: ParticleId) -> Option<usize> {
         self.ids.binary_search(&particle).ok()
@@ -54,7 +51,7 @@ impl Snapshot {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ParticleNow {
-    /// Id of the particle, as in every output.
+    /// Id of the particle.
     pub id: ParticleId,
     /// Species of the particle.
     pub species: SpeciesId,
@@ -72,33 +69,30 @@ pub struct ParticleNow {
 pub struct Energy {
     /// Kinetic energy, `sum m/2 |v|^2`.
     pub kinetic: f64,
-    /// Kinetic energy relative to the streaming velocity `u` of a sheared box, `sum m/2 |v - u|^2`. Without shear, it
-    /// equals `kinetic`.
+    /// Kinetic energy relative to the streaming velocity `u` of a sheared box, `sum m/2 |v - u|^2`.
     pub thermal: f64,
-    /// Energy of all pairs, plus `- m a . r` for each accelerated particle with the unwrapped position `r`.
+    /// Energy of all pairs, plus `- m a . r` for accelerated particles at the unwrapped position `r`.
     pub potential: f64,
-    /// The part of `potential` that is due to pairs.
+    /// The part of `potential` from pairs.
     pub pair: f64,
-    /// For each axis between two walls, `sum m v^2 / V` with velocities `v` along this axis `[energy / length^D]`; 0
-    /// for other axes. `V` is the volume that the centres of the particle's species can reach.
+    /// For each axis between two walls, `sum m v^2 / V` with velocities `v` along this axis `[energy / length^D]`. Zero
+    /// for other axes. `V` is the volume that is accessible to the centres of a species.
     pub confined: Vector,
     /// Total momentum `[mass length / time]`.
     pub momentum: Vector,
-    /// Momentum relative to the streaming velocity `u` of a sheared box, `sum m (v - u)`. Without shear, it equals
-    /// `momentum`.
+    /// Momentum relative to the streaming velocity `u` of a sheared box, `sum m (v - u)`.
     pub peculiar_momentum: Vector,
 }
 
 impl Simulation {
-    /// Returns the present positions and velocities of all particles.
+    /// Returns the current positions and velocities of all particles.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let snapshot = with_engine!(&self.engine, engine => engine.snapshot());
         Snapshot { scale: self.scale(), ..snapshot }
     }
 
-    /// Calls `visit` with the present state of each particle, in the order of their ids. Unlike a snapshot, this
-    /// allocates no memory.
+    /// Calls `visit` with the current state of each particle, in the order of ids. This allocates no memory.
     ///
     /// # Errors
     /// Returns the first error of `visit`, which ends the iteration.
@@ -106,13 +100,13 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.for_each_now(visit))
     }
 
-    /// Displacement of the next image above, as in [`Snapshot::displacement`] `[length]`.
+    /// Displacement along x of the next periodic image above `[length]`, as in [`Snapshot::displacement`].
     #[must_use]
     pub fn displacement(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.displacement().0)
     }
 
-    /// The present energies.
+    /// The current energies.
     #[must_use]
     pub fn energy(&self) -> Energy {
         with_engine!(&self.engine, engine => engine.energy())
@@ -155,7 +149,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Upcoming particles are prefetched, because they are scattered in memory.
     pub(super) fn by_id(&self) -> impl Iterator<Item = u32> + '_ {
         let State { numbers, bodies, .. } = &self.state;
         numbers.iter().enumerate().map(move |(id, &particle)| {
@@ -189,8 +182,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if FALLING {
                 for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
                     let image = self.state.images.of(particle)[axis];
-                    // Along an axis that is not periodic, the image number is 0, and its product with the infinite
-                    // period would be NaN.
+                    // Without periods, the image number is 0, and its product with the infinite period would be NaN.
                     let unwrapped =
                         position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
                     external.add(-mass * species.acceleration[axis] * unwrapped);
@@ -198,8 +190,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             if TABLE {
                 for captured in self.pairs.states.of(particle) {
-                    // If both particles are mobile, both store the state of the pair, and each counts half of the
-                    // energy.
+                    // Two mobile particles both store the state of the pair, so each contributes half of the energy.
                     let share = if self.is_static(captured.partner) { 1.0 } else { 0.5 };
                     pair.add(share * self.pairs.rules.steps[usize::from(captured.interaction)].energy(captured.state));
                 }

@@ -1,17 +1,14 @@
 //! Event sources, one file for each kind of event.
 //!
-//! A source owns its data, gives the time of its next event, and executes this event. It returns the
-//! particles that have to be predicted again. There are two kinds:
+//! A source owns its data, returns the time of its next event, and executes this event. There are two kinds:
 //!
-//! - contacts and transitions of a particle: [`pair`], [`surface`], [`cell_transition`] and [`list_rebuild`].
-//!   The earliest one is the prediction of the particle. The event loop executes it by [`Engine::execute`] or
-//!   [`Engine::execute_transition`], and predicts the particles of a contact again;
-//! - global events, which belong to no particle's prediction: [`andersen`], the refresh of sliding images
-//!   ([`super::images`]), new stages of growing diameters ([`super::distances`]), and reflections of a distance
-//!   at the ends of its window ([`restraint`]). The earliest global event is due at [`Sources::next_global`].
-//!   This time is infinite in a scene without global events, so that they cost nothing.
+//! - Contacts and transitions of a particle: [`pair`], [`surface`], [`cell_transition`] and [`list_rebuild`].
+//!   The event loop calls [`Engine::execute`] or [`Engine::execute_transition`].
+//! - Global events: [`andersen`], the refresh of sliding images ([`super::images`]), new stages of growing diameters
+//!   ([`super::distances`]), and reflections of a restrained distance ([`restraint`]). The earliest global event is due
+//!   at [`Sources::next_global`].
 //!
-//! A new source is a file here, its data in [`Sources`] and a variant of [`Contact`] or of [`GlobalEvent`].
+//! To add a source, add a file here, its data in [`Sources`], and a variant of [`Contact`] or [`GlobalEvent`].
 
 pub(super) mod andersen;
 mod cell_transition;
@@ -35,25 +32,23 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use surface::SurfaceRandom;
 
-/// Number of predictions that cost as much as one step of the event loop.
+/// Number of predictions that take as long as one step of the event loop.
 const PER_STEP: u64 = 16;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Sources {
     pub surfaces: Surfaces,
-    /// Size of the region between the walls, for the pressure; `None` without walls.
     pub confinement: Option<Confinement>,
-    /// Random numbers of the surfaces, if any surface is thermal.
     pub surface_random: Option<SurfaceRandom>,
     pub andersen: Option<Andersen>,
     pub restraint: Option<Box<Restraint>>,
-    /// Whether all velocity changes are recorded. This is needed for the pressure between walls and for a restraint.
+    /// Whether all velocity changes are recorded, for the pressure between walls or for a restraint.
     pub is_watched: bool,
-    /// Time of the next global event, counted from the epoch; infinite if there is none.
+    /// Time of the next global event since the epoch, or infinity.
     pub next_global: f64,
 }
 
-/// Global events. Of simultaneous events, the event listed first comes first.
+/// Global events. Simultaneous events are executed in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum GlobalEvent {
     AndersenCollision,
@@ -69,7 +64,6 @@ pub(super) enum Repredict {
 }
 
 impl Sources {
-    /// Heat baths are added later, by the stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
         let surfaces = Surfaces::of(scene, rows.species());
         let confinement = Confinement::of(scene, rows);
@@ -86,8 +80,7 @@ impl Sources {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The next event of each global source and its time since the epoch. The time is infinite if no such event will
-    /// happen.
+    /// Returns the next event of each global source, and its time since the epoch or infinity.
     fn global_events(&self) -> [(GlobalEvent, f64); 4] {
         [
             (
@@ -112,7 +105,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.global_events().iter().find(|(_, due)| *due <= self.sources.next_global).map(|(event, _)| *event)
     }
 
-    /// Whether the scene has global events. If so, its dynamics never end.
+    /// Whether global events may continue for ever.
     pub(super) fn acts_for_ever(&self) -> bool {
         self.sources.andersen.is_some()
             || self.sources.restraint.is_some()
@@ -120,9 +113,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             || self.images.slide()
     }
 
-    /// Executes the predicted contact of a particle, and returns whether the observer continues. Returns `None` if
-    /// nothing was executed: the partner has had another event since the prediction, or the prediction only marks a
-    /// time at which the search for contacts with moving surfaces continues.
+    /// Executes the predicted contact of a particle. Returns whether the observer continues, or `None` if there is no
+    /// contact. The prediction may be outdated, or only continue a search for contacts with moving surfaces.
     #[inline]
     pub(super) fn execute(
         &mut self,
@@ -152,8 +144,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the global event that is due. Returns its cost, in steps of the event loop, and whether the observer
-    /// continues.
+    /// Executes the global event that is due. Returns its cost in steps, and whether the observer continues.
     pub(super) fn execute_global(&mut self, observe: &mut Observe<'_>) -> Result<(u64, ControlFlow<()>), EngineError> {
         let silent = ControlFlow::Continue(());
         let (repredict, flow) = match self.due_global() {
@@ -178,7 +169,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((steps, flow))
     }
 
-    /// Converts all times of the sources to a new epoch, which is later by `shift`.
     pub(super) fn shift_sources(&mut self, shift: f64) {
         if let Some(andersen) = &mut self.sources.andersen {
             andersen.shift(shift);
@@ -191,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// The cost of predicting all particles again, as a number of steps of the event loop.
+    /// Cost of predicting all particles, in steps of the event loop.
     pub(super) fn steps_of_all(&self) -> u64 {
         self.state.bodies.len() as u64 / PER_STEP
     }

@@ -6,7 +6,7 @@ use crate::model::predecessor::LastState;
 use crate::model::{Scene, Thermostat, Until};
 use thiserror::Error;
 
-/// The part of a scene's plan that only a run can execute.
+/// Parts of a scene's plan that only a run can execute.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NeedsRun {
@@ -35,7 +35,7 @@ pub enum NeedsRun {
     Barostat,
     /// Replicas at several temperatures.
     #[error(
-        "the scene has replicas, which only exchange::Exchange simulates: use that, or Simulation::without_plan for the dynamics alone"
+        "the scene has replicas, which only exchange::Exchange simulates: use exchange::Exchange, or Simulation::without_plan for the dynamics alone"
     )]
     Exchange,
 }
@@ -44,8 +44,7 @@ impl Simulation {
     /// Starts the dynamics of a scene: chooses the engine and predicts the first events.
     ///
     /// The dynamics include gravity, walls, shear and an Andersen thermostat. The trajectory equals the trajectory of a
-    /// [`Run`](crate::run::Run), bit for bit. The length of the run, measurements and output are not part of the
-    /// simulation.
+    /// [`Run`](crate::run::Run), bit for bit. The duration of the run, measurements and output are ignored.
     ///
     /// # Errors
     /// [`NeedsRun`] if the scene has stages, an equilibration, a thermostat that rescales velocities, a barostat, or
@@ -68,7 +67,7 @@ impl Simulation {
         if plan.barostat.is_some() {
             return Err(NeedsRun::Barostat);
         }
-        // The random stream of the measurement in a run. With the same stream, the heat bath acts as in a run.
+        // As in a run, the heat bath uses the random stream of the measurement.
         let stage = scene.first_stream() + plan.stages.len() + 1;
         let mut simulation = Self::without_plan(scene);
         if thermostat.is_some() {
@@ -77,15 +76,14 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// Returns the dynamics of a scene alone, without its [`RunPlan`](crate::model::RunPlan): stages,
-    /// equilibration and thermostat are ignored.
+    /// Returns the dynamics of a scene without its [`RunPlan`](crate::model::RunPlan). Stages, equilibration and
+    /// thermostat are ignored.
     #[must_use]
     pub fn without_plan(scene: Scene) -> Self {
         Self::begin(scene, true)
     }
 
-    /// Unless `keeps_start` is set, the particles of the scene are freed before memory for neighbours and predictions
-    /// is allocated.
+    /// If `keeps_start` is false, the particles of the scene are freed before other memory is allocated.
     pub(crate) fn begin(mut scene: Scene, keeps_start: bool) -> Self {
         let last = scene.last_state().and_then(Self::last_of);
         if !keeps_start && last.is_some() {
@@ -116,13 +114,12 @@ impl Simulation {
         simulation
     }
 
-    /// Restores the simulation to its state at the end of an earlier run, for a scene with the same dynamics. Event
-    /// counts restart at zero.
+    /// Restores the end of an earlier run, for a scene with the same dynamics. Event counts restart at zero.
     fn last_of(state: &LastState) -> Option<Self> {
         // The bytes can be trusted, because this program has written them.
         let mut simulation: Self = postcard::from_bytes(state.simulation.as_ref()?).ok()?;
         simulation.enlarge();
-        // The heat bath of the earlier run ended with its last stage.
+        // The heat bath of the earlier run does not continue.
         simulation.set_planned_thermostat(None, 0, 0);
         with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
         Some(simulation)

@@ -1,4 +1,4 @@
-//! The state of all particles: positions and velocities with local times, images, species, and the box.
+//! The state of all particles: positions, velocities, images and species. Also the box.
 
 use super::images::travelled::Travelled;
 use super::order::along_curve;
@@ -15,17 +15,16 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Body {
     pub position: Vector,
     pub velocity: Vector,
-    /// The local time: the time of this state, counted from the epoch.
+    /// Time of this state, since the epoch.
     pub time: f64,
-    /// Number of events that have changed the particle's motion. A prediction is void if this number has changed since.
+    /// Number of events that have changed the particle's motion. It tells whether a prediction is outdated.
     pub events: u32,
     /// Id of the particle.
     pub name: u32,
 }
 
 impl Body {
-    /// Returns position, velocity and time as one array. The last number has no meaning, because it consists of the
-    /// event count and the id.
+    /// Returns position, velocity and time as one array. The last number of the array has no meaning.
     #[inline(always)]
     pub fn numbers(&self) -> &[f64; 8] {
         const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };
@@ -35,15 +34,14 @@ impl Body {
     }
 }
 
-/// The states of all particles, in the order in which they are stored in memory, and the box.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct State {
     pub bodies: Vec<Body>,
     /// Index in memory of each particle, in the order of their ids.
     pub numbers: Vec<u32>,
-    /// The id of the next particle that enters. Ids are never used twice.
+    /// The id of the next particle that enters.
     pub next_name: u32,
-    /// Table row of each particle's species; empty without an interaction table.
+    /// Row of each particle's species in the interaction table. Empty if there is no table.
     pub species: Vec<u16>,
     pub images: Travelled,
     pub space: Space,
@@ -80,8 +78,8 @@ impl State {
 }
 
 impl State {
-    /// Returns the index in memory of the particle with an id, if it exists. Ids increase with every insertion and are
-    /// never reused. Before the first removal of a particle, an id is also an index into `numbers`.
+    /// Returns the index in memory of a particle, if it exists. Until a particle is removed, ids are indices of
+    /// `numbers`.
     #[inline]
     pub fn number(&self, id: u32) -> Option<u32> {
         let of = |number: u32| self.bodies[number as usize].name;

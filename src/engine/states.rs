@@ -1,21 +1,21 @@
-//! Positions and velocities at one time, exactly as the engine computes them. They are needed to verify trajectories.
+//! Positions and velocities at one time, exactly as the engine computes them. Verification of trajectories needs them.
 
 use super::parts::Engine;
 use crate::Vector;
 use crate::model::ParticleId;
 
-/// Simulated time since the start, in two parts that the engine stores separately.
+/// Simulated time since the start, in two parts.
 ///
-/// The sum of the parts has the round-off of the total time. [`Self::after`] computes the difference of two such times
-/// more accurately, with the round-off of the short time between them.
+/// The sum of the parts has the round-off of the total time. The difference of two times, [`Self::after`], is more
+/// accurate: it has only the round-off of the time between them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Elapsed {
     /// Simulated time from the start of the simulation to the epoch `[time]`.
     pub epoch: f64,
     /// Time from the epoch to now `[time]`.
     pub since_epoch: f64,
-    /// Number of epochs that have ended. At the end of each epoch, the stored state of a particle without events for
-    /// two epochs is brought forward. This adds one rounding to the state.
+    /// Number of epochs that have ended. At the end of an epoch, the state of a particle without events for two epochs
+    /// is moved to the new epoch. This rounds the state once more.
     pub epochs: u64,
 }
 
@@ -23,12 +23,11 @@ impl Elapsed {
     /// Returns the time from `earlier` to this time `[time]`.
     #[must_use]
     pub fn after(&self, earlier: &Self) -> f64 {
-        // Epochs are multiples of a power of two, so their difference is exact. The total times are not subtracted:
-        // they are long, and their round-off could exceed the short time between them.
+        // Epochs are multiples of a power of two, so their difference is exact.
         ((self.epoch - earlier.epoch) - earlier.since_epoch) + self.since_epoch
     }
 
-    /// Time since the start `[time]`.
+    /// Returns the time since the start `[time]`.
     #[must_use]
     pub fn total(&self) -> f64 {
         self.epoch + self.since_epoch
@@ -38,9 +37,9 @@ impl Elapsed {
 /// Positions and velocities of all particles at one time, in the order of their ids.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct States {
-    /// The time at which the particles are in these states.
+    /// The time of these states.
     pub elapsed: Elapsed,
-    /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
+    /// Positions `[length]`, `N x 3`. Along periodic axes, they are inside the box within round-off.
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,
@@ -62,7 +61,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut pairs = Vec::new();
         for particle in self.particles().filter(|_| TABLE) {
             for captured in self.pairs.states.of(particle).iter().filter(|captured| captured.state > 0) {
-                // If both particles are mobile, both store the state of the pair. A static particle stores none.
+                // Two mobile particles both store the state of the pair. A static particle stores no states.
                 if particle < captured.partner || self.is_static(captured.partner) {
                     let [a, b] = [particle, captured.partner].map(|number| self.name(number));
                     pairs.push(([a.min(b), a.max(b)], captured.state));

@@ -1,10 +1,10 @@
 //! Surfaces that particles meet: the walls of the box, and the surfaces of a scene.
 //!
-//! A surface has a shape ([`Surface`]) and a law of contact ([`crate::model::SurfaceLaw`]). A mesh consists of several shapes: its faces,
-//! edges and corners ([`features`]). A shape computes the time of a particle's next contact for the prediction, and the
-//! normal for the execution. It computes the gap for the audit, for the proof that the dynamics have ended, and for the
-//! checks of initial positions. To add a shape, write a file like [`wall`] or [`plane`], and add a variant to
-//! [`Shape`]. [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds the surfaces of limited extent.
+//! A surface has a shape ([`Surface`]) and a law of contact ([`crate::model::SurfaceLaw`]). A mesh consists of several
+//! shapes: its faces, edges and corners ([`features`]). To add a shape, write a file like [`wall`] or [`plane`], and
+//! add a variant to [`Shape`].
+//!
+//! [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds the surfaces of limited extent.
 
 pub(crate) mod face;
 pub(crate) mod features;
@@ -28,9 +28,9 @@ use wall::Wall;
 /// A sphere in free flight.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Flight<'a> {
-    /// Present position of the centre `[length]`.
+    /// Current position of the centre `[length]`.
     pub position: &'a Vector,
-    /// Present velocity `[length / time]`.
+    /// Current velocity `[length / time]`.
     pub velocity: &'a Vector,
     /// Constant acceleration `[length / time^2]`.
     pub acceleration: &'a Vector,
@@ -39,10 +39,10 @@ pub(crate) struct Flight<'a> {
 }
 
 impl Flight<'_> {
-    /// Corners of a box that contains the sphere for the given duration `[length]`.
+    /// Returns the corners of a box that contains the sphere for the given duration `[length]`.
     #[inline]
     pub fn swept(&self, duration: f64) -> [Vector; 2] {
-        // The box is larger than the sphere by a margin for the round-off of coordinates.
+        // The margin allows for the round-off of coordinates.
         let around = self.radius * (1.0 + 1e-6) + 1e-12 * self.position.amax();
         let along = |k: usize| {
             // A zero rate times an infinite duration would be NaN.
@@ -56,32 +56,29 @@ impl Flight<'_> {
 }
 
 pub(crate) trait Surface {
-    /// Distance between the surface and the surface of a sphere; negative if they overlap `[length]`.
+    /// Distance between the surface and a sphere `[length]`. Negative if the sphere overlaps the surface.
     fn gap(&self, position: &Vector, radius: f64) -> f64;
 
     /// Unit vector from the surface to a sphere in contact.
     fn normal(&self, position: &Vector) -> Vector;
 
-    /// Returns the velocity with its component along the normal replaced by `speed`.
+    /// Replaces the component of a velocity along the normal by `speed`.
     fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector;
 
-    /// Returns the time until the approaching sphere reaches the surface, by the rule of [`crate::physics::detection`]
-    /// `[time]`.
+    /// Returns the time until a sphere reaches the surface `[time]`. See [`crate::physics::detection`].
     fn next_contact(&self, flight: &Flight<'_>) -> Option<f64>;
 
-    /// Whether a sphere provably never reaches the surface, given the uncertainty `doubt` of position and
-    /// velocity.
+    /// Whether a sphere certainly never reaches the surface. `doubt` is the uncertainty of position and velocity.
     fn is_never_met(&self, flight: &Flight<'_>, doubt: Doubt) -> bool;
 
-    /// Returns the sum of the magnitudes of all terms of the gap `[length]`. The round-off of the gap is a few units in
-    /// the last place of this sum.
+    /// Returns the sum of the magnitudes of all terms of the gap `[length]`, which determines its round-off.
     fn terms(&self, position: &Vector) -> f64;
 
-    /// Whether a sphere with its centre in a cell may meet the surface before the centre leaves the cell.
+    /// Whether a sphere may meet the surface while its centre is in a cell.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool;
 
-    /// Whether a velocity moves a sphere in contact further into the surface, according to the rounded numbers that the
-    /// next prediction computes. Walls reflect without rounding and need no such test.
+    /// Whether a velocity moves a sphere in contact further into the surface, computed with the rounding of the next
+    /// prediction. Walls reflect without rounding and need no such test.
     fn is_closing(&self, _position: &Vector, _velocity: &Vector) -> bool {
         false
     }
@@ -92,30 +89,28 @@ pub(crate) trait Surface {
         0.0
     }
 
-    /// Returns a smooth overlap function and its rate of change. The function is the gap or a difference of squared
-    /// distances. It is positive if the sphere does not touch the surface.
+    /// Returns a smooth overlap function and its rate of change. The function is positive if there is no overlap.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         (self.gap(position, radius), self.normal(position).dot(velocity))
     }
 
-    /// Returns an upper bound of the second time derivative of the overlap function. The bound holds for positions
-    /// within the distance `within` of `position`, and for the given largest speed and acceleration.
+    /// Returns an upper bound of the second time derivative of the overlap function, for all positions up to the
+    /// distance `within` from `position`. The arguments `speed` and `acceleration` are the largest values.
     fn second_rate_bound(&self, _position: &Vector, _within: f64, _speed: f64, acceleration: f64) -> f64 {
         acceleration
     }
 
-    /// Returns how far the projection of a position onto the surface lies beyond the ends of the surface `[length]`;
-    /// zero or negative within the ends.
+    /// Returns how far a position lies beyond the ends of the surface `[length]`. Zero or negative between the ends.
     fn beyond(&self, _position: &Vector) -> f64 {
         0.0
     }
 
-    /// Returns the corners of the bounding box of the surface `[length]`; `None` if the surface is unbounded.
+    /// Returns the corners of the bounding box of the surface `[length]`, or `None` for an unbounded surface.
     fn extent(&self) -> Option<[Vector; 2]> {
         None
     }
 
-    /// Returns the axis of a wall of the box, and whether it is the upper wall; `None` for other surfaces.
+    /// Returns the axis of a wall of the box, and whether it is the upper wall. `None` for other surfaces.
     fn side(&self) -> Option<(u8, bool)> {
         None
     }

@@ -1,5 +1,4 @@
-//! Simulations on several threads. The box is cut into domains, which are simulated in parallel. The domains hold the
-//! states of the particles until these are copied to the engine.
+//! Simulations on several threads. The box is cut into domains, which are simulated in parallel.
 
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
@@ -12,11 +11,11 @@ use std::sync::Arc;
 /// Smallest number of particles for which domains run on several threads.
 const FEW: usize = 4_000;
 
-/// False in WebAssembly modules, which run on one thread.
+/// False in WebAssembly, which runs on one thread.
 const HAS_DOMAINS: bool = cfg!(not(target_family = "wasm"));
 
 impl Simulation {
-    /// Copies the states of all particles from the domains to the engine, so that they can be read.
+    /// Copies the states of all particles from the domains to the engine.
     pub(crate) fn settle(&mut self) {
         with_engine!(&mut self.engine, engine => engine.settle());
     }
@@ -26,7 +25,7 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.complete());
     }
 
-    /// Reports an event storm as an [`Arrest`], which names the particles of the next predicted contact. `None` if no
+    /// Reports an event storm as an [`Arrest`] that names the particles of the next predicted contact. `None` if no
     /// contact is predicted.
     pub(crate) fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         with_engine!(&self.engine, engine => engine.storm(events, advance))
@@ -46,7 +45,7 @@ impl Simulation {
         self.communicator.as_ref().map_or(1, |communicator| communicator.size())
     }
 
-    /// Returns the value of the first process, so that all processes use the same value.
+    /// Returns the value of the first process, so that all processes agree.
     pub(crate) fn agreed(&self, found: u64) -> u64 {
         let Some(communicator) = &self.communicator else { return found };
         let all = communicator.share(found.to_le_bytes().to_vec());
@@ -60,26 +59,25 @@ impl Simulation {
         self.threads == Threads::Auto
     }
 
-    /// Statistics of the work in domains; `None` if the system is not cut into domains.
+    /// Statistics of the work in domains, or `None` without domains.
     #[must_use]
     pub fn domain_work(&self) -> Option<DomainWork> {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
     }
 
-    /// Returns the reason why the system cannot run on several threads now; `None` if there is no such reason.
+    /// Returns the reason why the system cannot run on several threads, if there is one.
     #[must_use]
     pub fn single_thread(&self) -> Option<SingleThread> {
         with_engine!(&self.engine, engine => Domains::obstacle(engine))
     }
 
-    /// Runs the system on this number of threads from now on, at most 64, instead of
-    /// [`RunPlan::threads`](crate::model::RunPlan::threads). The box is cut into as many domains. Events,
-    /// states and sums have the same bits as on one thread.
+    /// Runs the system on this number of threads, at most 64, instead of
+    /// [`RunPlan::threads`](crate::model::RunPlan::threads). The results have the same bits as on one thread.
     ///
-    /// The setting is not saved in checkpoints. Systems with any of these features run on one thread: growing
-    /// diameters, a sheared box, an allowed invalid start, bonds that do not hold their pairs together, a window
-    /// of a distance, or multicanonical weights. [`Self::single_thread`] gives the reason. Threads pay above about
-    /// 250,000 particles per thread, and need two and a half times the memory (`docs/speed.md`).
+    /// The setting is not saved in checkpoints. Some systems always run on one thread, and [`Self::single_thread`]
+    /// returns the reason. They have growing diameters, a sheared box, an allowed invalid start, bonds that do not hold
+    /// their pairs together, a window of a distance, or multicanonical weights. Threads are useful above about 250,000
+    /// particles per thread, and need two and a half times the memory (`docs/speed.md`).
     ///
     /// ```
     /// use carom::{SceneBuilder, Simulation, Until};
@@ -105,12 +103,12 @@ impl Simulation {
         self.spread();
     }
 
-    /// Spreads the system over processes from now on. Each process must have the same simulation and number of threads,
-    /// and gets its share of the domains: one per thread, at most 64 in all. If the system cannot be cut, or if there
-    /// are more than 64 processes, every process simulates the whole system.
+    /// Spreads the system over processes. Each process must have the same simulation and number of threads, and
+    /// simulates one domain per thread. If the system cannot be cut, or if there are more than 64 processes, every
+    /// process simulates the whole system.
     ///
-    /// From now on all processes have to make the same calls. Calls that change or advance the simulation wait for
-    /// the other processes; calls that only read it do not.
+    /// From now on, all processes must make the same calls. Calls that change or advance the simulation wait for all
+    /// processes.
     #[doc(alias = "mpi")]
     #[doc(alias = "machines")]
     pub fn set_communicator(&mut self, communicator: Arc<dyn Communicator>) {
@@ -118,9 +116,8 @@ impl Simulation {
         self.spread();
     }
 
-    /// Cuts the system into `domains` domains in each process, and simulates them on `threads` threads.
-    /// [`Self::set_threads`] uses the same number for both. With more domains than threads, the run is slower, but
-    /// [`DomainWork::slowest`] shows what more threads would gain.
+    /// Cuts the system into `domains` domains in each process, and simulates them on `threads` threads. With more
+    /// domains than threads, the run is slower, but [`DomainWork::slowest`] shows what more threads would gain.
     pub fn set_domains(&mut self, domains: usize, threads: usize) {
         let communicator = self.communicator.clone();
         with_engine!(&mut self.engine, engine => engine.set_domains(domains, threads, communicator));
@@ -133,18 +130,17 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// A single domain runs serially.
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) {
         self.join();
-        // With few particles, starting the threads takes longer than simulating a time window.
+        // With few particles, starting threads takes longer than simulating a time window.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = communicator.as_ref().map_or(1, |communicator| communicator.size());
         let has_domains = HAS_DOMAINS && (domains > 1 || communicator.is_some()) && processes <= Threads::MOST;
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, communicator)));
     }
 
-    /// Advances as [`Self::advance_for`] does, but in the domains if there are any. The states in the engine are then
-    /// outdated until [`Self::settle`] is called.
+    /// Like [`Self::advance_for`], but in domains if there are any. The states in the engine are then outdated until
+    /// [`Self::settle`] is called.
     pub(super) fn advance_on_cores(
         &mut self,
         steps: u64,
@@ -163,7 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.with_domains(Domains::complete);
     }
 
-    /// Moves all particles from the domains back to the engine, so that the state can be changed from outside.
+    /// Moves all particles from the domains back to the engine.
     pub(super) fn join(&mut self) {
         self.with_domains(Domains::join);
     }

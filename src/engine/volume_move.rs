@@ -1,4 +1,4 @@
-//! Volume moves: the box and the centres of all molecules are scaled together.
+//! Volume moves: the box and the centres of all molecules are scaled.
 
 use std::collections::HashSet;
 use std::convert::Infallible;
@@ -12,28 +12,26 @@ use crate::model::molecules::Molecules;
 use crate::model::space::{Boundary, Space, minimum_image};
 use crate::model::{Bond, InteractionId, Potential, Scene, SpeciesId};
 
-/// Data for the volume moves of a simulation that do not change during the simulation.
+/// Constant data for the volume moves of a simulation.
 #[derive(Debug, Clone)]
 pub(crate) struct Scaling {
     molecules: Molecules,
-    /// Species of each particle, in the order of their ids.
     species: Vec<SpeciesId>,
     /// Pairs with a bond, the lower id first.
     bonded: HashSet<[u32; 2]>,
     /// Longest interaction range of pairs without a bond `[length]`.
     range: f64,
-    /// Shortest allowed period of the box: twice the longest range, so that no pair interacts through two images
-    /// `[length]`.
+    /// Shortest allowed period of the box `[length]`. In a smaller box, a pair could interact through two images.
     shortest: f64,
 }
 
-/// State proposed by a volume move: a box of another size, and the positions in it.
+/// Proposed state: a box of another size, and the positions in this box.
 #[derive(Debug, Clone)]
 pub(crate) struct Scaled {
     pub space: Space,
     /// Change of the potential energy of pairs `[energy]`.
     pub energy_change: f64,
-    /// New positions, in the order of the particles' ids. Image numbers do not change.
+    /// New positions, in the order of ids. Image numbers do not change.
     positions: Vec<Vector>,
 }
 
@@ -61,23 +59,22 @@ impl Scaling {
         }
     }
 
-    /// A particle without bonds counts as a molecule.
+    /// A particle without bonds is a molecule.
     pub fn molecules(&self) -> usize {
         self.molecules.count
     }
 }
 
 impl Simulation {
-    /// Returns the present volume of the box `[length^D]`: its area in two dimensions, and its length in one
-    /// dimension.
+    /// Returns the current volume of the box `[length^D]`: an area in two dimensions, a length in one dimension.
     #[must_use]
     pub fn volume(&self) -> f64 {
         self.scene.space.volume()
     }
 
-    /// Returns the box with the logarithm of its volume changed by `change`. Returns `None` below the smallest box in
-    /// which no pair interacts through two images. That limit is part of the ensemble, like a stop for a piston:
-    /// volume moves across it are rejected in both directions.
+    /// Returns the box with the logarithm of its volume changed by `change`. Returns `None` if a pair could interact
+    /// through two images. This limit is part of the ensemble, like a stop for a piston: moves across it are rejected
+    /// in both directions.
     pub(crate) fn scaled_box(&self, scaling: &Scaling, change: f64) -> Option<Space> {
         let from = &self.scene.space;
         let factor = libm::exp(change / from.dimensions() as f64);
@@ -88,8 +85,7 @@ impl Simulation {
         fits.then_some(space)
     }
 
-    /// Scales the positions of all molecules to another box of the same shape. Returns `None` if particles then
-    /// overlap.
+    /// Scales the positions of all molecules to another box of the same shape. Returns `None` if particles overlap.
     pub(crate) fn scaled(&self, scaling: &Scaling, space: Space) -> Option<Scaled> {
         let snapshot = self.snapshot();
         let positions = scaling.molecules.scaled(&snapshot.positions, &self.scene.space, &space);
@@ -122,13 +118,13 @@ impl Simulation {
             let [a, b] = bond.pair.map(|id| inside[id.0 as usize]);
             add(potential(bond.interaction), minimum_image(a - b, &periods).norm());
         }
-        // A volume move does not change the lengths of bonds, so bonded pairs keep their states.
+        // A volume move does not change the lengths of bonds.
         let state = |bond: &Bond| usize::from(self.pair_state(bond.pair[0], bond.pair[1]));
         energy += held.iter().map(|bond| potential(bond.interaction).energies()[state(bond)]).sum::<f64>();
         (!overlap).then_some(energy)
     }
 
-    /// Velocities, times and event counts are unchanged, and the energy change counts as supplied energy.
+    /// Velocities, times and event counts are unchanged. The energy change is added to the supplied energy.
     pub(crate) fn take_scaled(&mut self, scaled: Scaled) {
         let Scaled { space, positions, .. } = scaled;
         self.scene.space = space;

@@ -1,4 +1,4 @@
-//! Attempts to swap replicas: energies are sampled, neighbours are swapped, and weights are learned.
+//! Attempts to swap replicas.
 
 use super::error::Unprepared;
 use super::multicanonical::{Multicanonical, Torn};
@@ -6,8 +6,7 @@ use super::replica::bath;
 use super::replicas::{Exchange, in_order};
 
 impl Exchange {
-    /// Samples the energies and swaps neighbours by the Metropolis rule, when all replicas have reached the time of the
-    /// attempt.
+    /// Samples energies and swaps neighbours by the Metropolis rule. All replicas have reached the time of the attempt.
     pub(super) fn attempt(&mut self) -> Result<(), Unprepared> {
         let was_measured = self.attempts >= self.equilibration;
         self.attempts += 1;
@@ -43,7 +42,7 @@ impl Exchange {
 
     fn swap_neighbours(&mut self) {
         let mut changed = vec![false; self.places.len()];
-        // Two replicas form a single pair, which is tried at every attempt.
+        // With two replicas, there is a single pair, which is tried at every attempt.
         let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
         for lower in (first..self.places.len() - 1).step_by(2) {
             // A random number is drawn for every pair, so that later random numbers do not depend on the outcome.
@@ -68,8 +67,8 @@ impl Exchange {
         self.begin_intervals(Some(&changed));
     }
 
-    /// Records the energies of a multicanonical exchange. Once they determine new weights, gives every replica the
-    /// weights and a heat bath at the highest temperature.
+    /// Records the energies of a multicanonical exchange. If they lead to new weights, every replica gets these weights
+    /// and a heat bath at the highest temperature.
     fn learn(&mut self) -> Result<(), Torn> {
         let Some(learning) = &mut self.multicanonical else { return Ok(()) };
         let is_first = learning.weights().is_none();
@@ -95,7 +94,7 @@ impl Exchange {
         if temperatures[0] > temperatures[temperatures.len() - 1] { 0 } else { temperatures.len() - 1 }
     }
 
-    /// Gives a replica the heat bath of a temperature, with random numbers of its own.
+    /// Gives a replica a heat bath with its own random numbers.
     pub(super) fn heat(&mut self, replica: usize, place: usize) {
         // Each replica gets a new stream at each attempt. 1000 replicas and 1e12 attempts need far fewer than 2^61.
         let attempt = crate::base::numbers::index(self.attempts);
@@ -124,8 +123,8 @@ impl Exchange {
         }
     }
 
-    /// Begins a new averaging interval at each temperature whose replica has changed, or at all temperatures when the
-    /// equilibration ends or `changed` is `None`.
+    /// Begins a new averaging interval at each temperature that `changed` marks. At the end of the equilibration, or if
+    /// `changed` is `None`, an interval begins at every temperature.
     pub(super) fn begin_intervals(&mut self, changed: Option<&[bool]>) {
         if self.attempts < self.equilibration || self.multicanonical.is_some() {
             return;

@@ -1,4 +1,4 @@
-//! Averages of an exchange: at each temperature over its successive replicas, and for each pair of neighbours.
+//! Averages of observables at each temperature, and of swaps between neighbouring temperatures.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,17 +10,17 @@ use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
 use crate::model::{ExchangePlan, Scene};
 
-/// Observable that is sampled at the attempts to swap. All others are averaged over the time between attempts.
+/// The observable that is sampled at the attempts. Other observables are averaged over the time between attempts.
 const POTENTIAL: &str = "potential_energy_per_particle";
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct AtTemperature {
     observer: Observer,
-    /// Averages of the potential energy relative to its first sample, and of the square of this difference.
+    /// Averages of the deviation from the first potential energy, and of the square of this deviation.
     energy: BlockAverage,
     square: BlockAverage,
     first: Option<f64>,
-    /// Averages of the other quantities sampled at the attempts.
+    /// Averages of other quantities that are sampled at the attempts.
     others: Vec<BlockAverage>,
 }
 
@@ -35,7 +35,6 @@ impl AtTemperature {
         self.observer.row(simulation);
     }
 
-    /// Ends the averaging interval, before each swap.
     pub fn end(&mut self, simulation: &Simulation) {
         self.observer.row(simulation);
     }
@@ -72,11 +71,11 @@ impl AtTemperature {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Averages {
     pub temperatures: Vec<AtTemperature>,
-    /// Populations of the energy levels; `None` for an exchange between windows, which measures the distance instead.
+    /// Populations of the energy levels. `None` for an exchange between windows.
     populations: Option<Populations>,
-    /// Fraction of accepted attempts for each pair of neighbours.
+    /// Fraction of accepted attempts for each pair of neighbouring temperatures or windows.
     swaps: Vec<BlockAverage>,
-    /// Number of attempts and number of swaps of each pair of neighbours.
+    /// Number of attempts and number of swaps for each pair.
     counts: Vec<[u64; 2]>,
 }
 
@@ -91,7 +90,6 @@ impl Averages {
         }
     }
 
-    /// The observables that apply to the scene, the same at all temperatures.
     pub fn applicable(&self) -> &ApplicableObservables {
         self.temperatures[0].observer.applicable()
     }
@@ -102,7 +100,7 @@ impl Averages {
         self.counts[pair][1] += u64::from(is_swapped);
     }
 
-    /// Adds samples to all temperatures. `others` holds the other quantities, one temperature after the other.
+    /// Adds samples to all temperatures. `others` holds other quantities, one temperature after the other.
     pub fn sample(&mut self, energies: &[f64], others: &[f64]) {
         let each = others.len() / energies.len().max(1);
         for (place, (at, energy)) in self.temperatures.iter_mut().zip(energies).enumerate() {

@@ -1,4 +1,4 @@
-//! Energy, heat capacity and entropy at all temperatures of an exchange and between them.
+//! Energy, heat capacity and entropy as functions of the temperature.
 
 use std::collections::BTreeMap;
 
@@ -14,17 +14,16 @@ use crate::model::ExchangeEnsemble;
 use crate::model::exchange_plan::ends;
 use std::convert::Infallible;
 
-/// Approximate number of temperatures of a curve. Each interval between two simulated temperatures is divided into the
-/// same number of parts, with a constant ratio of successive temperatures.
+/// Approximate number of temperatures of a curve. Each interval between two simulated temperatures is divided into
+/// equally many parts, with a constant ratio of successive temperatures.
 const POINTS: usize = 120;
 
-/// Names of the quantities that are given relative to their values at the highest temperature.
+/// Names of the quantities that are relative to their values at the highest temperature.
 const RELATIVE: [&str; 2] = ["entropy_per_particle", "reduced_free_energy_per_particle"];
 
-/// Number of refinement steps for the position of a peak.
 const HALVINGS: u32 = 30;
 
-/// Thermal quantities at a temperature per moving particle, in the canonical ensemble.
+/// Thermal quantities at one temperature, in the canonical ensemble. Averages are per moving particle.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalPoint {
@@ -32,14 +31,12 @@ pub struct ThermalPoint {
     pub temperature: f64,
     /// Mean potential energy per particle, `<U> / N` `[energy]`.
     pub potential_energy_per_particle: Estimate,
-    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: the sum of a kinetic and a
-    /// configurational part.
+    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`. The first term is kinetic.
     pub heat_capacity_per_particle: Estimate,
-    /// Entropy in units of k_B, relative to its value at the highest temperature: the sum of a kinetic and a
-    /// configurational part.
+    /// Entropy in units of k_B, relative to its value at the highest temperature. It includes the kinetic part.
     pub entropy_per_particle: Estimate,
     /// Free energy divided by the temperature, `A / (N T)` with `A = E - T S`, relative to its value at the highest
-    /// temperature: the sum of a kinetic and a configurational part.
+    /// temperature. It includes the kinetic part.
     pub reduced_free_energy_per_particle: Estimate,
     /// Means of the quantities of [`Exchange::measured_names`], by name.
     pub others: BTreeMap<String, Estimate>,
@@ -55,26 +52,25 @@ pub struct HeatCapacityPeak {
     pub heat_capacity_per_particle: Estimate,
 }
 
-/// Curves of thermal quantities over the temperatures of an exchange, from the potential energies at all temperatures
-/// by [`DensityOfStates`], with errors by [`Reweighting`].
+/// Thermal quantities as functions of the temperature. They are computed from the potential energies at all
+/// temperatures with [`DensityOfStates`]. [`Reweighting`] determines the errors.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalCurves {
-    /// Points at ascending temperatures, including all simulated temperatures. Empty for an exchange between windows,
-    /// if all energies are equal, or if energies at different temperatures do not overlap sufficiently.
+    /// Points at ascending temperatures, including all simulated temperatures. Empty if all energies are equal, or if
+    /// the energies at different temperatures do not overlap sufficiently. Also empty for an exchange between windows.
     pub points: Vec<ThermalPoint>,
-    /// The highest interior maximum of the heat capacity.
+    /// The highest maximum of the heat capacity that is not at an end of the curve.
     pub peak: Option<HeatCapacityPeak>,
-    /// Whether there are no curves because the temperatures fall into groups whose energies do not overlap.
+    /// Whether there are no curves because some temperatures share too few energies with the other temperatures.
     pub is_torn: bool,
     /// The density of states of all visited levels, by ascending energy.
     pub density_of_states: Vec<LevelDensity>,
-    /// For a multicanonical exchange, the populations of the levels at each temperature, in the order of the scene.
-    /// Empty for other exchanges, which measure the populations directly.
+    /// Populations of the levels at each temperature of a multicanonical exchange, otherwise empty.
     pub populations: Vec<Vec<Population>>,
 }
 
-/// Potential energies of an exchange, kept in memory: a recorder for exchanges without a folder.
+/// Potential energies of an exchange, kept in memory. Use this recorder for exchanges without a folder.
 ///
 /// ```
 /// # use carom::Vector;
@@ -123,7 +119,7 @@ impl PotentialEnergies {
         &self.rows
     }
 
-    /// Computes the thermal curves of the exchange that recorded these energies.
+    /// Computes the thermal curves from the recorded energies.
     #[must_use]
     pub fn curves(&self, exchange: &Exchange) -> ThermalCurves {
         let visit = |see: &mut dyn FnMut(&[f64], &[f64])| {
@@ -138,12 +134,10 @@ struct System<'n> {
     particles: f64,
     dimensions: f64,
     highest: f64,
-    /// Names of the other quantities that are sampled with the energies.
     names: &'n [&'static str],
 }
 
 impl System<'_> {
-    /// `D / 2 + <(U - <U>)^2> / (N T^2)`: kinetic part plus fluctuations of the potential energy.
     fn heat_capacity(&self, temperature: f64, moments: &Moments) -> f64 {
         0.5 * self.dimensions + moments.variance / (self.particles * temperature * temperature)
     }
@@ -161,8 +155,8 @@ impl System<'_> {
         all
     }
 
-    /// Finds the maximum of the heat capacity near the temperature `grid[place]` by golden-section search. The
-    /// temperatures in `grid` ascend. Returns the temperature and the value of the maximum.
+    /// Finds the maximum of the heat capacity near `grid[place]` by golden-section search. The temperatures in `grid`
+    /// ascend. Returns the temperature and the value of the maximum.
     fn peak_near(&self, density: &DensityOfStates, grid: &[f64], place: usize) -> [f64; 2] {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let height = |temperature: f64| self.heat_capacity(temperature, &density.at(temperature));
@@ -186,8 +180,8 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// Computes the curves. Each call of `visit` goes through the energies and the other quantities of all attempts:
-    /// first to find the energy levels, then to fill the histograms.
+    /// Computes the curves. `visit` goes through the energies and other quantities of all attempts. It is called twice,
+    /// to find the energy levels and to fill the histograms.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
@@ -259,7 +253,7 @@ fn curve(
 }
 
 impl ThermalPoint {
-    /// Creates a point from its quantities: first the four that are always present, then the named quantities.
+    /// Creates a point from four quantities that are always present, and the named quantities.
     pub(super) fn new(temperature: f64, of: &[Estimate], names: &[&str]) -> Self {
         Self {
             temperature,

@@ -4,7 +4,7 @@ use super::results::{ExchangeResults, TemperatureResult};
 use crate::base::text::{digits, plural};
 use crate::model::ExchangeEnsemble;
 
-/// Minimum number of round trips of all replicas together. With fewer, errors are unreliable.
+/// Minimum total number of round trips. With fewer round trips, errors are unreliable.
 const FEWEST_TRIPS: u64 = 10;
 
 pub(super) const TORN: &str = "there are no curves: some temperatures share no energies with the other temperatures; add temperatures between them";
@@ -12,17 +12,17 @@ pub(super) const TORN: &str = "there are no curves: some temperatures share no e
 pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: some windows share no distances with the other windows; let the windows overlap more";
 
 impl ExchangeResults {
-    /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
+    /// Returns reasons why the exchange may not be in equilibrium, in words.
     ///
-    /// A round trip leads from the highest temperature to the lowest and back, or from the last window to the first and
+    /// A round trip goes from the highest temperature to the lowest and back, or from the last window to the first and
     /// back. At the highest temperature, or in the last window, a replica loses the memory of its earlier
-    /// configurations. The number of round trips is thus the number of independent visits to the lowest temperature, or
-    /// to the first window (H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer, J. Stat. Mech. P03018 (2006),
+    /// configurations. Each round trip is therefore an independent visit to the lowest temperature or the first window
+    /// (H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer, J. Stat. Mech. P03018 (2006),
     /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018)).
     ///
-    /// The warnings name
-    /// - temperatures or windows that never swapped their replica with a neighbour;
-    /// - temperatures at which the potential energy never changed although it changed at other temperatures:
+    /// There are warnings about
+    /// - temperatures or windows that never swapped replicas with a neighbour;
+    /// - temperatures at which the potential energy never changed, although it changed at other temperatures:
     ///   only one state exists, or the replicas are frozen;
     /// - an exchange with fewer than ten round trips, or with fewer round trips than replicas.
     #[must_use]
@@ -63,7 +63,7 @@ impl ExchangeResults {
         warnings
     }
 
-    /// Whether no attempted swap of a temperature or window with its neighbours was accepted.
+    /// Whether swaps with the neighbours of a temperature or window were attempted, and all of them were rejected.
     fn is_alone(&self, place: usize) -> bool {
         let pairs = self.neighbours.iter().enumerate().filter(|(pair, _)| *pair == place || pair + 1 == place);
         let mut tried = pairs.filter(|(_, it)| it.attempts > 0).peekable();

@@ -10,7 +10,6 @@ use crate::run::checkpoint::CheckpointError;
 
 use super::multicanonical::Torn;
 
-/// Reasons why the averages of an exchange cannot begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Unprepared {
     Torn,
@@ -32,7 +31,7 @@ impl<E> From<Unprepared> for ExchangeError<E> {
     }
 }
 
-/// Why no exchange can be made from a scene.
+/// Reasons why a scene cannot be used for an exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StartError {
@@ -44,7 +43,7 @@ pub enum StartError {
     Velocities(#[from] SetStateError),
 }
 
-/// Why an exchange ended early. `E` is the error of its [`ExchangeRecorder`](super::ExchangeRecorder).
+/// Reasons why an exchange ended early. `E` is the error of its [`ExchangeRecorder`](super::ExchangeRecorder).
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ExchangeError<E> {
@@ -79,7 +78,7 @@ pub enum ExchangeError<E> {
         replica: usize,
         /// Temperature of the replica when it stopped `[energy]`.
         temperature: f64,
-        /// Why.
+        /// The error of the engine.
         source: EngineError,
     },
 }
@@ -91,7 +90,7 @@ impl<E> ExchangeError<E> {
     pub const OUTSIDE_OF_WINDOW_CURE: &str = "give a longer equilibration_time, a shorter interval, windows that the particles can reach, or a start closer to the windows";
 }
 
-/// Error of the folder of an exchange.
+/// Errors of the folder of an exchange.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ExchangeFolderError {
@@ -106,7 +105,7 @@ pub enum ExchangeFolderError {
     Passed {
         /// The folder.
         path: PathBuf,
-        /// Simulated time over which averages have been taken so far `[time]`.
+        /// Simulated time of the averages so far `[time]`.
         measured: f64,
         /// The requested simulated time of the averages `[time]`.
         asked: f64,
@@ -119,23 +118,23 @@ pub enum ExchangeFolderError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The underlying error.
         source: io::Error,
     },
-    /// The checksum of a table differs from its checksum in the results.
+    /// A table has a different checksum than in the results.
     #[error("{} is not the table that the exchange wrote: its checksum is {found}, expected {expected} of summary.json", path.display())]
     Table {
         /// The file.
         path: PathBuf,
-        /// The checksum of the present content.
+        /// The checksum of the current content.
         found: String,
         /// The checksum of the content that the exchange wrote.
         expected: String,
     },
-    /// No exchange can be made from the scene.
+    /// The scene cannot be used for an exchange.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// The folder or one of its files cannot be used.
+    /// The folder or a file in the folder cannot be used.
     #[error(transparent)]
     Output(#[from] OutputError),
 }
@@ -166,7 +165,7 @@ impl ExchangeFolderError {
     }
 }
 
-/// Suggestion for a checkpoint that cannot be used. An exchange keeps no older checkpoint.
+/// Suggestion for a checkpoint that cannot be used. There is no older checkpoint.
 fn cure_of(error: &CheckpointError) -> &'static str {
     match error {
         CheckpointError::Missing(_) => {

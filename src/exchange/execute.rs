@@ -1,4 +1,4 @@
-//! Runs the replicas of an exchange from attempt to attempt, on several threads.
+//! Runs the replicas of an exchange on several threads.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -22,7 +22,7 @@ pub trait ExchangeRecorder {
     /// Error of the recorder. It ends the exchange.
     type Error;
 
-    /// Called after each attempt to swap, once the equilibration is over.
+    /// Called after each attempt to swap, except during the equilibration.
     ///
     /// # Errors
     /// If the row cannot be recorded.
@@ -43,8 +43,8 @@ pub trait ExchangeRecorder {
         false
     }
 
-    /// Called when a checkpoint is due, which may be between two attempts, and at the end. From this state, the
-    /// exchange can continue with bitwise the same results.
+    /// Called when a checkpoint is due, and at the end. The exchange can continue from a checkpoint with bitwise the
+    /// same results.
     ///
     /// # Errors
     /// If the checkpoint cannot be recorded.
@@ -70,7 +70,7 @@ struct Done {
     result: thread::Result<Result<bool, EngineError>>,
 }
 
-/// The caller's function, called at intervals of wall time, which may end the exchange.
+/// The caller's function, which is called regularly and may end the exchange.
 struct Watch<'w> {
     ask: &'w mut dyn FnMut([u64; 2]) -> ControlFlow<()>,
     asked: Instant,
@@ -87,15 +87,16 @@ impl Watch<'_> {
 }
 
 impl Exchange {
-    /// Runs to the end, `jobs` replicas at a time, and passes rows and frames to a recorder, such as an
-    /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange at its end, or when `watch` stopped it.
+    /// Runs the exchange, and passes rows and frames to a recorder, such as an
+    /// [`ExchangeFolder`](super::ExchangeFolder). `jobs` replicas run at a time. Returns the exchange when it is
+    /// complete, or when `watch` stops it.
     ///
-    /// Every few hundredths of a second, `watch` receives the number of attempts so far and the total number. The
-    /// results are bitwise the same for any `watch`, recorder and `jobs`.
+    /// Every few hundredths of a second, `watch` receives the number of attempts so far and the total number of
+    /// attempts. The results are bitwise the same for any `watch`, recorder and `jobs`.
     ///
     /// # Errors
-    /// [`ExchangeError::Recorder`] if something cannot be recorded, [`ExchangeError::Engine`] if a replica cannot
-    /// continue, [`ExchangeError::NoOverlap`] if the equilibration determines no multicanonical weights,
+    /// [`ExchangeError::Recorder`] if something cannot be recorded. [`ExchangeError::Engine`] if a replica cannot
+    /// continue. [`ExchangeError::NoOverlap`] if the equilibration determines no multicanonical weights.
     /// [`ExchangeError::OutsideOfWindow`] if a replica does not reach its window.
     pub fn execute<R: ExchangeRecorder>(
         mut self,
@@ -125,16 +126,16 @@ impl Exchange {
         Ok(self)
     }
 
-    /// Runs to the end on one thread, without a recorder.
+    /// Runs the exchange to the end on one thread, without a recorder.
     ///
     /// # Errors
-    /// [`ExchangeError::Engine`] if a replica cannot continue, [`ExchangeError::NoOverlap`] as for [`Self::execute`].
+    /// As for [`Self::execute`], except for [`ExchangeError::Recorder`].
     pub fn finish(self) -> Result<Self, ExchangeError<Infallible>> {
         self.execute(1, &mut (), &mut |_| ControlFlow::Continue(()))
     }
 
-    /// Alternately advances the replicas and attempts swaps, until the end. `advance` moves all replicas towards the
-    /// time of the next attempt, and returns whether they have reached it.
+    /// Alternately advances the replicas and attempts swaps. `advance` moves all replicas towards the time of the next
+    /// attempt, and returns whether they have reached it.
     fn drive<R: ExchangeRecorder>(
         &mut self,
         recorder: &mut R,
@@ -174,8 +175,7 @@ struct Failed {
     source: EngineError,
 }
 
-/// Advances the replicas one by one in this thread. Returns false, before all have advanced, if `watch` ends the
-/// exchange or a checkpoint is due.
+/// Advances the replicas one by one in this thread. Returns false if `watch` ends the exchange or a checkpoint is due.
 fn advance_here<R: ExchangeRecorder>(
     exchange: &mut Exchange,
     recorder: &R,
@@ -194,7 +194,6 @@ fn advance_here<R: ExchangeRecorder>(
     Ok(true)
 }
 
-/// Threads that take replicas from a queue and advance them.
 struct Crew<'p> {
     tasks: Sender<Task>,
     done: Receiver<Done>,
@@ -203,10 +202,10 @@ struct Crew<'p> {
 
 fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBool) {
     loop {
-        // A poisoned lock does no harm, because no thread panics while it holds the lock.
+        // The lock is never poisoned, because no thread panics while it holds the lock.
         let task = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Task { number, mut replica, time }) = task else { return };
-        // Unwinding is safe, because a replica is not used again after a panic.
+        // Unwinding is safe, because a replica is not used after a panic.
         let result = catch_unwind(AssertUnwindSafe(|| replica.go(time, || pauses.load(Ordering::Relaxed))));
         if results.send(Done { number, replica, result }).is_err() {
             return;
@@ -225,7 +224,7 @@ impl Crew<'_> {
         self.pauses.store(false, Ordering::Relaxed);
         let mut all: Vec<Option<Done>> = exchange.replicas.iter().map(|_| None).collect();
         for (number, replica) in exchange.replicas.drain(..).enumerate() {
-            // Sending cannot fail, because the queue exists as long as the crew.
+            // Sending cannot fail, because the receiver outlives the crew.
             let _ = self.tasks.send(Task { number, replica: Box::new(replica), time });
         }
         let mut left = all.len();
@@ -245,7 +244,7 @@ impl Crew<'_> {
             exchange.replicas.push(*replica);
             match result.unwrap_or_else(|panic| resume_unwind(panic)) {
                 Ok(is_done) => is_there &= is_done,
-                // If several replicas fail, the lowest index decides which error is returned.
+                // If several replicas fail, the error of the replica with the lowest index is returned.
                 Err(source) => failed = failed.or(Some(Failed { number, source })),
             }
         }

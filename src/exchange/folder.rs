@@ -1,4 +1,4 @@
-//! The folder of an exchange: its tables, a trajectory for each temperature, its checkpoint and its summary.
+//! The folder of an exchange: tables, trajectories, a checkpoint and a summary.
 
 mod mark;
 mod measured;
@@ -37,7 +37,7 @@ const CURVES: &str = "curves.csv";
 const DENSITY: &str = "density_of_states.csv";
 const MEAN_FORCE: &str = "potential_of_mean_force.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
-/// The HTML page. An exchange that continues to a later end removes it, because it is outdated.
+/// The HTML page. If an exchange continues to a later end, the page is outdated and removed.
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
@@ -47,9 +47,9 @@ const FILES: [&str; 10] = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEAN_FORCE, M
 /// Content of a checkpoint: the exchange, and the sizes and checksums of its files.
 type Content = (Exchange, Vec<ManifestEntry>);
 
-/// Folder of an exchange: a recorder that writes rows, frames, checkpoints and results.
+/// Folder of an exchange. It is a recorder that writes rows, frames, checkpoints and results.
 ///
-/// Tables and trajectories have temporary names, such as `exchange.csv.partial`, until the exchange is complete.
+/// Until the exchange is complete, tables and trajectories have temporary names, such as `exchange.csv.partial`.
 /// `summary.json` is written last. The folder is locked while an exchange writes to it.
 ///
 /// ```
@@ -97,14 +97,14 @@ pub enum Opened {
 
 impl ExchangeFolder {
     /// Creates the folder for the exchange of a scene, or opens an existing folder. `record` is the text of the scene
-    /// including all overrides, such as [`Scene::record`]. If the folder holds an exchange of a scene that differs only
-    /// in its end, this exchange continues to the new end, even if it was complete.
+    /// with all overrides, such as [`Scene::record`]. The folder may hold an exchange of a scene with a different end.
+    /// This exchange then continues to the new end, even if it was complete.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else,
-    /// [`ExchangeFolderError::Passed`] if the end is before the last checkpoint, [`ExchangeFolderError::Start`] if no
-    /// exchange can be made from the scene, [`ExchangeFolderError::Output`] if another process writes to the folder, a
-    /// link or a folder has the name of one of its files, the checkpoint cannot be used, or a file cannot be written.
+    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else.
+    /// [`ExchangeFolderError::Passed`] if the end is before the last checkpoint. [`ExchangeFolderError::Start`] if the
+    /// scene cannot be used for an exchange. [`ExchangeFolderError::Output`] if another process writes to the folder, a
+    /// link or a folder has the name of a file, the checkpoint cannot be used, or a file cannot be written.
     pub fn open(path: impl AsRef<Path>, scene: Scene, record: &str) -> Result<Opened, ExchangeFolderError> {
         let path = path.as_ref();
         let mark = mark::locked(path)?;
@@ -118,7 +118,7 @@ impl ExchangeFolder {
         let mut has_other_end = false;
         match fs::read_to_string(&kept) {
             Ok(text) if text == record => {}
-            // Without a checkpoint and results, the folder holds nothing of value and may be replaced.
+            // Without a checkpoint and results, the folder may be replaced.
             Ok(text) if !has_begun || without_limit(&text) == without_limit(record) => has_other_end = true,
             Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -129,7 +129,7 @@ impl ExchangeFolder {
         if is_complete && !has_other_end {
             return Ok(Opened::Complete);
         }
-        // Surfaces are written once, because they are the same at all temperatures.
+        // Surfaces are the same at all temperatures, so they are written once.
         surfaces::write(path, &scene, |file| !has_begun || !file.exists())?;
         if !has_begun {
             if has_other_end {
@@ -142,8 +142,8 @@ impl ExchangeFolder {
             return Ok(Opened::Complete);
         }
         if has_other_end {
-            // The results in the folder are outdated, so they are removed before the new scene is written. If the
-            // process is killed in between, the exchange continues to the old end.
+            // The outdated results are removed before the new scene is written. If the process is killed in between,
+            // the exchange continues to the old end.
             [SUMMARY, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, PAGE]
                 .iter()
                 .try_for_each(|name| remove(&path.join(name)))?;
@@ -170,7 +170,7 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    /// Returns the exchange of the last checkpoint, with the end given in the present scene.
+    /// Returns the exchange of the last checkpoint, with the end in `scene`.
     fn kept(path: &Path, scene: &Scene) -> Result<(Exchange, Vec<ManifestEntry>), ExchangeFolderError> {
         let (mut exchange, files): Content =
             checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
@@ -209,7 +209,7 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    /// Writes a checkpoint at this interval, instead of every five minutes.
+    /// Sets the interval between checkpoints. By default, it is five minutes.
     #[must_use]
     pub fn checkpoint_every(mut self, interval: Duration) -> Self {
         self.checkpoints.interval = interval;
@@ -228,17 +228,17 @@ impl ExchangeFolder {
         path.join(SCENE)
     }
 
-    /// Returns the paths of the files that are needed to make the HTML page or to continue the exchange, whether they
-    /// exist or not.
+    /// Returns the paths of the files that are needed to continue the exchange or to make its HTML page. Some of them
+    /// may not exist.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
         FILES.into_iter().filter(|name| *name != PAGE).map(|name| path.join(name)).collect()
     }
 
-    /// Gives all files their final names and writes the results, `summary.json` last.
+    /// Gives all files their final names and writes the results.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Output`] if a file cannot be written. `summary.json` is missing in this case.
+    /// [`ExchangeFolderError::Output`] if a file cannot be written. `summary.json` is then missing.
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
         self.rows.sync()?;
         let rows = PartialFile::present(&self.path.join(ROWS));
@@ -276,8 +276,8 @@ impl ExchangeFolder {
     /// Reads the results of a complete exchange.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Incomplete`] if the exchange has not reached its end, [`ExchangeFolderError::Read`] if a
-    /// file is missing or damaged, [`ExchangeFolderError::Table`] if a table has been changed.
+    /// [`ExchangeFolderError::Incomplete`] if the exchange has not reached its end. [`ExchangeFolderError::Read`] if a
+    /// file is missing or damaged. [`ExchangeFolderError::Table`] if a table has been changed.
     pub fn read(path: &Path) -> Result<ExchangeSummary, ExchangeFolderError> {
         let text = |name: &str| {
             let path = path.join(name);
@@ -292,7 +292,8 @@ impl ExchangeFolder {
         }
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        // The summary does not list the tables that an exchange between windows lacks. Old versions list no tables.
+        // Only tables that the summary lists are read. Summaries of old versions list none, and an exchange between
+        // windows does not write all tables.
         let table = |name: &str| {
             summary.tables.get(name).map_or(Ok(None), |_| {
                 let text = text(name)?;
@@ -326,8 +327,8 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// Reads every N-th (`every`) of the first `rows` rows in `exchange.csv` of a complete exchange. Returns the
-    /// simulated time and the replica at each temperature, counted from 0.
+    /// Reads every `every`-th of the first `rows` rows of `exchange.csv`. Returns the simulated time of each row, and
+    /// the index of the replica at each temperature.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.

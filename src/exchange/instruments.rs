@@ -1,4 +1,4 @@
-//! Instruments at each temperature of an exchange. They follow the temperature, not the replica.
+//! Instruments at each temperature of an exchange. An instrument stays at its temperature when replicas are swapped.
 
 use std::sync::OnceLock;
 
@@ -9,7 +9,7 @@ use crate::analysis::observables::ApplicableObservables;
 use crate::engine::Simulation;
 use crate::model::ExchangePlan;
 
-/// Instruments at all temperatures; empty before averages begin, and if the scene has none.
+/// Instruments at all temperatures. Empty before averages begin, and in a scene without instruments.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct InstrumentsAtTemperatures {
     each: Vec<Instruments>,
@@ -33,8 +33,7 @@ impl InstrumentsAtTemperatures {
             }
             let snapshot = simulation.snapshot();
             let system = description(&self.system, simulation, applicable);
-            // The exchange may be extended, so its final duration is unknown. The interval between attempts replaces
-            // it.
+            // The exchange may be extended, so its duration is unknown. The interval between attempts is used instead.
             let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
             self.each.push(Instruments::new(&measure, &setup));
         }
@@ -47,7 +46,7 @@ impl InstrumentsAtTemperatures {
     ) {
         for (instruments, simulation) in self.each.iter_mut().zip(simulations) {
             let system = description(&self.system, simulation, applicable);
-            // `end` also takes a sample whose time differs from the due time by round-off.
+            // Because of round-off, a sample may come slightly before it is due. `end` takes it anyway.
             instruments.end(&Sample::of(&simulation.snapshot()), system);
         }
     }

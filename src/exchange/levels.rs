@@ -1,4 +1,4 @@
-//! Levels of the potential energy in the samples of all replicas: their density of states and their populations.
+//! Levels of the potential energy: their density of states and their populations.
 
 use super::populations::bins;
 use super::results::Population;
@@ -12,7 +12,7 @@ pub struct LevelDensity {
     /// The energy of the level `[energy]`.
     pub energy: f64,
     /// Natural logarithm of the density of states `g(E)`, with `sum_E g(E) exp(-E / T) = 1` at the highest temperature
-    /// `T`. It has no error estimate if any of the resamples lacks the level.
+    /// `T`. If a resample lacks the level, there is no error estimate.
     pub log_density_of_states: Estimate,
 }
 
@@ -32,7 +32,7 @@ impl LevelDensity {
     }
 }
 
-/// Populations at each temperature. More than a hundred levels are merged into bins.
+/// Populations at each temperature. If there are more than a hundred levels, they are merged into bins.
 pub(super) fn populations(reweighting: &Reweighting, temperatures: &[f64]) -> Vec<Vec<Population>> {
     let energies: Vec<f64> = reweighting.density().levels().map(|(energy, _)| energy).collect();
     let bins = bins(&energies);

@@ -6,7 +6,7 @@ use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLeve
 use crate::analysis::statistics::Estimate;
 use std::convert::Infallible;
 
-/// A bin of the distance, with its free energies.
+/// Free energies in a bin of the distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct MeanForcePoint {
@@ -14,16 +14,16 @@ pub struct MeanForcePoint {
     pub distance: f64,
     /// Width of the bin `[length]`.
     pub width: f64,
-    /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance, relative to the mean density in the
-    /// last window `[energy]`.
+    /// Free energy, `F(r) = -T ln(p(r) / p_0)` `[energy]`. Here `p(r)` is the probability density of the distance, and
+    /// `p_0` is the mean of `p` in the last window.
     pub free_energy: Estimate,
-    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions `[energy]`: `-T` times the logarithm
-    /// of the density in space, relative to its mean in the last window, which is beyond the range of most potentials.
+    /// Potential of mean force, `w(r) = -T ln(n(r) / n_0)` `[energy]`. Here `n(r)` is the probability density per unit
+    /// volume. It is proportional to `p(r) / r^(D - 1)` in `D` dimensions. `n_0` is the mean of `n` in the last window.
     pub potential_of_mean_force: Estimate,
 }
 
 impl MeanForcePoint {
-    /// Returns the point with the lowest free energy, which `of` selects. Points with an error estimate are preferred.
+    /// Returns the point with the lowest free energy `of`. Points with an error estimate are preferred.
     #[must_use]
     pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
         points.get(lowest(points.iter().map(of))?)
@@ -34,9 +34,8 @@ impl MeanForcePoint {
 /// [`ExchangeEnsemble::Umbrella`](crate::model::ExchangeEnsemble::Umbrella).
 ///
 /// Within each window, the probability density of the distance is proportional to the density without windows. The
-/// factors of proportionality follow from the samples of all windows by the equations of
-/// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram), with an energy that is zero inside the window and
-/// infinite outside. Errors are from [`Reweighting`].
+/// equations of [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram) determine the factors, with an energy
+/// that is zero inside the window and infinite outside. [`Reweighting`] determines the errors.
 ///
 /// S. Kumar, J. M. Rosenberg, D. Bouzida, R. H. Swendsen and P. A. Kollman, J. Comput. Chem. 13, 1011 (1992),
 /// [doi:10.1002/jcc.540130812](https://doi.org/10.1002/jcc.540130812).
@@ -44,13 +43,13 @@ impl MeanForcePoint {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MeanForce {
-    /// Points of all visited bins, by ascending distance; empty if some windows share too few distances.
+    /// Points of all visited bins, by ascending distance. Empty if some windows share too few distances.
     pub points: Vec<MeanForcePoint>,
     /// Whether some windows share too few distances with the other windows.
     pub is_torn: bool,
 }
 
-/// Distances in the windows of an exchange, kept in memory: a recorder for exchanges without a folder.
+/// Distances in the windows of an exchange, kept in memory. Use this recorder for exchanges without a folder.
 #[derive(Debug, Clone, Default)]
 pub struct Distances {
     rows: Vec<Vec<f64>>,
@@ -72,7 +71,7 @@ impl Distances {
         &self.rows
     }
 
-    /// Computes the potential of mean force of the exchange that recorded these distances.
+    /// Computes the potential of mean force from the recorded distances.
     #[must_use]
     pub fn mean_force(&self, exchange: &Exchange) -> MeanForce {
         let visit = |see: &mut dyn FnMut(&[f64])| {
@@ -84,8 +83,8 @@ impl Distances {
 }
 
 impl MeanForce {
-    /// Computes the potential. Each call of `visit` goes through the distances in all windows at all attempts: first to
-    /// find the visited bins, then to fill the histograms.
+    /// Computes the potential. `visit` goes through the distances in all windows at all attempts. It is called twice,
+    /// to find the visited bins and to fill the histograms.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
@@ -105,7 +104,7 @@ impl MeanForce {
     }
 }
 
-/// Index of the lowest estimate, if possible one with an error. A bin that any of the resamples lacks has no error.
+/// Index of the lowest estimate. Estimates without an error are ignored if any estimate has an error.
 fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     let by = |a: &Estimate, b: &Estimate| {
         let is_vague = |it: &Estimate| it.standard_error.is_none();
@@ -114,16 +113,16 @@ fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     all.enumerate().min_by(|(_, a), (_, b)| by(a, b)).map(|(place, _)| place)
 }
 
-/// Free energies of all bins with samples, relative to the free energy of the whole last window. A single bin is too
-/// noisy as a reference, and the lowest bin would be biased.
+/// Free energies of all bins, relative to the whole last window. A single bin would be too noisy as a reference, and
+/// the lowest bin would be biased.
 fn points(
     reweighting: &Reweighting,
     (edges, last): (&[f64], [f64; 2]),
     temperature: f64,
     dimensions: f64,
 ) -> Vec<MeanForcePoint> {
-    // Exact volume of each bin's spherical shell, up to a constant factor. With it, a constant density has a constant
-    // potential, whatever the widths of the bins.
+    // Volume of the spherical shell of a bin, up to a constant factor. A constant density then has a constant potential
+    // for any widths of bins.
     let volume = |pair: &[f64]| (libm::pow(pair[1], dimensions) - libm::pow(pair[0], dimensions)) / dimensions;
     let is_last = |pair: &[f64]| last[0] <= pair[0] && pair[1] <= last[1];
     let of_bins = |size: &dyn Fn(&[f64]) -> f64| -> Vec<Estimate> {
@@ -155,7 +154,7 @@ mod tests {
     use crate::analysis::reweighting::Ensemble;
     use crate::model::random::{Purpose, Random};
 
-    /// The points have a constant density in a ball, so the potentials of the bins differ only by noise.
+    /// The density in the ball is constant, so the potentials of the bins differ only by noise.
     #[test]
     fn flat_tail_of_mean_force_is_zero() {
         let edges: Vec<f64> = (0..=20).map(|k| f64::from(k) / 20.0).collect();
@@ -173,7 +172,8 @@ mod tests {
             tails.push(tail.iter().map(|it| it.mean).sum::<f64>() / 10.0);
         }
         let mean = tails.iter().sum::<f64>() / 12.0;
-        // With about 300 samples, the error of a bin is about 0.05. The lowest of ten bins would be biased to -0.07.
+        // With about 300 samples, the error of a bin is about 0.05. With the lowest of ten bins as reference, the mean
+        // would be too high by about 0.07.
         assert!(mean.abs() < 0.01, "{tails:?}");
         assert!((0.5..1.6).contains(&squares), "the errors agree with the scatter: {squares}");
     }
@@ -190,7 +190,7 @@ mod tests {
         distances.iter().for_each(|distance| histograms.add(&[*distance], &[]));
         let all = points(&Reweighting::new(&histograms, 1).unwrap(), (&edges, [0.0, 1.0]), 0.8, 3.0);
         let potential = |place: usize| all[place].potential_of_mean_force;
-        // The first bin holds a single sample in a very small shell, so its potential is low and has no error estimate.
+        // The first bin contains one sample in a very small shell, so its potential is low and has no error estimate.
         assert!(potential(0).mean < 0.0 && potential(0).standard_error.is_none());
         assert!(
             (1..6)

@@ -1,4 +1,4 @@
-//! Energy weights of a multicanonical exchange, shared by all replicas, and how the equilibration determines them.
+//! Energy weights of a multicanonical exchange. They are determined in the equilibration.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,20 +11,19 @@ const MOST_ROWS: u64 = 10_000;
 
 /// The weights of a multicanonical exchange, and the energies that determine them.
 ///
-/// The equilibration has four quarters. In the first and second, replicas are swapped between temperatures. The
-/// energies of the second quarter determine a density of states, and from it the first weights. The third quarter is
-/// simulated with these weights. The energies of the second and third quarters determine the final weights. The last
-/// quarter equilibrates.
+/// The equilibration has four quarters. In the first and second quarter, replicas are swapped between temperatures. The
+/// first weights follow from the energies of the second quarter. The third quarter is simulated with these weights. The
+/// final weights follow from the energies of the second and third quarter. The last quarter equilibrates.
 ///
 /// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Multicanonical {
-    /// Attempts at which the first three quarters of the equilibration end.
+    /// Numbers of the attempts at which the first, second and third quarter end.
     ends: [u64; 3],
     /// Number of attempts from one stored row of energies to the next.
     every: u64,
     rows: [Vec<Vec<f64>>; 2],
-    /// Present energy weights; `None` before the third quarter of the equilibration.
+    /// Current energy weights. `None` before the third quarter.
     weights: Option<EnergyWeights>,
 }
 
@@ -33,7 +32,7 @@ pub(super) struct Multicanonical {
 pub(super) struct Torn;
 
 impl Multicanonical {
-    /// `equilibration` is the length of the equilibration, as a number of attempts.
+    /// The equilibration is given as a number of attempts.
     pub fn new(equilibration: u64) -> Self {
         let ends = [1, 2, 3].map(|quarter| quarter * (equilibration / 4));
         Self {
@@ -48,7 +47,7 @@ impl Multicanonical {
         self.weights.as_ref()
     }
 
-    /// Records the energies of an attempt, if the weights need them. Returns whether new weights were determined.
+    /// Records the energies of an attempt. Returns whether there are new weights.
     pub fn see(&mut self, attempt: u64, energies: &[f64], temperatures: &[f64]) -> Result<bool, Torn> {
         let [first, second, third] = self.ends;
         let quarter = match attempt {
@@ -76,7 +75,7 @@ impl Multicanonical {
         let mut rows = canonical.clone();
         if let (1, Some(weights)) = (quarter, &self.weights) {
             ensembles.extend(temperatures.iter().map(|_| Ensemble::Multicanonical(weights.clone())));
-            // If the third quarter has fewer rows, the last combined rows are incomplete, and the histograms skip them.
+            // If the third quarter has fewer rows than the second, the histograms skip incomplete rows.
             rows.iter_mut().zip(weighted).for_each(|(row, more)| row.extend_from_slice(more));
         }
         let mut levels = EnergyLevels::default();
@@ -87,13 +86,13 @@ impl Multicanonical {
     }
 }
 
-/// Weights for equally frequent visits of all levels between the mean energies at the lowest and the highest
-/// temperature.
+/// Weights with which all levels are visited equally often, from the mean energy at the lowest temperature to the mean
+/// energy at the highest temperature.
 fn flat(density: &DensityOfStates, temperatures: &[f64]) -> EnergyWeights {
     let ends = ends(temperatures);
     let [lowest, highest] = ends.map(|temperature| density.at(temperature).mean);
     let levels: Vec<(f64, f64)> = density.levels().filter(|(_, logarithm)| logarithm.is_finite()).collect();
-    // One more level on either side of the mean energies is included, if it exists.
+    // One more level is included on either side, if it exists.
     let from = levels.partition_point(|level| level.0 <= lowest).saturating_sub(1);
     let to = (levels.partition_point(|level| level.0 < highest) + 1).clamp(from + 1, levels.len());
     EnergyWeights::new(levels[from..to].to_vec(), ends)
@@ -107,7 +106,6 @@ mod tests {
     const STATES: [f64; 4] = [1.0, 9.0, 44.0, 130.0];
     const TEMPERATURES: [f64; 3] = [1.4, 0.5, 0.2];
 
-    /// Draws a level at random, in proportion to its number of states and its weight in the ensemble.
     fn level(random: &mut Random, ensemble: &Ensemble) -> f64 {
         let energies = [-3.0, -2.0, -1.0, 0.0];
         let weights: Vec<f64> = (0..4).map(|k| STATES[k] * (-ensemble.reduced_energy(energies[k])).exp()).collect();

@@ -1,4 +1,4 @@
-//! Populations of the levels of the potential energy at each temperature, with their errors.
+//! Populations of the levels of the potential energy at each temperature.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,19 +6,18 @@ use super::results::Population;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::model::Scene;
 
-/// Largest number of levels. More levels are merged into bins of equal width.
+/// Maximum number of levels. More levels are merged into bins of equal width.
 const MOST_LEVELS: usize = 100;
 
-/// When bins replace levels, their width gives at most about this many bins. Neighbouring bins are merged in pairs as
-/// soon as there are more than [`MOST_BINS`].
+/// When levels are merged into bins, there are at most about this many bins. If there are later more than
+/// [`MOST_BINS`], neighbouring bins are merged in pairs.
 const BINS: f64 = 40.0;
 const MOST_BINS: usize = 80;
 
-/// Largest length of the series for an error: shorter than usual, because each level and temperature has a series.
+/// Maximum length of a series for error estimates. It is small, because there are many levels and temperatures.
 const MOST_VALUES: usize = 128;
 
-/// Energies belong to the same level if they differ by less than this fraction of the largest energy of the potentials,
-/// because their sums have round-off.
+/// Tolerance for energies of the same level, relative to the largest energy of the potentials.
 const SAME: f64 = 1e-9;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -29,17 +28,16 @@ struct Level {
     occupied: Vec<BlockAverage>,
 }
 
-/// Populations of the exact levels of the potential energy or, if there are too many levels, of bins `[k w, (k + 1) w)`
-/// whose width `w` doubles as needed.
+/// Populations of the levels of the potential energy. If there are too many levels, they are replaced by bins
+/// `[k w, (k + 1) w)`, with a width `w` that doubles as needed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Populations {
-    /// The levels or bins in ascending order.
     levels: Vec<Level>,
-    /// Width of the bins; `None` for exact levels.
+    /// Width of the bins, or `None` for exact levels.
     width: Option<f64>,
     /// Largest difference between two energies of the same level `[energy]`.
     tolerance: f64,
-    /// Average of a level without samples. New levels begin as copies of it.
+    /// Average of a level without samples, which is copied for each new level.
     empty: BlockAverage,
     temperatures: usize,
 }
@@ -62,7 +60,7 @@ impl Populations {
             for energy in energies {
                 self.make_room(*energy);
             }
-            // The indices are looked up last, because levels may have been inserted or merged above.
+            // The indices are found now, because levels may have been inserted or merged above.
             energies.iter().map(|energy| self.find(*energy).unwrap_or_else(|place| place)).collect()
         };
         self.empty.add(0.0, 1.0);
@@ -73,7 +71,7 @@ impl Populations {
         }
     }
 
-    /// Index of the level of an energy, or the index at which to insert a new level.
+    /// Returns the index of the level of an energy, or the index at which to insert a new level.
     fn find(&self, energy: f64) -> Result<usize, usize> {
         match self.width {
             Some(width) => {
@@ -108,7 +106,7 @@ impl Populations {
         }
     }
 
-    /// Replaces the position `at` of each level by `place(at)`, which must keep the order. Equal positions are merged.
+    /// Replaces `at` of each level by `place(at)`, which must keep the order. Levels with equal results are merged.
     fn regroup(&mut self, place: impl Fn(f64) -> f64) {
         let mut merged: Vec<Level> = Vec::new();
         for mut level in std::mem::take(&mut self.levels) {
@@ -134,7 +132,7 @@ impl Populations {
     }
 }
 
-/// Energy, width and range of indices of each level, in ascending order; bins of levels if there are too many levels.
+/// Returns the energy, width and level indices of each bin. If there are few levels, each level is a bin.
 pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> {
     let ([first, .., last], true) = (energies, energies.len() > MOST_LEVELS) else {
         return energies.iter().enumerate().map(|(place, energy)| (*energy, 0.0, place..place + 1)).collect();
@@ -151,7 +149,7 @@ pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> 
     bins
 }
 
-/// Smallest power of two that is at least as large as a positive number. As a bin width, it makes edges exact.
+/// Returns the smallest power of two that is at least a positive number. Bin edges are then exact.
 fn power_of_two(number: f64) -> f64 {
     libm::exp2(libm::log2(number.max(f64::MIN_POSITIVE)).ceil())
 }
@@ -209,7 +207,7 @@ mod tests {
         let width = populations.width.unwrap();
         assert!(populations.levels.len() <= MOST_BINS && populations.levels.len() >= MOST_BINS / 4);
         for (energy, mean) in means(&populations, 0).into_iter().filter(|(_, mean)| *mean > 0.0) {
-            // Each integer from -3000 to 7006 was added once as an energy. This counts the integers in the bin.
+            // Each integer from -3000 to 7006 was added once. `inside` holds the integers in the bin.
             let inside = (0..10_007).filter(|k| {
                 (f64::from(*k) - 3000.0 - energy + 0.5 * width).floor() >= 0.0
                     && f64::from(*k) - 3000.0 < energy + 0.5 * width

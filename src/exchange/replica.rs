@@ -7,7 +7,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{ExchangePlan, Scene, Species, Thermostat};
 use crate::run::audit::Ledger;
 
-/// Number of engine steps, a few milliseconds, between two checks for a pause.
+/// Number of engine steps between two checks for a pause. The steps take a few milliseconds.
 const STEPS: u64 = 1 << 14;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -53,7 +53,6 @@ impl Replica {
         self.ledger.close(&self.simulation).faults().iter().map(ToString::to_string).collect()
     }
 
-    /// Advances to a time, or until a pause. Returns whether the time has been reached.
     pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
         loop {
             if self.simulation.advance_for(STEPS, Until::time(time))?.is_some() {

@@ -1,4 +1,4 @@
-//! The replicas of an exchange, and how they are swapped.
+//! The replicas of an exchange.
 
 use std::sync::OnceLock;
 
@@ -19,24 +19,23 @@ use crate::model::state_point::StatePoint;
 use crate::model::{EnergyWeights, ExchangeEnsemble, ExchangePlan, Scene};
 use crate::run::FrameLimit;
 
-/// Replica exchange of a scene (parallel tempering): one replica for each temperature, swapped between neighbours at
-/// regular times.
+/// Replica exchange of a scene (parallel tempering): one replica for each temperature. At regular times, neighbouring
+/// temperatures swap their replicas.
 ///
-/// Each replica samples a canonical ensemble: an Andersen thermostat controls its temperature. After each interval,
-/// neighbouring temperatures `T_i` and `T_j` swap their replicas with a probability of
-/// `min(1, exp((1/T_i - 1/T_j) (U_i - U_j)))`. `U` is the exact potential energy of pairs and gravity. Attempts
-/// alternate between the pairs 1-2, 3-4, ... and the pairs 2-3, 4-5, ... Velocities are scaled by the square root of
-/// the ratio of the new and the old temperature, which keeps the ensembles canonical.
+/// Each replica samples a canonical ensemble with an Andersen thermostat. Neighbouring temperatures `T_i` and `T_j`
+/// swap with a probability of `min(1, exp((1/T_i - 1/T_j) (U_i - U_j)))`. Here `U` is the exact potential energy of
+/// pairs and gravity. Attempts alternate between the pairs 1-2, 3-4, ... and the pairs 2-3, 4-5, ... After a swap,
+/// velocities are multiplied by `sqrt(T_new / T_old)`, which keeps the ensembles canonical.
 ///
 /// All random numbers follow from the seed of the scene. The start of each replica, the swaps and each heat bath have
-/// separate streams, so results are bitwise the same for any number of threads and regardless of pauses.
+/// separate random streams. Results are therefore bitwise the same for any number of threads, and regardless of pauses.
 ///
 /// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration. The energies of
-/// the second quarter determine weights `exp(-w(U))`, with which all replicas visit the energies between the means at
-/// the lowest and the highest temperature equally often. Each replica moves as if its potential energy were `T w(U)`,
-/// in a heat bath of the highest temperature `T`, and nothing is swapped. Means at the temperatures follow by
-/// reweighting, [`ThermalCurves`](super::ThermalCurves). Weights are improved once, after three quarters of the
-/// equilibration: Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000),
+/// the second quarter determine weights `exp(-w(U))`. With these weights, all replicas visit the energies between the
+/// means at the lowest and the highest temperature equally often. Each replica moves as if its potential energy were `T
+/// w(U)`, in a heat bath of the highest temperature `T`. After three quarters of the equilibration, the weights are
+/// improved once. Means at the temperatures follow by reweighting, [`ThermalCurves`](super::ThermalCurves): Y. Sugita
+/// and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000),
 /// [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 ///
 /// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986),
@@ -54,22 +53,20 @@ pub struct Exchange {
     /// Index of the first random stream of the heat baths.
     pub(super) first_stream: usize,
     start: f64,
-    /// Number of attempts before averages begin.
     pub(super) equilibration: u64,
-    /// Number of attempts until the end of the exchange.
     total: u64,
     frame_every: u64,
     pub(super) attempts: u64,
     pub(super) replicas: Vec<Replica>,
     /// Index of the replica at each temperature or in each window.
     pub(super) places: Vec<usize>,
-    /// Potential energy at each temperature or in each window, at the last attempt `[energy]`.
+    /// Potential energy at each temperature or in each window after the last attempt `[energy]`.
     pub(super) energies: Vec<f64>,
-    /// Distance in each window at the last attempt; empty without windows `[length]`.
+    /// Distance in each window at the last attempt `[length]`. Empty without windows.
     pub(super) distances: Vec<f64>,
-    /// Whether the replica of each window is still outside its window; empty without windows.
+    /// Whether the replica of each window is outside its window. Empty without windows.
     pub(super) is_outside: Vec<bool>,
-    /// Values of the other quantities at the last attempt, one temperature after the other.
+    /// Values of other quantities at the last attempt, one temperature after the other.
     pub(super) measured: Vec<f64>,
     /// Not saved, because it follows from the scene.
     #[serde(skip)]
@@ -87,19 +84,19 @@ pub struct Exchange {
 pub struct ExchangeRow<'e> {
     /// Simulated time `[time]`.
     pub time: f64,
-    /// The replica at each temperature after the swaps of this attempt, counted from 0.
+    /// Index of the replica at each temperature after the swaps.
     pub replicas: &'e [usize],
-    /// The potential energy at each temperature after the swaps `[energy]`.
+    /// Potential energy at each temperature after the swaps `[energy]`.
     pub potential: &'e [f64],
     /// Values of the quantities of [`Exchange::measured_names`], one temperature after the other.
     pub measured: &'e [f64],
 }
 
-/// Name and unit of the distance that windows restrain, the first quantity sampled in each window.
+/// Name and unit of the distance that windows restrain. It is the first quantity of each window.
 pub const DISTANCE: (&str, &str) = ("distance", "length");
 
 impl ExchangeRow<'_> {
-    /// Distance in each window, if the exchange is between windows `[length]`.
+    /// Distance in each window `[length]`, for an exchange between windows.
     pub(super) fn distances(&self) -> impl Iterator<Item = f64> {
         let each = self.measured.len() / self.potential.len().max(1);
         self.measured.iter().copied().step_by(each.max(1))
@@ -110,8 +107,7 @@ pub(super) fn in_order<'e>(places: &'e [usize], replicas: &'e [Replica]) -> impl
     places.iter().map(|number| &replicas[*number].simulation)
 }
 
-/// Number of attempts between two frames, from the frame interval of the scene. Without a frame interval, the frames of
-/// all temperatures stay within the size limit.
+/// Number of attempts between two frames. By default, the frames of all temperatures stay within the size limit.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
     given.unwrap_or_else(|| {
@@ -121,11 +117,11 @@ pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> 
 }
 
 impl Exchange {
-    /// Creates the replicas of a scene with the table `[exchange]`, at the positions of the scene, with velocities from
-    /// the Maxwell distributions of their temperatures.
+    /// Creates the replicas of a scene with the table `[exchange]`. They start at the positions of the scene, with
+    /// velocities from the Maxwell distributions of their temperatures.
     ///
     /// # Errors
-    /// [`StartError::NoPlan`] if the scene has no plan, [`StartError::Velocities`] if a velocity is too large.
+    /// [`StartError::NoPlan`] if the scene has no plan. [`StartError::Velocities`] if a velocity is too large.
     pub fn new(scene: Scene) -> Result<Self, StartError> {
         let plan = scene.exchange().cloned().ok_or(StartError::NoPlan)?;
         let attempts = |time: Option<f64>| time.map_or(Some(0), |time| plan.attempts(time));
@@ -185,7 +181,7 @@ impl Exchange {
         &self.temperatures
     }
 
-    /// The ensemble at each temperature or in each window, for samples of the energy or, with windows, of the distance.
+    /// The ensemble at each temperature or in each window. With windows, it is an ensemble of distances.
     #[must_use]
     pub fn ensembles(&self) -> Vec<Ensemble> {
         match (&self.plan.umbrella, self.weights()) {
@@ -199,8 +195,7 @@ impl Exchange {
         self.multicanonical.as_ref().and_then(Multicanonical::weights)
     }
 
-    /// The simulation of the replica at a temperature, given by its index in [`Self::temperatures`]; `None` if the
-    /// index is out of range.
+    /// The simulation of the replica at the temperature with the index `place` in [`Self::temperatures`].
     #[must_use]
     pub fn simulation_at(&self, place: usize) -> Option<&Simulation> {
         self.places.get(place).map(|number| &self.replicas[*number].simulation)
@@ -210,7 +205,7 @@ impl Exchange {
         in_order(&self.places, &self.replicas)
     }
 
-    /// One of the simulations, for properties that all share.
+    /// A simulation with the properties that are equal in all simulations.
     pub(super) fn example(&self) -> &Simulation {
         &self.replicas[0].simulation
     }
@@ -221,15 +216,15 @@ impl Exchange {
         self.replicas[0].simulation.scene()
     }
 
-    /// Number of attempts to swap so far, and their total number. Both include the attempts of the equilibration.
+    /// Number of attempts to swap so far, and total number of attempts. The attempts of the equilibration are included.
     #[must_use]
     pub fn attempts(&self) -> [u64; 2] {
         [self.attempts, self.total]
     }
 
-    /// Changes the end of the exchange, so that the averages cover this simulated time `[time]`. Returns false, without
-    /// a change, if the duration is not a whole number of intervals or has already passed. An extended exchange gives
-    /// the same results as an exchange that was planned with the longer duration.
+    /// Changes the simulated time of the averages `[time]`. Returns false if the duration is not a whole number of
+    /// intervals or is already over. An extended exchange has the same results as an exchange that was planned with the
+    /// longer duration.
     #[must_use]
     pub fn end_after(&mut self, duration: f64) -> bool {
         let total = self.plan.attempts(duration).map(|measured| self.equilibration + measured);
@@ -244,13 +239,13 @@ impl Exchange {
         [applicable.moving as f64, applicable.dimensions]
     }
 
-    /// Attempts before averages begin.
+    /// Number of attempts before averaging begins.
     #[must_use]
     pub fn equilibration(&self) -> u64 {
         self.equilibration
     }
 
-    /// Whether the last attempt has been made.
+    /// Whether the exchange has reached its end.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.attempts == self.total
@@ -283,10 +278,10 @@ impl Exchange {
         self.time_of(self.attempts + 1)
     }
 
-    /// Names of the quantities sampled at each attempt besides the energies. For windows, the first is the restrained
-    /// `distance` `[length]`. Scenes with bonded particles have `mean_square_radius_of_gyration`, an average over all
-    /// bonded molecules. Scenes with linear chains also have `mean_square_end_to_end_distance`, an average over these
-    /// chains `[length^2]`.
+    /// Names of the quantities sampled at each attempt besides the energies. For windows, the first quantity is the
+    /// restrained `distance` `[length]`. Scenes with bonded particles have `mean_square_radius_of_gyration`, an average
+    /// over all bonded molecules. Scenes with linear chains also have `mean_square_end_to_end_distance`, an average
+    /// over these chains `[length^2]`.
     #[must_use]
     pub fn measured_names(&self) -> Vec<&'static str> {
         let distance = self.plan.umbrella.as_ref().map(|_| DISTANCE.0);

@@ -12,9 +12,9 @@ use crate::model::ExchangeEnsemble;
 /// Population of a level of the potential energy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Population {
-    /// The energy of the level, or the middle of a bin `[energy]`.
+    /// The energy of a level, or the middle of a bin `[energy]`.
     pub energy: f64,
-    /// Width of a bin; 0 for an exact level `[energy]`.
+    /// Width of a bin `[energy]`. Zero for an exact level.
     pub width: f64,
     /// Fraction of all samples in this level or bin.
     pub population: Estimate,
@@ -26,17 +26,18 @@ pub struct Population {
 pub struct TemperatureResult {
     /// The temperature `[energy]`.
     pub temperature: f64,
-    /// Lower and upper end of the window of the distance `[length]`; `None` without windows.
+    /// Lower and upper end of the window of the distance `[length]`, for an exchange between windows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<[f64; 2]>,
-    /// Means by name: the [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that apply to the scene, the
-    /// quantities of [`Exchange::measured_names`](super::Exchange::measured_names), and the heat capacity at constant
-    /// volume in units of k_B, `heat_capacity_per_particle`: `D / 2 + <(U - <U>)^2> / (N T^2)`.
+    /// Means by name: the [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) of the scene, the quantities of
+    /// [`Exchange::measured_names`](super::Exchange::measured_names), and `heat_capacity_per_particle`. The last name
+    /// is the heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`, with `D` dimensions,
+    /// `N` moving particles and the potential energy `U`.
     pub observables: BTreeMap<String, Estimate>,
-    /// Populations of the levels of the potential energy, ascending. They are in `energies.csv`, not in `summary.json`.
+    /// Populations of the levels of the potential energy, ascending. They are in `energies.csv`.
     #[serde(skip)]
     pub populations: Vec<Population>,
-    /// Numbers and curves of the scene's instruments. They are in `measurements.json`, not in `summary.json`.
+    /// Numbers and curves of the scene's instruments. They are in `measurements.json`.
     #[serde(skip)]
     pub measured: Measured,
 }
@@ -62,7 +63,7 @@ pub struct NeighbouringTemperatures {
     pub attempts: u64,
     /// Number of accepted attempts.
     pub accepted: u64,
-    /// Ratio of accepted attempts with its standard error; `None` without attempts.
+    /// Fraction of accepted attempts, with its standard error.
     pub acceptance: Option<Estimate>,
 }
 
@@ -70,25 +71,23 @@ pub struct NeighbouringTemperatures {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeResults {
-    /// Ensemble in which replicas were sampled. Results of a multicanonical ensemble are reweighted to the
-    /// temperatures.
+    /// Ensemble of the replicas. Results of a multicanonical ensemble are reweighted to the temperatures.
     #[serde(default)]
     pub ensemble: ExchangeEnsemble,
     /// Simulated time at which the averages begin `[time]`.
     pub start: f64,
-    /// Simulated time over which averages were taken `[time]`.
+    /// Simulated time of the averages `[time]`.
     pub duration: f64,
-    /// Number of attempts while averages were taken. Each attempt samples all temperatures.
+    /// Number of attempts that are averaged. Each attempt samples all temperatures.
     pub attempts: u64,
     /// Results at each temperature or in each window, in the order of the scene.
     pub temperatures: Vec<TemperatureResult>,
-    /// Swaps of each temperature or window with the next one; empty for a multicanonical exchange, which swaps nothing
-    /// during the measurement.
+    /// Swaps of each temperature or window with the next. Empty for a multicanonical exchange.
     pub neighbours: Vec<NeighbouringTemperatures>,
     /// Number of round trips of each replica from the highest temperature to the lowest and back, or from the last
-    /// window to the first and back. In a multicanonical exchange, the mean potential energies of these temperatures
-    /// take their place.
+    /// window to the first and back. In a multicanonical exchange, the ends of a trip are the mean potential energies
+    /// at the highest and the lowest temperature.
     pub round_trips: Vec<u64>,
-    /// Faults found by the audits of the replicas, in words; empty if there are none.
+    /// Faults found by the audits of the replicas, in words.
     pub faults: Vec<String>,
 }

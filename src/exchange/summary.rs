@@ -14,9 +14,7 @@ use crate::analysis::reweighting::DensityOfStates;
 use crate::model::exchange_plan::ends;
 use crate::model::{InputFile, UmbrellaPlan};
 
-/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`, the curves of
-/// `curves.csv`, the density of states of `density_of_states.csv` and the potential of mean force of
-/// `potential_of_mean_force.csv`. It contains no wall times.
+/// Summary of an exchange, `summary.json`, with the contents of the tables. It contains no wall times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeSummary {
@@ -28,7 +26,7 @@ pub struct ExchangeSummary {
     pub seed: u64,
     /// The files that the scene read, with their checksums.
     pub inputs: Vec<InputFile>,
-    /// Checksums of the tables, by name; empty for an incomplete exchange.
+    /// Checksums of the tables, by name. Empty for an incomplete exchange.
     #[serde(default)]
     pub tables: BTreeMap<String, String>,
     /// Description of the engine that runs the replicas.
@@ -47,26 +45,25 @@ pub struct ExchangeSummary {
     /// The results.
     #[serde(flatten)]
     pub results: ExchangeResults,
-    /// The highest interior maximum of the heat capacity; `None` without one, or before the exchange is complete.
+    /// The highest maximum of the heat capacity that is not at an end of the curve.
     #[serde(default)]
     pub heat_capacity_peak: Option<HeatCapacityPeak>,
-    /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
+    /// Reasons why the exchange may not be in equilibrium, in words.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// Points of the thermal curves, from `curves.csv`; empty before the exchange is complete.
+    /// Points of the thermal curves, from `curves.csv`. Empty before the exchange is complete.
     #[serde(skip)]
     pub curves: Vec<ThermalPoint>,
-    /// The density of states, from `density_of_states.csv`; empty before the exchange is complete.
+    /// The density of states, from `density_of_states.csv`. Empty before the exchange is complete.
     #[serde(skip)]
     pub density_of_states: Vec<LevelDensity>,
-    /// The potential of mean force along the distance of windows, from `potential_of_mean_force.csv`; empty before the
-    /// exchange is complete.
+    /// The potential of mean force, from `potential_of_mean_force.csv`. Empty before the exchange is complete.
     #[serde(skip)]
     pub potential_of_mean_force: Vec<MeanForcePoint>,
 }
 
 impl ExchangeSummary {
-    /// Summary of the present state of an exchange.
+    /// Returns the summary of the current state of an exchange.
     #[must_use]
     pub fn of(exchange: &Exchange) -> Self {
         let (scene, simulation, results) = (exchange.scene(), exchange.example(), exchange.results());
@@ -109,9 +106,10 @@ impl ExchangeSummary {
         Self { potential_of_mean_force: found.points, ..self }
     }
 
-    /// The shortest list of ascending temperatures, from the lowest to the highest of the exchange, for which all
-    /// neighbours swap with the same predicted probability of at least `acceptance`. `None` if the density of states is
-    /// unknown, if `acceptance` is not between 0 and 1, or if more than a thousand temperatures are needed.
+    /// Returns the shortest list of ascending temperatures, from the lowest to the highest of the exchange, at which
+    /// all neighbours swap equally often. The predicted fraction of accepted swaps is at least `acceptance`. `None` if
+    /// the density of states is unknown, if `acceptance` is not between 0 and 1, or if more than a thousand
+    /// temperatures are needed.
     #[must_use]
     pub fn temperatures_for(&self, acceptance: f64) -> Option<Vec<f64>> {
         let levels = self.density_of_states.iter().map(|level| (level.energy, level.log_density_of_states.mean));

@@ -41,7 +41,7 @@ pub(super) fn temperatures(heads: &str) -> usize {
     heads.split(',').filter(|head| head.starts_with("replica_")).count()
 }
 
-/// Returns the time of a line of `exchange.csv`, and the replica at each temperature, counted from 0.
+/// Returns the time of a line of `exchange.csv`, and the index of the replica at each temperature.
 pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>)> {
     let mut cells = line.split(',');
     let time = cells.next()?.parse().ok()?;
@@ -50,15 +50,13 @@ pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>
     (replicas.len() == temperatures).then_some((time, replicas))
 }
 
-/// Reads the potential energies at all temperatures and the other quantities from a line of `exchange.csv`. Returns
-/// whether the line is complete.
+/// Reads the energies and other quantities from a line of `exchange.csv`. Returns whether the line is complete.
 pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, measured: &mut Vec<f64>) -> bool {
     energies.clear();
     measured.clear();
     let mut cells = line.split(',').skip(1).map(str::parse::<f64>).enumerate();
     let are_numbers = cells.all(|(at, cell)| {
         let list = if at < 2 * temperatures { &mut *energies } else { &mut *measured };
-        // Replica numbers and energies alternate, so every second cell is an energy.
         cell.map(|number| {
             if at % 2 == 1 || at >= 2 * temperatures {
                 list.push(number)
@@ -176,7 +174,7 @@ impl Cells<'_> {
         self.0.get(at)?.parse().ok()
     }
 
-    /// Returns an estimate with its mean in this cell, and its error in the next cell, which may be empty.
+    /// Returns an estimate. The mean is in this cell, and the error is in the next cell, which may be empty.
     fn estimate(&self, at: usize) -> Option<Estimate> {
         Some(Estimate { mean: self.number(at)?, standard_error: self.number(at + 1) })
     }

@@ -35,13 +35,11 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// Recorder that keeps rows and frames as text. It requests a checkpoint at every N-th (`every`) call of
-/// `is_checkpoint_due`.
+/// Recorder that keeps rows and frames as text. One in `every` calls of `is_checkpoint_due` requests a checkpoint.
 struct Keeper {
     every: usize,
     asked: Cell<usize>,
     lines: Vec<String>,
-    /// Checkpoints, each with the number of lines recorded before it.
     kept: Vec<(Vec<u8>, usize)>,
 }
 
@@ -83,7 +81,7 @@ fn ran(exchange: Exchange, jobs: usize, every: usize) -> (Exchange, Keeper) {
     (exchange, keeper)
 }
 
-/// For a single pair, `g(r)` times the Boltzmann factor `exp(U / T)` is the same at all distances outside the core.
+/// For a single pair, `g(r) exp(U / T)` is the same at all distances outside the core.
 #[test]
 fn instruments_see_the_replica_that_is_at_their_temperature() {
     let (edge, cutoff) = (4.2, 2.1);
@@ -136,11 +134,11 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
             }
         }
     }
-    // `worst` is the largest deviation of 33 bins, in standard errors.
+    // The largest deviation of 33 bins, in standard errors.
     assert!(worst < 4.0, "{worst}");
 }
 
-/// Tests short intervals with few events, and long intervals in which the engine checks for a pause more than once.
+/// In short intervals, there are few events. In long intervals, the engine checks for a pause more than once.
 #[test]
 fn interrupted_exchange_resumes_bitwise() {
     for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 2, 1)] {
@@ -168,7 +166,7 @@ fn interrupted_exchange_resumes_bitwise() {
     }
 }
 
-/// Some checkpoints are taken while the weights are learned, others while the weights are fixed.
+/// Some checkpoints are written while the weights are learned, others while the weights are fixed.
 #[test]
 fn multicanonical_exchange_resumes_bitwise() {
     let mut parts = fluid(0.2, 10).into_parts();
@@ -198,7 +196,7 @@ fn replicas_have_the_highest_temperature_when_weights_begin() {
     parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
     parts.run.equilibration = Until::time(8.0);
     let mut exchange = Exchange::new(Scene::new(parts).unwrap()).unwrap();
-    // Kinetic energies of the replicas, scaled from their temperatures to the highest temperature, 2.
+    // Kinetic energies of the replicas, scaled to the highest temperature 2.
     let kinetic = |exchange: &Exchange, temperature: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let of = |(place, number): (usize, &usize)| {
             (*number, exchange.replicas[*number].simulation.energy().kinetic * 2.0 / temperature(place))
@@ -244,7 +242,7 @@ fn an_exchange_stops_where_it_is_told_to() {
 fn replicas_start_at_their_temperature_with_own_random_numbers() {
     let exchange = Exchange::new(fluid(1.0, 4)).unwrap();
     let kinetic = |place: usize| exchange.simulation_at(place).unwrap().energy().kinetic;
-    // The kinetic energy has 81 degrees of freedom, so its relative standard deviation is sqrt(2 / 81).
+    // With 81 degrees of freedom, the relative standard deviation of the kinetic energy is `sqrt(2 / 81)`.
     for (place, temperature) in exchange.temperatures().iter().enumerate() {
         let relative = kinetic(place) / (1.5 * 27.0 * temperature);
         assert!((relative - 1.0).abs() < 4.0 * (2.0_f64 / 81.0).sqrt(), "{place}: {relative}");
@@ -304,7 +302,7 @@ fn one_falling_particle_has_the_barometric_energy() {
     let results = Exchange::new(scene).unwrap().finish().unwrap().results();
     assert_eq!(results.faults, [""; 0]);
     for at in &results.temperatures {
-        // The height of the centre is between 0.5 and 4.5, with the Boltzmann factor exp(-m g h / T).
+        // The height of the centre is between 0.5 and 4.5, with the Boltzmann factor `exp(-m g h / T)`.
         let (weight, room) = (1.3 * 0.7, 4.0);
         let x = weight * room / at.temperature;
         let expected = weight * 0.5 + at.temperature * (1.0 - x / x.exp_m1());
@@ -315,7 +313,7 @@ fn one_falling_particle_has_the_barometric_energy() {
         let expected = 1.5 + 1.0 - x * x * x.exp() / x.exp_m1().powi(2);
         let deviation = (heat_capacity.mean - expected) / heat_capacity.standard_error.unwrap();
         assert!(deviation.abs() < 3.0, "{}: {heat_capacity:?}, expected {expected}", at.temperature);
-        // A continuous energy has no exact levels, so its populations are given per bin.
+        // A continuous energy has no exact levels, but bins.
         assert!(at.populations.iter().all(|it| it.width > 0.0));
         let all: f64 = at.populations.iter().map(|it| it.population.mean).sum();
         assert!((all - 1.0).abs() < 1e-9);

@@ -4,24 +4,24 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Heading {
-    /// The replica has not visited the upper end yet.
+    /// The replica has not yet visited the upper end.
     Nowhere,
-    /// The replica last visited the upper end.
+    /// The replica has visited the upper end, but not the lower end afterwards.
     Down,
-    /// The replica has visited the upper end and, later, the lower end.
+    /// The replica has visited the upper end and then the lower end.
     Up,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Walk {
-    /// Indices of the two ends: the highest and the lowest temperature, or the last and the first window.
+    /// Indices of the highest and the lowest temperature, or of the last and the first window.
     ends: [usize; 2],
     headings: Vec<Heading>,
     trips: Vec<u64>,
 }
 
 impl Walk {
-    /// Temperatures ascend or descend. For an exchange between windows, all are equal, and the windows ascend.
+    /// Temperatures ascend or descend. In an exchange between windows, they are equal, and the windows ascend.
     pub fn new(temperatures: &[f64]) -> Self {
         let count = temperatures.len();
         let last = count - 1;

@@ -1,4 +1,4 @@
-//! Umbrella windows along a distance: how replicas reach their windows, and when neighbouring windows swap.
+//! Umbrella windows along a distance.
 
 use super::error::Unprepared;
 use super::replicas::Exchange;
@@ -10,11 +10,11 @@ fn is_within(distance: f64, [lower, upper]: [f64; 2]) -> bool {
 }
 
 /// Fraction of a window's width by which a replica may move back on its way to the window. Without this margin,
-/// particles caught between the end of the temporary window and an obstacle would be reflected ever more often.
+/// particles between an obstacle and the end of the temporary window would be reflected more and more often.
 const BACK: f64 = 0.1;
 
-/// Returns the temporary window of a replica on its way to its final window. It includes the distance reached so far,
-/// and is no wider than the previous temporary window.
+/// Returns the temporary window of a replica on its way to its window. It includes the current distance, and is not
+/// wider than the previous temporary window.
 fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f64; 2] {
     if is_within(distance, window) {
         return window;
@@ -30,7 +30,7 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
 }
 
 impl Exchange {
-    /// Restrains the distance of each replica to its window, first extended to include the present distance.
+    /// Restrains the distance of each replica to its window. A window is wider until the distance is inside.
     pub(super) fn begin_windows(&mut self) {
         let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
         for (place, window) in windows.into_iter().enumerate() {
@@ -44,7 +44,7 @@ impl Exchange {
         }
     }
 
-    /// Extends the window of each replica outside its window to the present distance.
+    /// Narrows temporary windows after replicas have moved towards their windows.
     pub(super) fn see_distances(&mut self) {
         let Some(umbrella) = &self.plan.umbrella else { return };
         for (place, window) in umbrella.windows.iter().enumerate() {
@@ -59,7 +59,7 @@ impl Exchange {
         }
     }
 
-    /// Whether two neighbouring windows may swap replicas: the distance in each also lies in the other window.
+    /// Whether two windows may swap their replicas. The distance of each replica must be in both windows.
     pub(super) fn are_in_both(&self, windows: &[[f64; 2]], lower: usize) -> bool {
         is_within(self.distances[lower], windows[lower + 1]) && is_within(self.distances[lower + 1], windows[lower])
     }
@@ -73,7 +73,6 @@ impl Exchange {
         }
     }
 
-    /// Returns an error if a replica is still outside its window after half of the equilibration.
     pub(super) fn check_windows(&self) -> Result<(), Unprepared> {
         let Some(umbrella) = self.plan.umbrella.as_ref().filter(|_| self.attempts >= self.equilibration / 2) else {
             return Ok(());

@@ -1,5 +1,4 @@
-//! Atomic writes. Files and folders get their final names once they are complete, and replace nothing without
-//! permission.
+//! Atomic writes. Files and folders get their final names when they are complete.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -15,15 +14,15 @@ pub enum Existing {
     /// Keeps the existing file or folder and rejects the output.
     #[default]
     Keep,
-    /// Replaces the existing file or folder once the new one is complete.
+    /// Replaces the existing file or folder when the new one is complete.
     Replace,
 }
 
-/// Writes a file under a temporary name, syncs it to disk and renames it. An equal file may always be replaced. Devices
-/// and pipes are written directly. After an error, an existing file is unchanged.
+/// Writes a file under a temporary name, syncs it to disk and renames it. A file with equal content may always be
+/// replaced. Devices and pipes are written directly. After an error, an existing file is unchanged.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] if a different file exists and is to be kept; system errors.
+/// [`io::ErrorKind::AlreadyExists`] if a different file exists and must be kept; system errors.
 pub(crate) fn write_atomically(
     path: &Path,
     existing: Existing,
@@ -47,7 +46,7 @@ pub(crate) fn write_atomically(
     draft.publish(existing)
 }
 
-/// Writes a text and replaces an existing file, as [`write_atomically`] does.
+/// Writes a text and replaces an existing file.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     write_atomically(path, Existing::Replace, |file| file.write_all(text.as_bytes())).map_err(OutputError::write(path))
 }
@@ -87,10 +86,9 @@ fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
     fs::rename(from, to)
 }
 
-/// Replaces a folder by another folder, and then deletes the old folder.
 fn exchange(from: &Path, to: &Path) -> io::Result<()> {
     match rename_with(from, to, EXCHANGE) {
-        // The old folder now has the temporary name. If part of it cannot be deleted, this does no harm.
+        // The old folder now has the temporary name. Remains of an incomplete deletion do no harm.
         Ok(()) => {
             sync_folder(folder_of(to));
             let _ = fs::remove_dir_all(from);
@@ -131,8 +129,7 @@ const NO_REPLACE: u32 = 1;
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 const EXCHANGE: u32 = 2;
 
-/// Renames without replacing anything, or exchanges two names. Returns [`io::ErrorKind::Unsupported`] if the system
-/// cannot do so.
+/// Renames without replacing anything, or exchanges two names. Systems without this feature return `Unsupported`.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn rename_with(from: &Path, to: &Path, flags: u32) -> io::Result<()> {
     use std::ffi::CString;

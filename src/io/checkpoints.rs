@@ -43,7 +43,7 @@ pub(super) fn has_any(folder: &Path) -> bool {
 #[derive(Debug)]
 pub(crate) struct Checkpoints {
     last: PathBuf,
-    /// Path of the previous checkpoint; `None` if only one is kept.
+    /// Path of the previous checkpoint, if it is kept.
     previous: Option<PathBuf>,
     pub interval: Duration,
     since: Instant,
@@ -68,19 +68,18 @@ impl Checkpoints {
         self.since.elapsed() >= interval
     }
 
-    /// Writes a checkpoint to a temporary file, syncs it to disk, and makes it the last checkpoint. The former last
-    /// checkpoint becomes the previous one if `previous` is set.
+    /// Writes a checkpoint to a temporary file, syncs it to disk, and renames it to `last`. The old checkpoint is kept
+    /// as `previous`, if this path is set.
     pub fn write(&mut self, content: &impl Serialize) -> Result<(), OutputError> {
         let (last, partial) = (&self.last, partial_of(&self.last));
         let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
         if let Err(error) = checkpoint::write(&file, content) {
-            // Removes the incomplete checkpoint: it is useless, and the disk may be full.
+            // The incomplete checkpoint is useless, and the disk may be full.
             drop(file);
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
-        // A hard link keeps the last checkpoint under its name at all times. On a file system without hard links, the
-        // name is missing for a moment.
+        // With a hard link, the file `last` exists at all times. Without hard links, it is missing for a moment.
         if let Some(previous) = self.previous.as_ref().filter(|_| last.exists()) {
             remove(previous)?;
             if fs::hard_link(last, previous).is_err() {

@@ -7,14 +7,13 @@ use crate::physics::response::Outcome;
 
 pub(super) const HEADER: &str = "time,kind,particle,partner,impulse,energy_step,dissipated\n";
 
-/// Units of the columns of `contacts.csv`, in their order.
 const UNITS: [&str; 7] = ["time", "", "1", "1", "mass length / time", "energy", "energy"];
 
 pub(super) fn columns() -> Vec<Column> {
     HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, unit)).collect()
 }
 
-/// Returns the line of an event. If its partner is a wall, the line names the side of the box, such as `-z`.
+/// Returns the line of an event. For a wall, the line names the side of the box, such as `-z`.
 pub(super) fn line(event: &Event) -> Vec<u8> {
     let mut text = Vec::with_capacity(128);
     let line = &mut text;

@@ -1,4 +1,4 @@
-//! Conversion of trajectories from the extended XYZ of a run to formats of other programs.
+//! Conversion of trajectories from extended XYZ to formats of other programs.
 //!
 //! | format | file | precision | contents |
 //! |---|---|---|---|
@@ -9,8 +9,7 @@
 //! | [`Format::Csv`] | one table | exact | time, id, species, position, velocity, radius |
 //! | [`Format::Xyz`] | extended XYZ, compressed if its name ends with `.gz` or `.zst` | exact | everything |
 //!
-//! Each module documents how its format differs. At most two frames are in memory. Files have temporary names that end
-//! with `.partial` until they are complete.
+//! At most two frames are in memory. Until files are complete, they have temporary names that end with `.partial`.
 
 mod bonds;
 mod error;
@@ -41,7 +40,7 @@ use packed::{Compressed, Text};
 use target::Target;
 
 impl Format {
-    /// Default path of a converted trajectory: beside the source, with another extension or suffix.
+    /// Default path of a converted trajectory. It is beside the source and has another extension or suffix.
     #[must_use]
     pub fn target_beside(self, source: &Path) -> PathBuf {
         let ending = match self {
@@ -57,7 +56,7 @@ impl Format {
         source.with_file_name(name)
     }
 
-    /// Returns the format for the extension or suffix of a name, such as GSD for `.gsd`. All are in [`Self::ENDINGS`].
+    /// Returns the format for a name, such as GSD for a name that ends with `.gsd`. See [`Self::ENDINGS`].
     #[must_use]
     pub fn of_name(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?.to_ascii_lowercase();
@@ -87,19 +86,18 @@ impl Format {
         self.folder_of().is_some()
     }
 
-    /// Returns the entry of a converted trajectory in the list of a run's files.
+    /// Returns the name of a converted trajectory in the list of a run's files.
     pub(super) fn listed(self) -> String {
         let name = self.target_beside(Path::new(TRAJECTORY));
         format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
     }
 
-    /// Returns the format of an entry in the list of a run's files, if the entry is a folder with a converted
-    /// trajectory.
+    /// Returns the format of an output folder in the list of a run's files.
     pub(super) fn filling(listed: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }
 
-    /// Extensions of the files in an output folder; `None` if the format is a single file.
+    /// Extensions of the files in an output folder. `None` if the format is a single file.
     fn folder_of(self) -> Option<&'static [&'static str]> {
         match self {
             Self::Vtk => Some(&["vtp", "pvd"]),
@@ -114,9 +112,9 @@ impl Format {
 pub struct Options {
     /// Index of the first frame to convert, from 0.
     pub first: u64,
-    /// Index of the last frame to convert; `None` for all later frames.
+    /// Index of the last frame to convert. By default, all later frames are converted.
     pub last: Option<u64>,
-    /// Whether to replace an existing file, or a folder that holds only files of the format.
+    /// Whether to replace an existing file, or a folder with only files of the format.
     pub replace: bool,
 }
 
@@ -125,13 +123,12 @@ pub struct Options {
 pub struct Converted {
     /// Number of frames written.
     pub frames: u64,
-    /// Whether the source ends within a frame, for example after a kill. All earlier frames are converted.
+    /// Whether the last frame of the source is incomplete and was skipped, for example because the run was killed.
     pub is_truncated: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moment<'a> {
-    /// Index of the frame in its file, from 0.
     pub index: u64,
     pub frame: &'a Frame,
     pub has_velocities: bool,
@@ -140,18 +137,18 @@ pub(super) struct Moment<'a> {
 pub(super) trait Writer: Send {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError>;
 
-    /// Writes the data that follow all frames, and syncs all files to disk.
+    /// Writes the data after all frames, and syncs all files to disk.
     fn finish(self: Box<Self>) -> Result<(), FrameError>;
 }
 
 /// Converts a trajectory in extended XYZ, frame by frame.
 ///
-/// Existing output, complete or not, is replaced only if the options permit it. A folder is replaced only if it holds
-/// nothing but files of the format. Failed conversions leave no output. The output at [`Format::target_beside`] of a
-/// run's trajectory belongs to the run, and is removed when a new run replaces the run.
+/// Existing output is replaced only if the options permit it. A folder is replaced only if it contains only files of
+/// the format. Failed conversions leave no output. The output at [`Format::target_beside`] of a run's trajectory
+/// belongs to the run, and is removed when a new run replaces the run.
 ///
 /// # Errors
-/// - [`ConvertError::Read`] if the source cannot be read, is malformed or holds no frame;
+/// - [`ConvertError::Read`] if the source cannot be read, is malformed or has no frames;
 /// - [`ConvertError::NoSuchFrame`] if the source ends before the first requested frame;
 /// - [`ConvertError::Exists`], [`ConvertError::Foreign`], [`ConvertError::Source`] if the target may not be replaced;
 /// - [`ConvertError::Frame`] if the format cannot represent a frame;
@@ -164,7 +161,7 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
 /// Converts a trajectory as [`convert`] does, and calls `watch` after each frame.
 ///
 /// # Errors
-/// The errors of [`convert`]; [`ConvertError::Interrupted`] if `watch` breaks. The output is then removed.
+/// The errors of [`convert`]. [`ConvertError::Interrupted`] if `watch` breaks; the output is then removed.
 pub fn convert_watched(
     (source, format, target): (&Path, Format, &Path),
     options: &Options,
@@ -230,7 +227,7 @@ struct Reading {
 }
 
 impl Reading {
-    /// A truncated first frame is an error. A truncated later frame counts as the end of the file.
+    /// A truncated first frame is an error. A truncated later frame ends the file.
     fn next(&mut self, reader: &mut FrameReader<Box<dyn BufRead>>) -> Result<Option<Frame>, ReadError> {
         match reader.next() {
             Some(Ok(frame)) => {
@@ -271,7 +268,7 @@ fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dy
     })
 }
 
-/// Writes extended XYZ. Velocities missing in the source are written as zero.
+/// Writes extended XYZ. If the source has no velocities, they are written as zero.
 struct Piece(Text);
 
 impl Writer for Piece {

@@ -1,10 +1,10 @@
-//! A trajectory as a single table with a line per particle and frame, for spreadsheets, pandas and R.
+//! A trajectory as a table with a line for each particle and frame, for spreadsheets, pandas and R.
 //!
 //! The columns are `frame` (index in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`, `vz`
-//! and `radius`. If the first frame has image numbers, the periods travelled follow as `ix`, `iy`, `iz`. The scalars of
-//! the first frame come last. Cells of missing values are empty. Numbers have the fewest digits that restore the same
-//! value. Species names with commas or quotes are quoted (RFC 4180). An apostrophe precedes a name that a spreadsheet
-//! would take for a formula.
+//! and `radius`. If the first frame has image numbers, the columns `ix`, `iy` and `iz` follow. The last columns are the
+//! scalars of the first frame. Cells of missing values are empty. Numbers have the fewest digits that restore the exact
+//! value. Species names with commas or quotes are quoted (RFC 4180). An apostrophe is added before a name that a
+//! spreadsheet would read as a formula.
 
 use std::io::Write;
 
@@ -18,7 +18,7 @@ const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius";
 #[derive(Debug)]
 pub(super) struct Table {
     file: Draft,
-    /// Whether the first frame has images, and the names of its scalars; `None` before the header is written.
+    /// Whether the first frame has images, and the names of its scalars. `None` before the first frame.
     columns: Option<(bool, Vec<String>)>,
 }
 

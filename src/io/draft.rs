@@ -1,5 +1,5 @@
-//! Drafts: files with temporary names until they are complete. The process that writes a draft locks it. The next
-//! command in the folder recognizes drafts of killed processes, and removes them.
+//! Drafts: files with temporary names. The process that writes a draft locks it. The next command in the folder removes
+//! the drafts of killed processes.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::atomic::{Existing, folder_of, holds_same, publish};
 use super::plain;
 
-/// Beginning of a draft's name, such as `.carom-4711-0.partial`. The process id and the number of the draft follow.
+/// Beginning of the name of a draft, such as `.carom-4711-0.partial`, with the process id and the number of the draft.
 const PREFIX: &str = ".carom-";
 const SUFFIX: &str = ".partial";
 
@@ -33,10 +33,10 @@ impl UnnamedFile {
         &self.temporary.path
     }
 
-    /// Gives the file its final name. An equal file may always be replaced.
+    /// Gives the file its final name. A file with equal content may always be replaced.
     ///
     /// # Errors
-    /// [`io::ErrorKind::AlreadyExists`] if a different file exists and is to be kept; system errors.
+    /// [`io::ErrorKind::AlreadyExists`] if a file with other content exists and must be kept; system errors.
     pub fn publish(self, existing: Existing) -> io::Result<()> {
         let Self { temporary, target } = self;
         if existing == Existing::Keep && target.exists() && holds_same(&target, &temporary.path)? {
@@ -61,10 +61,10 @@ impl TemporaryFile {
             let number = COUNT.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{PREFIX}{}-{number}{SUFFIX}", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
-                // Another process took the unlocked file for abandoned. The loop tries the next number.
+                // Another process may have treated the unlocked file as abandoned.
                 Ok(file) if is_lost(&file) => {}
                 Ok(file) => return Ok((Self { path, _lock: file.try_clone()? }, file)),
-                // A killed process with the same id left the file. The loop tries the next number.
+                // A killed process with the same id may have left the file.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
@@ -84,7 +84,7 @@ pub(crate) fn remove_abandoned(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };
-        // The lock on `file` lasts until the draft is removed. Otherwise, the process that has just created the draft
+        // `is_abandoned` locks `file` until the draft is removed. Otherwise, a process that has just created the draft
         // could lock it and start to write.
         if is_abandoned(&file) {
             let _ = fs::remove_file(path);
@@ -98,7 +98,7 @@ pub(crate) fn is_draft(name: &OsStr) -> bool {
     inner.and_then(|inner| inner.split_once('-')).is_some_and(|(process, count)| is_number(process) && is_number(count))
 }
 
-/// Locks a new draft. Returns whether another process has taken the draft for abandoned.
+/// Locks a new draft. Returns whether another process has treated the draft as abandoned.
 #[cfg(unix)]
 fn is_lost(file: &File) -> bool {
     matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) || !has_name(file)
@@ -115,7 +115,7 @@ fn has_name(file: &File) -> bool {
     file.metadata().is_ok_and(|metadata| std::os::unix::fs::MetadataExt::nlink(&metadata) > 0)
 }
 
-/// Outside Unix, drafts are not locked, because a lock would keep ffmpeg from writing to the file.
+/// Outside Unix, drafts are not locked, because a lock would prevent ffmpeg from writing to the file.
 #[cfg(not(unix))]
 fn is_lost(_file: &File) -> bool {
     false

@@ -9,7 +9,7 @@ use crate::base::text::size;
 use crate::run::checkpoint::CheckpointError;
 use crate::trajectory::extended_xyz::WriteError;
 
-/// Error of writing the folder of a run or another output.
+/// Errors of writing a run or another output.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
@@ -35,7 +35,7 @@ pub enum OutputError {
         /// The underlying system error.
         source: io::Error,
     },
-    /// A file cannot be written: no permission, or no space.
+    /// A file cannot be written, for example without permission or space.
     #[error("cannot write {}", path.display())]
     Write {
         /// Path of the file.
@@ -67,10 +67,10 @@ pub enum OutputError {
     /// The folder holds a run that has ended.
     #[error("{} holds a run already", .0.display())]
     Finished(PathBuf),
-    /// A file that Carom did not write has the name of one of Carom's files.
+    /// A file with the name of an output file was not written by Carom.
     #[error("{} exists and was not written by carom", .0.display())]
     Foreign(PathBuf),
-    /// A link, a folder or a device has the name of one of Carom's files. Carom does not write through links.
+    /// A link, a folder or a device has the name of an output file. Carom does not write through links.
     #[error("{} is {found}, expected {expected} of carom", path.display())]
     NotPlain {
         /// The path.
@@ -83,7 +83,7 @@ pub enum OutputError {
     /// The folder holds an unfinished run that can be resumed.
     #[error("{} holds an unfinished run", .0.display())]
     Unfinished(PathBuf),
-    /// The folder holds a run and its replacement, which is unfinished or unsound.
+    /// The folder holds a run and its replacement. The replacement is unfinished or unsound.
     #[error("{} holds a run and its unfinished replacement", .0.display())]
     Replacing(PathBuf),
     /// The new run needs this path to replace an existing run, but something else exists there.
@@ -131,7 +131,7 @@ impl OutputError {
             }
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
-            Self::Instrument(_) => "continue with the program that started the run, because it has the instrument",
+            Self::Instrument(_) => "continue with the program that started the run and defines its instruments",
             Self::Convert(error) => return error.cure(),
             Self::Input { .. } => "choose another path with --out",
             Self::NotFolder(_) => "choose another folder with --out",
@@ -150,7 +150,7 @@ impl OutputError {
 
 pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
-    /// Error numbers for too many open files, in the whole system and in one process, on all Unix systems.
+    /// Unix error numbers for too many open files, in the system or in a process.
     const TOO_MANY_OPEN: [i32; 2] = [23, 24];
     match error.kind() {
         StorageFull | QuotaExceeded | FileTooLarge => {

@@ -29,7 +29,7 @@ use crate::trajectory::extended_xyz;
 /// Largest number of rows of `thermo.csv` in a stage if the run chooses the interval.
 const ROWS: f64 = 400.0;
 
-/// Length of a number that is written as text with all its digits `[bytes]`.
+/// Length of a number as text with all digits `[bytes]`.
 const DIGITS: f64 = 19.0;
 
 /// Size of the checkpoints per particle `[bytes]`. Up to three checkpoints exist at the same time.
@@ -42,7 +42,7 @@ const CONTACT: f64 = 100.0;
 const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 250.0;
 
-/// Memory per triangle of a curved mesh, including the search tree `[bytes]`. A million triangles took 0.97 GB.
+/// Memory per triangle of a curved mesh, with the search tree `[bytes]`. A million triangles took 0.97 GB.
 const TRIANGLE: f64 = 1_000.0;
 
 /// Memory per particle of a second simulation, which runs ahead if instruments need the duration of the run `[bytes]`.
@@ -54,13 +54,13 @@ const MOST: f64 = 1e10;
 /// Estimated output and memory of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizeEstimate {
-    /// Number of rows of `thermo.csv`; `None` if unknown.
+    /// Number of rows of `thermo.csv`, if known.
     pub rows: Option<f64>,
-    /// Number of frames of `trajectory.xyz`; `None` if unknown.
+    /// Number of frames of `trajectory.xyz`, if known.
     pub frames: Option<f64>,
-    /// Why the number of frames is limited by their size on disk; `None` if it is not limited.
+    /// Why the size on disk limits the number of frames. `None` if the number is not limited.
     pub frames_limit: Option<&'static str>,
-    /// Number of events of all stages; `None` if unknown.
+    /// Number of events of all stages, if known.
     pub events: Option<f64>,
     /// Total size of all files `[bytes]`, within a factor of two.
     pub bytes: f64,
@@ -71,8 +71,7 @@ pub struct SizeEstimate {
 }
 
 impl SizeEstimate {
-    /// Estimates the output and memory of a run. `rate` is the number of events per simulated time, if known
-    /// `[1/time]`.
+    /// Estimates the output and memory of a run. `rate` is the number of events per simulated time `[1/time]`.
     #[must_use]
     pub fn of(scene: &Scene, rate: Option<f64>) -> Self {
         let (duration, measured) = lengths(&scene.run.limit, rate);
@@ -161,8 +160,7 @@ fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option
     measured.map(frames).sum()
 }
 
-/// Number of rows or frames in a stage before the final measurement; `None` if unknown. Without `interval`, the run
-/// chooses an interval that yields at most `most` rows or frames.
+/// Number of rows or frames in a stage before the final measurement, if known. By default, at most `most`.
 fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most: f64) -> Option<f64> {
     if settings.is_endless() {
         return None;
@@ -174,8 +172,8 @@ fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most:
     }
 }
 
-/// Simulated time and number of events at which a limit is reached; `None` if unknown. If the limit has both, the rate
-/// decides which comes first.
+/// Simulated time and number of events at which a limit is reached, if known. If time and events are limited, the event
+/// rate tells which limit is reached first.
 fn lengths(limit: &Until, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     let rate = rate.filter(|rate| *rate > 0.0);
     match (limit.time, limit.events.map(|events| events as f64), rate) {
@@ -186,10 +184,10 @@ fn lengths(limit: &Until, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     }
 }
 
-/// Size of a frame `[bytes]`, summed over extended XYZ and all requested formats.
+/// Size of a frame `[bytes]`, summed over all formats.
 fn frame_bytes(scene: &Scene) -> f64 {
     let text = extended_xyz::frame_bytes(scene);
-    // Sizes relative to extended XYZ. A binary number takes 4 or 8 bytes, fewer than its digits as text.
+    // Sizes relative to extended XYZ. A binary number has 4 or 8 bytes, fewer than its digits.
     let share = |format: &Format| match format {
         Format::Gsd => 0.3,
         Format::Npy => 0.5,
@@ -208,7 +206,7 @@ pub struct TooLarge {
     pub most: f64,
 }
 
-/// Checks the expected size of an output. Returns the largest size permitted without `--force` in a folder `[bytes]`.
+/// Checks the expected size of an output. Returns the largest size in a folder without `--force` `[bytes]`.
 ///
 /// # Errors
 /// [`TooLarge`] if `bytes` exceeds this size.
@@ -217,14 +215,14 @@ pub fn allowed(bytes: f64, folder: &Path) -> Result<f64, TooLarge> {
     if bytes <= most { Ok(most) } else { Err(TooLarge { bytes, most }) }
 }
 
-/// Returns the largest size of a run without `--force` `[bytes]`: 10 GB or a tenth of the free disk space, if this is
-/// less. `free` is the free disk space, if known.
+/// Returns the largest size of a run without `--force` `[bytes]`. It is 10 GB, or a tenth of the free disk space if
+/// this is less. The argument `free` is the free disk space, if known.
 #[must_use]
 pub fn allowance(free: Option<f64>) -> f64 {
     free.map_or(MOST, |free| (0.1 * free).min(MOST))
 }
 
-/// Free disk space `[bytes]` for a folder that may not exist yet; `None` if unknown.
+/// Free disk space `[bytes]` for a folder that may not exist yet. `None` if unknown.
 #[cfg(target_os = "linux")]
 #[must_use]
 pub fn free_disk(folder: &Path) -> Option<f64> {

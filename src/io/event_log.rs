@@ -1,5 +1,4 @@
-//! Log of all events as NumPy arrays in the folder `events`. Each array has one entry per event, in order of time. The
-//! values are exact.
+//! Log of all events as NumPy arrays in the folder `events`. The values are exact. Events are in the order of time.
 //!
 //! | file | kind | content |
 //! |---|---|---|
@@ -12,7 +11,7 @@
 //! | `energy_step.npy` | `f64` | potential energy gained; for a surface or a thermostat, the energy that it supplied |
 //! | `dissipated.npy` | `f64` | kinetic energy lost in an inelastic contact |
 //!
-//! Numbers are little-endian. An event takes 181 bytes.
+//! Numbers are little-endian. An event has 181 bytes.
 
 use std::fs;
 use std::path::Path;
@@ -42,7 +41,7 @@ const COLUMNS: [Kind; 9] = [
     ("dissipated.npy", "<f8", &[], 8),
 ];
 
-/// Number of events in the buffer, which takes 0.7 MB.
+/// Number of events in the buffer of 0.7 MB.
 const GATHERED: usize = 4096;
 
 pub(super) fn bytes_of_event() -> f64 {
@@ -52,7 +51,6 @@ pub(super) fn bytes_of_event() -> f64 {
 #[derive(Debug)]
 pub(super) struct EventLog {
     columns: Vec<PartialFile>,
-    /// Buffered entries of each column.
     gathered: [Vec<u8>; COLUMNS.len()],
 }
 

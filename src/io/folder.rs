@@ -38,32 +38,28 @@ use crate::model::Scene;
 use crate::run::checkpoint::{Content, Manifest};
 use crate::run::{Recorder, RunState, Stage};
 
-/// Name of the last file that a run writes. If this file exists, the run has ended and all its files are complete.
+/// Name of the last file that a run writes. If this file exists, the run has ended and all files are complete.
 pub(super) const SUMMARY: &str = "summary.json";
-/// Name of the old summary while a run is continued.
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
 pub(super) const SCENE: &str = "scene.toml";
-/// Name of the file with particles that the calling program has passed to the scene. The copy of the scene refers to
-/// it.
+/// Name of the file with particles from the calling program. The copy of the scene refers to this file.
 pub(super) const PARTICLES: &str = "particles.xyz";
 pub(super) const THERMO: &str = "thermo.csv";
 pub(super) const TRAJECTORY: &str = "trajectory.xyz";
 pub(super) const CONTACTS: &str = "contacts.csv";
 pub(super) const REPORT: &str = "report.txt";
-/// Page with the results of a run, outdated once the run has continued.
+/// Page with the results of a run. It is outdated when the run is continued.
 pub(super) const PAGE: &str = "report.html";
-/// Page of a single run in a sweep.
 pub(crate) const SMALL_PAGE: &str = "run.html";
 pub(super) const PICTURE: &str = "picture.png";
 
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
-/// The folder of a run: a recorder that writes rows, frames, checkpoints and results.
+/// The folder of a run. It is a recorder that writes rows, frames, checkpoints and results.
 ///
-/// Files have temporary names, such as `thermo.csv.partial`, until all are complete; `summary.json` is written last.
-/// The surfaces of the scene, in `surfaces/`, are complete from the start. A run that replaces another run is written
-/// to the inner folder `replacement`, and stays there unless it ends complete and sound. Checkpoints are written at
-/// intervals, and [`Folder::resume`] continues from the last one. The file `.carom` lists the files that Carom wrote,
+/// Until all files are complete, they have temporary names, such as `thermo.csv.partial`. `summary.json` is written
+/// last. A run that replaces another run is written to the inner folder `replacement`, until it ends complete and
+/// sound. [`Folder::resume`] continues from the last checkpoint. The file `.carom` lists the files that Carom wrote,
 /// and is locked while a run writes. No other file is ever replaced or removed.
 ///
 /// ```
@@ -82,21 +78,20 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// With the feature `view`, `carom::view::report::page(&target)` creates the page of the run from these
-/// files, and `report::write` writes it. To continue: `let (mut folder, checkpoint) = Folder::resume(&target,
-/// None)?;` and [`Run::resume(checkpoint)`](crate::run::Run::resume) instead of `Run::new(scene)`.
+/// With the feature `view`, `carom::view::report::write` writes the page of the run. To continue a run, use
+/// [`Folder::resume`] and [`Run::resume`](crate::run::Run::resume).
 #[derive(Debug)]
 pub struct Folder {
-    /// This field is dropped first, so that its thread finishes writing before the locks are released.
+    /// Dropped first, so that the thread of this field finishes before the locks are released.
     trajectory: Trajectory,
     target: PathBuf,
-    /// Folder of the files: `target`, or an inner folder if this run is to replace an old run.
+    /// Folder of the files: `target`, or an inner folder if this run will replace an old run.
     path: PathBuf,
     /// List of Carom's files in the folder `path`.
     owned: Owned,
-    /// List of the old run that this run is to replace, if any.
+    /// List of the files of the old run that this run will replace.
     outer: Option<Owned>,
-    /// Checksum of the scene; `None` if its text is not stored.
+    /// Checksum of the scene. `None` if its text is not stored.
     scene: Option<u32>,
     columns: Columns,
     thermo: PartialFile,
@@ -105,21 +100,21 @@ pub struct Folder {
     formats: Vec<Format>,
     flushed: Instant,
     checkpoints: Checkpoints,
-    /// Largest permitted size of all files together `[bytes]`.
+    /// Largest permitted total size of all files `[bytes]`.
     most_bytes: f64,
 }
 
 impl Folder {
-    /// Creates the folder for a new run. The folder must be missing or empty, unless [`Existing::Replace`] permits
-    /// replacing the run in it.
+    /// Creates the folder for a new run. The folder must be missing or empty. With [`Existing::Replace`], it may also
+    /// hold a run, which is replaced.
     ///
     /// # Errors
     /// [`OutputError::Occupied`] if the folder holds something other than a run. [`OutputError::Finished`],
-    /// [`OutputError::Unfinished`] or [`OutputError::Replacing`] if it holds a run that is to be kept.
+    /// [`OutputError::Unfinished`] or [`OutputError::Replacing`] if it holds a run that must be kept.
     /// [`OutputError::WithinRun`] if it is inside the folder of another run. [`OutputError::NotReplacement`] if
-    /// something else is at the path inside the folder where the new run would be written. [`OutputError::Busy`] if
-    /// another run writes to the folder. [`OutputError::NotFolder`] or [`OutputError::Folder`] if the folder cannot be
-    /// created. [`OutputError::Foreign`] if a file that Carom did not write has the name of an output file.
+    /// something else exists at the path of the inner folder. [`OutputError::Busy`] if another run writes to the
+    /// folder. [`OutputError::NotFolder`] or [`OutputError::Folder`] if the folder cannot be created.
+    /// [`OutputError::Foreign`] if a file with the name of an output file was not written by Carom.
     /// [`OutputError::NotPlain`] if an output file is a link or a folder. [`OutputError::Write`] if a file cannot be
     /// created.
     pub fn create(target: &Path, scene: &Scene, existing: Existing) -> Result<Self, OutputError> {
@@ -139,7 +134,6 @@ impl Folder {
         replacement::recover(target, &mut owned)?;
         let path = spot(target, existing)?;
         let names = names_of(scene);
-        // Reports foreign files before any file is created.
         owned.allow(&names)?;
         let mut outer = None;
         if path != target {
@@ -172,14 +166,14 @@ impl Folder {
         })
     }
 
-    /// Sets the interval between checkpoints, by default five minutes.
+    /// Sets the interval between checkpoints. By default, it is five minutes.
     #[must_use]
     pub fn checkpoint_every(mut self, interval: Duration) -> Self {
         self.checkpoints.interval = interval;
         self
     }
 
-    /// Interrupts the run once its files exceed this size `[bytes]`. The run first writes a checkpoint, and
+    /// Interrupts the run when its files exceed this size `[bytes]`. The run first writes a checkpoint, and
     /// [`Folder::excess`] then returns an error.
     #[must_use]
     pub fn at_most(mut self, bytes: f64) -> Self {
@@ -207,16 +201,15 @@ impl Folder {
         Ok(())
     }
 
-    /// Name of the file that [`Self::keep_particles`] writes to the folder of the run.
+    /// Name of the file that [`Self::keep_particles`] writes.
     pub const PARTICLES: &str = PARTICLES;
 
-    /// Writes `content`, the particles that the calling program has passed to the scene, to `particles.xyz`. The scene
-    /// in the folder contains the name and the checksum of this file
-    /// ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
+    /// Writes the particles that the calling program has passed to the scene to `particles.xyz`. The scene in the
+    /// folder contains the name and the checksum of this file ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] if Carom did not write an existing file of this name, [`OutputError::Write`] if the
-    /// file cannot be written.
+    /// [`OutputError::Foreign`] if an existing file was not written by Carom. [`OutputError::Write`] if the file cannot
+    /// be written.
     pub fn keep_particles(&mut self, content: &[u8]) -> Result<(), OutputError> {
         let names = [PARTICLES.to_owned()];
         if let Some(outer) = &self.outer {
@@ -232,7 +225,7 @@ impl Folder {
     /// Returns the state of the run in a folder.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or
+    /// [`OutputError::Occupied`] if the folder holds something other than a run. [`OutputError::NotFolder`] or
     /// [`OutputError::Folder`] if the folder cannot be read.
     pub fn state_of(run: &Path) -> Result<FolderState, OutputError> {
         state_of(run)
@@ -250,7 +243,7 @@ impl Folder {
         run.join(SUMMARY)
     }
 
-    /// Returns the paths of the files of a run from which other files are made. The files need not exist.
+    /// Returns the paths of the files of a run from which other files are made. Some of them may not exist.
     #[must_use]
     pub fn files_of(run: &Path) -> Vec<PathBuf> {
         let names = [SUMMARY, SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];

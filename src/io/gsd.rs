@@ -2,20 +2,20 @@
 //!
 //! | chunk | content |
 //! |---|---|
-//! | `configuration/step` | index of the frame in the trajectory, from 0; there are no time steps |
-//! | `configuration/dimensions`, `configuration/box` | edges and tilt factors of the box, with `xy = d / Ly` for a displacement `d` of the next image along y; a box whose only flat axis is z has 2 dimensions and no extent along z; other flat axes get the largest diameter |
-//! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | in the order of ids; velocities only if the source has them |
-//! | `particles/mass` | only if the source contains the mass of every species; 0 for static particles, whose mass is infinite |
-//! | `particles/image` | periods travelled, `i32`, for the positions in the file; only if the source has them |
-//! | `bonds/N`, `types`, `typeid`, `group` | a type is an interaction, or `bond` if the source does not name the interactions; a group is the indices of two particles in the order of ids |
+//! | `configuration/step` | index of the frame in the trajectory, from 0 |
+//! | `configuration/dimensions`, `configuration/box` | edges and tilt factors of the box. The tilt factor is `xy = d / Ly` if the next image along y is displaced by `d`. A box with z as its only flat axis has 2 dimensions and no extent along z. The edge along other flat axes is the largest diameter. |
+//! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | particles in the order of ids; velocities only if the source has velocities |
+//! | `particles/mass` | only if the source has the masses of all species; 0 for static particles, whose mass is infinite |
+//! | `particles/image` | periods travelled, `i32`, only if the source has images |
+//! | `bonds/N`, `types`, `typeid`, `group` | a type is the name of an interaction, or `bond` if there are no names; a group is the indices of two particles |
 //! | `log/carom/time` | simulated time, `f64` |
 //! | `log/particles/q6` and others | scalars of the particles, `f64` |
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
 //!
 //! Numbers are `f32` unless noted otherwise. The box of HOOMD is centred at the origin, so the centre of the box is
-//! subtracted from each position. In a tilted box, a multiple of the period along x is added to put each particle
-//! inside. The box of HOOMD is periodic along all axes. If the box of the run is not, `log/carom/periodic` says so, and
-//! particles may lie outside. A chunk equal to the first frame's chunk is not repeated.
+//! subtracted from each position. In a tilted box, periods along x are added to move each particle inside. The box of
+//! HOOMD is periodic along all axes. If an axis of the run is not, particles may be outside the box. Chunks that are
+//! equal to the chunks of the first frame are not repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
 
@@ -34,12 +34,11 @@ use chunks::{Chunks, Kind};
 #[derive(Debug)]
 pub(super) struct Trajectory {
     chunks: Chunks,
-    /// Chunks of the first frame. Later frames contain only the chunks that differ.
+    /// Chunks of the first frame. Later frames contain only chunks that differ.
     first: Vec<(&'static str, Vec<u8>)>,
-    /// Whether any frame so far had velocities. Each later frame then needs a chunk of velocities, because readers
-    /// would otherwise use the velocities of the first frame.
+    /// Whether an earlier frame had velocities. Frames without velocities would inherit those of the first frame.
     has_velocities: bool,
-    /// Whether any frame so far had images. Each later frame then needs a chunk of images.
+    /// Whether an earlier frame had images. If so, every later frame needs images.
     has_images: bool,
 }
 
@@ -153,8 +152,7 @@ impl Writer for Trajectory {
     }
 }
 
-/// Moves a position relative to the centre into the tilted box of HOOMD. Also returns the number of periods subtracted
-/// along x.
+/// Moves a relative position into the tilted box of HOOMD. Also returns how many periods along x were subtracted.
 fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     if frame.displacement == 0.0 {
         return (position, 0.0);
@@ -164,7 +162,7 @@ fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     (Vector::new(position.x - periods * frame.size.x, position.y, position.z), periods)
 }
 
-/// Returns a particle's image number along x after `periods` have been subtracted from its position.
+/// Returns the image number along x after `periods` have been subtracted from the position.
 fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     let sum = f64::from(image) + periods;
     if !(f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&sum) {
@@ -207,7 +205,7 @@ fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, Fr
     Ok(bytes)
 }
 
-/// Returns the names of types, padded with zeros to one width. Each name ends with at least one zero.
+/// Returns the names of types, padded with zeros to equal width. Each name ends with at least one zero.
 fn names_of_types(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
     let width = names.iter().map(|name| name.len()).max().unwrap_or(0) + 1;
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Protection of input files: no output replaces them, and a run is not continued if they have changed.
+//! Protection of input files. No output replaces an input, and a run is not continued if its inputs have changed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::scene::NamedInput;
 
-/// Rejects an output that would destroy an input: `target` is an input, or a folder with an input in it.
+/// Rejects a `target` that is an input, or a folder with an input.
 ///
 /// # Errors
 /// [`OutputError::Input`] with the first such input.
 pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), OutputError> {
-    // A missing output file replaces nothing.
+    // If the output file does not exist, no input is replaced.
     let Ok(place) = fs::canonicalize(target) else { return Ok(()) };
     for input in inputs {
         let input: PathBuf = input.as_ref().to_owned();
@@ -26,7 +26,7 @@ pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Ite
     Ok(())
 }
 
-/// Rejects a path at which Carom must not write one of its own files: a link, a folder or a device.
+/// Rejects a path at which Carom must not write a file: a link, a folder or a device.
 ///
 /// # Errors
 /// [`OutputError::NotPlain`]. A missing file is accepted.
@@ -34,7 +34,7 @@ pub fn refuse_link(path: &Path) -> Result<(), OutputError> {
     plain::refuse(path, false)
 }
 
-/// Returns an input of a scene with its present checksum; `None` if the file cannot be read.
+/// Returns an input of a scene with the checksum of its current content. `None` if the file cannot be read.
 pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     match kind {
         NamedInput::File => Some(InputFile::new(path, &fs::read(path).ok()?)),
@@ -47,7 +47,7 @@ pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
 }
 
 /// Rejects the continuation of a run whose inputs have changed. Missing inputs and the checkpoint of a preceding run
-/// are not needed, and are ignored.
+/// are ignored, because a continued run does not read these files.
 pub(crate) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
     let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
     for input in scene.inputs().iter().filter(|input| !is_run(input)) {

@@ -20,15 +20,15 @@
 //! `TIMESTEP` is the index of the frame in the trajectory, from 0. `TIME` is the simulated time. Ids count from 0, as
 //! in all outputs. Types count from 1 in the order of the species, and `element` is the name of the species. `ix iy iz`
 //! are the periods travelled, and the unwrapped position is `x + ix Lx + iy xy`, `y + iy Ly`, `z + iz Lz`. Velocities
-//! and images that the source does not have are left out. Sides are `p` (periodic) or `f` (all others). A flat axis
-//! gets the largest diameter, centred on the particles. Scalars of the particles follow in further columns. Numbers
-//! have the fewest digits that restore the same value.
+//! and images are left out if the source has none. Sides are `p` (periodic) or `f` (all others). The edge along a flat
+//! axis is the largest diameter. Further columns are the scalars of the particles. Numbers have the fewest digits that
+//! restore the exact value.
 //!
-//! A sheared box whose next image along y is displaced has the bounds of its parallelepiped, followed by the
-//! displacement as the tilt factor `xy`: `ITEM: BOX BOUNDS xy xz yz pp pp pp`. Positions do not change.
+//! A sheared box with a displaced image along y has the bounds of its parallelepiped and the tilt factor `xy`, which is
+//! the displacement: `ITEM: BOX BOUNDS xy xz yz pp pp pp`. Positions do not change.
 //!
-//! ASE accepts only chemical symbols as names, and MDAnalysis (2.11) rejects dumps with `TIME`. Both read extended XYZ
-//! or GSD.
+//! ASE accepts only chemical symbols as names, and MDAnalysis (2.11) rejects dumps with `TIME`. Use extended XYZ for
+//! these programs, or GSD for MDAnalysis.
 
 use std::io::Write;
 

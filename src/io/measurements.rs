@@ -1,5 +1,4 @@
-//! Results of instruments: `measurements.json`, and a CSV table for each curve in the folder `measurements`. Earlier
-//! stages and temperatures have subfolders.
+//! Results of instruments: `measurements.json`, and a CSV table for each curve in the folder `measurements`.
 
 use std::fmt::Write;
 use std::fs;
@@ -18,21 +17,21 @@ use crate::run::{Finished, MeasuredStage};
 pub(crate) const FILE: &str = "measurements.json";
 pub(crate) const TABLES: &str = "measurements";
 
-/// Results of the instruments in a run or a replica exchange; the content of `measurements.json`.
+/// Results of the instruments in a run or a replica exchange. They are the content of `measurements.json`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Measurements {
     /// Results of the last measurement.
     #[serde(flatten)]
     pub last: Measured,
-    /// Results of the earlier measured stages of a run, or of the temperatures of an exchange.
+    /// Results of the earlier stages of a run, or of the temperatures of an exchange.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageMeasured>,
 }
 
-/// Results of the instruments in a measured stage, or at one temperature of an exchange.
+/// Results of the instruments in a stage, or at one temperature of an exchange.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StageMeasured {
-    /// Name of the stage, or `temperature-1` for the first temperature of an exchange, and so on.
+    /// Name of the stage, or for example `temperature-1` for the first temperature of an exchange.
     pub name: String,
     /// Results of the instruments.
     #[serde(flatten)]
@@ -48,7 +47,7 @@ impl Measurements {
         Self { last: finished.measured.clone(), stages }
     }
 
-    /// Reads the measurements in the folder of a run; `None` if the file is missing because the run had no instruments.
+    /// Reads the measurements in the folder of a run. `None` if there is no file, because the run had no instruments.
     ///
     /// # Errors
     /// If the file cannot be read, or is damaged.
@@ -99,7 +98,7 @@ pub(super) fn is_table(name: &str) -> bool {
 }
 
 /// Writes a curve as a CSV table: the variables, and each quantity with its standard error. Missing data are empty
-/// cells. Headings are identifiers; `measurements.json` contains the units.
+/// cells. Units are only in `measurements.json`.
 fn table(curve: &Curve) -> String {
     let mut text = String::new();
     let heads = curve.variables.iter().map(|variable| variable.name.clone());

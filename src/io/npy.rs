@@ -1,4 +1,4 @@
-//! A trajectory as a folder of NumPy arrays. `numpy.load` can also map them into memory.
+//! A trajectory as a folder of NumPy arrays.
 //!
 //! | file | shape | content |
 //! |---|---|---|
@@ -6,7 +6,7 @@
 //! | `positions.npy`, `velocities.npy` | frames x N x 3 | no velocities if the source has none |
 //! | `images.npy` | frames x N x 3 | periods travelled, `i32`; no file if the source has none |
 //! | `box.npy` | frames x 2 x 3 | lower corner and edges; an edge is 0 along flat axes |
-//! | `displacements.npy` | frames | displacement along x of the next image of the box along y; 0 in a box at rest |
+//! | `displacements.npy` | frames | displacement along x of the next image along y |
 //! | `periodic.npy` | 3 | whether each axis is periodic |
 //! | `ids.npy`, `radius.npy` | N | ids and radii of the particles |
 //! | `species.npy` | N | index of the species in the arrays of species |
@@ -14,7 +14,7 @@
 //! | `species_mass.npy` | species | infinite for static species; no file if a mass is unknown |
 //! | `q6.npy` and others | frames x N | scalars of the particles |
 //! | `bonds.npy` | bonds x 2 | ids of the bonded particles; no file without bonds |
-//! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | names of the bonds' interactions, and an index into the names for each bond |
+//! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | names of the interactions of bonds, and the index of a name for each bond |
 //!
 //! The unwrapped position is the position plus the image times the edges of the box. In a sheared box, the image along
 //! y times the displacement along x is added. Numbers are `f64`, ids and indices are `u32`, all little-endian. All
@@ -37,7 +37,7 @@ pub(super) struct Arrays {
     growing: Option<Growing>,
 }
 
-/// Arrays that grow with each frame, and the first frame. Later frames must have its particles and bonds.
+/// Arrays that grow with each frame, and the first frame.
 #[derive(Debug)]
 struct Growing {
     first: Frame,

@@ -2,8 +2,7 @@ use std::fmt;
 
 use crate::base::shortest::Shortest;
 
-/// A number in a table, with the fewest digits that restore the same value, or empty if missing. An exponent replaces
-/// many zeros.
+/// A number in a table, with the fewest digits that restore its value. A missing number is an empty cell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cell(pub Option<f64>);
 
@@ -16,12 +15,12 @@ impl fmt::Display for Cell {
     }
 }
 
-/// Returns a word as a cell of a CSV table, in quotes if it contains a comma, a quote or a line end.
+/// Returns a word as a cell of a CSV table. A word with a comma, a quote or a line end gets quotes.
 pub(crate) fn quoted(word: &str) -> String {
     if word.contains([',', '"', '\n']) { format!("\"{}\"", word.replace('"', "\"\"")) } else { word.to_owned() }
 }
 
-/// Returns a text as a cell of a CSV table. An apostrophe precedes a text that a spreadsheet would take for a formula.
+/// Returns a text as a cell of a CSV table. An apostrophe protects texts that a spreadsheet would read as formulas.
 pub(crate) fn text_cell(word: &str) -> String {
     let is_formula = word.starts_with(['=', '+', '-', '@', '\t', '\r']) && word.parse::<f64>().is_err();
     if is_formula { quoted(&format!("'{word}")) } else { quoted(word) }

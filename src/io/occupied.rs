@@ -1,4 +1,4 @@
-//! State of the run in a folder: none, unfinished or finished.
+//! The state of a run folder.
 
 use std::fs;
 use std::io;
@@ -15,7 +15,7 @@ use super::{checkpoints, replacement};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FolderState {
-    /// No run, or only remains of a run that was killed before its first checkpoint.
+    /// No run, or a run that was killed before its first checkpoint.
     Nothing,
     /// A run that can be resumed.
     Unfinished,
@@ -23,13 +23,7 @@ pub enum FolderState {
     Finished,
 }
 
-/// Returns the folder in which a new run writes: the requested folder, or an inner folder if the new run is to replace
-/// a run.
-///
-/// # Errors
-/// [`OutputError::Finished`], [`OutputError::Unfinished`] or [`OutputError::Replacing`] if the requested folder holds a
-/// run to be kept, [`OutputError::NotReplacement`] if something else is at the path of the inner folder, and the errors
-/// of [`state_of`].
+/// Returns the folder for a new run: `path`, or a folder inside `path` if the new run replaces an old run.
 pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputError> {
     match (state_of(path)?, existing) {
         (FolderState::Nothing, _) => Ok(path.to_owned()),
@@ -38,8 +32,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
         (FolderState::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
-            // A folder at the inner path is the replacement of this run only if the list of this run records a
-            // replacement.
+            // The inner folder is foreign if the list of files records no replacement.
             let is_known = owned::replacement_of(path) != Replacement::None;
             if !is_known && (inner.is_symlink() || !matches!(state_of(&inner), Ok(FolderState::Nothing))) {
                 return Err(OutputError::NotReplacement(inner));
@@ -49,28 +42,23 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
     }
 }
 
-/// Returns the folder of the latest run: the inner folder if it holds a checkpoint of a replacement, otherwise `path`.
+/// Returns the folder of the replacement if it has a checkpoint, otherwise `path`.
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
     let is_known = owned::replacement_of(path) != Replacement::None;
     if is_known && is_run(&inner) && checkpoints::has_any(&inner) { inner } else { path.to_owned() }
 }
 
-/// Returns the folder of the run that contains `path`. `path` need not exist.
+/// Returns the run folder that contains `path`, if any. The path need not exist.
 pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     let path = std::path::absolute(path).ok()?;
-    // Links are resolved as far as the path exists.
+    // Symbolic links can only be resolved in the part of the path that exists.
     let (depth, real) =
         path.ancestors().enumerate().find_map(|(depth, it)| Some((depth, fs::canonicalize(it).ok()?)))?;
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// Returns the state of the run in a folder. The run counts as finished if the folder contains a replacement that can
-/// be resumed.
-///
-/// # Errors
-/// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or
-/// [`OutputError::Folder`] if the folder cannot be read.
+/// Returns the state of the run in a folder. The state is `Finished` if a replacement of the run can be resumed.
 pub(super) fn state_of(path: &Path) -> Result<FolderState, OutputError> {
     let folder_error = |source| OutputError::Folder { path: path.to_owned(), source };
     match fs::metadata(path) {

@@ -1,6 +1,4 @@
-//! List of the files that Carom wrote in the folder of a run. The list identifies the folder of a run. Only listed
-//! files are replaced or removed. The list also records a replacement, so that no foreign folder is mistaken for the
-//! new run.
+//! The list of files that Carom wrote in a run folder. Carom replaces or removes only listed files.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -18,13 +16,12 @@ use crate::base::durability;
 use crate::model::Format;
 use crate::run::checkpoint::Checkpoint;
 
-/// Name of the list of files. The list is locked while a run writes to the folder.
+/// Name of the list. A run locks this file while it writes to the folder.
 pub(super) const FILE: &str = ".carom";
 
-/// First line, which identifies a list of files.
 const HEADER: &str = "carom lists here what it wrote in this folder; nothing else will be replaced or removed\n";
 
-/// Beginning of the line that records the progress of a replacement.
+/// Prefix of lines that record the progress of a replacement.
 const REPLACEMENT: &str = "replacement ";
 
 /// Progress in replacing an old run.
@@ -33,7 +30,7 @@ pub(super) enum Replacement {
     #[default]
     None,
     Begun,
-    /// The new run is complete, and its files are moving to the old run's folder.
+    /// The new run is complete. Its files are being moved to the folder of the old run.
     Complete,
 }
 
@@ -50,8 +47,7 @@ impl Replacement {
     }
 }
 
-/// List of Carom's files in the folder of a run. A name that ends with `/` stands for all files of one format in a
-/// folder.
+/// List of Carom's files in a run folder. A name that ends with `/` is a folder with files of one format.
 #[derive(Debug)]
 pub(super) struct Owned {
     folder: PathBuf,
@@ -60,7 +56,7 @@ pub(super) struct Owned {
     replacement: Replacement,
 }
 
-/// Whether a folder belongs to a run. Without a list, a checkpoint identifies it.
+/// Whether a folder contains a list of files or a checkpoint.
 pub(super) fn is_run(folder: &Path) -> bool {
     let start = plain::read(&folder.join(FILE), HEADER.len() as u64);
     let has_list = start.is_ok_and(|bytes| bytes == HEADER.as_bytes());
@@ -71,23 +67,18 @@ pub(super) fn replacement_of(folder: &Path) -> Replacement {
     read(folder).map(|list| list.replacement).unwrap_or_default()
 }
 
-/// Formats of the converted trajectories in the list of a run, made by the run or by a later command.
 pub(super) fn listed_formats(folder: &Path) -> Vec<Format> {
     let names = read(folder).map(|list| list.names).unwrap_or_default();
     Format::ALL.into_iter().filter(|format| names.contains(&format.listed())).collect()
 }
 
-/// Whether a list contains at most its first line, for example because the run was killed at its beginning.
+/// Whether a file contains only the first line of a list, or its beginning. A run killed early leaves such a file.
 pub(super) fn is_begun(list: &Path) -> bool {
     plain::read(list, HEADER.len() as u64 + 1).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
 }
 
 impl Owned {
-    /// Locks an empty folder or the folder of a run, until the list is dropped.
-    ///
-    /// # Errors
-    /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::NotPlain`] if a listed name belongs to
-    /// a link or another special file; [`OutputError::Foreign`] if the file with the list's name is not a list.
+    /// Locks an empty folder or a run folder until the list is dropped.
     pub fn lock(folder: &Path) -> Result<Self, OutputError> {
         let path = folder.join(FILE);
         let is_run = is_run(folder);
@@ -130,18 +121,13 @@ impl Owned {
         Ok(())
     }
 
-    /// Adds names to the list before the files are created. A foreign file with one of the names is an error.
+    /// Adds names of files to the list, before the files are created. Fails if a foreign file has one of the names.
     pub fn claim(&mut self, names: &[String]) -> Result<(), OutputError> {
         self.allow(names)?;
         self.list(names)
     }
 
-    /// Checks that files with these names may be written. An existing file or folder must be in the list, and Carom
-    /// must have written every file in a listed folder.
-    ///
-    /// # Errors
-    /// [`OutputError::Foreign`] if a file that Carom did not write is in the way, [`OutputError::NotPlain`] if a folder
-    /// on the path is a link.
+    /// Checks that files with these names may be written. Fails if Carom did not write an existing file or folder.
     pub fn allow(&self, names: &[String]) -> Result<(), OutputError> {
         for name in names {
             plain::refuse_links_to(&self.folder, name)?;
@@ -169,7 +155,7 @@ impl Owned {
         Ok(())
     }
 
-    /// Removes files, complete or not, and removes their names from the list.
+    /// Removes complete and incomplete files, and their names in the list.
     pub fn remove(&mut self, names: &[String]) -> Result<(), OutputError> {
         for name in names {
             let path = self.folder.join(name.trim_end_matches('/'));
@@ -179,7 +165,7 @@ impl Owned {
                 remove(&path)?;
             }
             self.remove_partial(name)?;
-            // The folder of a removed file is removed too if it is now empty.
+            // `remove_dir` fails unless the folder is empty.
             if let Some(parent) = path.parent().filter(|parent| *parent != self.folder) {
                 let _ = fs::remove_dir(parent);
             }
@@ -205,18 +191,17 @@ impl Owned {
     }
 }
 
-/// Names of pages and pictures that commands add to the folder of a run.
+/// Pages and pictures that commands add to a run folder.
 const ABOUT: [&str; 3] = [PAGE, SMALL_PAGE, PICTURE];
 
-/// Adds a page, a picture or a converted trajectory to the list of the run, if the file has the default name. The file
-/// is then removed when the run is replaced.
+/// Adds a page, a picture or a converted trajectory with the default name to the list of its run.
 pub(crate) fn note(path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };
     let conversions = Format::ALL.map(Format::listed);
     let is_it = |listed: &&str| listed.trim_end_matches('/') == name;
     let Some(listed) = ABOUT.into_iter().chain(conversions.iter().map(String::as_str)).find(is_it) else { return };
     if read(folder).is_some_and(|list| !list.names.contains(listed)) {
-        // If the entry is missing, a replacement of the run merely leaves the file in place.
+        // Errors are ignored. A replacement of the run keeps unlisted files.
         if let Ok(mut file) = plain::open(OpenOptions::new().append(true), &folder.join(FILE)) {
             let _ = file.write_all(format!("+ {listed}\n").as_bytes());
         }
@@ -230,8 +215,7 @@ struct List {
 }
 
 impl List {
-    /// Reads a list, and the length of its complete lines `[bytes]`. A truncated last line is ignored. `None` if the
-    /// file is not a list.
+    /// Returns a list and the length of its complete lines `[bytes]`. An incomplete last line is ignored.
     fn of(text: &[u8]) -> Option<(Self, usize)> {
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
         let lines = text[..whole].strip_prefix(HEADER.as_bytes())?;
@@ -254,7 +238,7 @@ fn read(folder: &Path) -> Option<List> {
     List::of(&text).map(|(list, _)| list)
 }
 
-/// Returns the standard names of run files that exist in a folder, complete or not. They replace a lost list.
+/// Returns the names of the standard files that exist in a run folder. They replace a lost list.
 fn known_in(folder: &Path) -> Vec<String> {
     let known = [SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
     let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);
@@ -262,7 +246,6 @@ fn known_in(folder: &Path) -> Vec<String> {
     known.filter(|name| is_there(folder.join(name)) || is_there(partial_of(&folder.join(name)))).collect()
 }
 
-/// Whether a relative path stays inside its folder.
 fn is_inside(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     !name.is_empty() && parts.all(|part| matches!(part, Component::Normal(_)))

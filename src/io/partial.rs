@@ -9,8 +9,7 @@ use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 
 const SUFFIX: &str = ".partial";
 
-/// A file that has a temporary name until it is complete. The checksum is updated with each write, so a checkpoint need
-/// not read the file again.
+/// A file with a temporary name until it is complete. Each write updates a checksum for the next checkpoint.
 #[derive(Debug)]
 pub(crate) struct PartialFile {
     path: PathBuf,
@@ -39,7 +38,6 @@ impl PartialFile {
         if partial.exists() { partial } else { path.to_owned() }
     }
 
-    /// Checks that a file contains the data that a checkpoint records.
     pub fn check(path: &Path, entry: &ManifestEntry) -> Result<(), CheckpointError> {
         let path = Self::present(path);
         if path.exists() {
@@ -48,8 +46,7 @@ impl PartialFile {
         Err(CheckpointError::File { path, found: 0, expected: entry.length })
     }
 
-    /// Reopens a file that a checkpoint records, under its temporary name, and cuts off everything written later. Call
-    /// [`Self::check`] first.
+    /// Reopens a file, and removes the data that were written after the checkpoint. Call [`Self::check`] first.
     pub fn resume(path: PathBuf, entry: &ManifestEntry) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         file.set_len(entry.length).map_err(OutputError::write(&partial))?;
@@ -58,7 +55,7 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(file), head: entry.head })
     }
 
-    /// Reopens a file that no checkpoint records, and continues at its end.
+    /// Reopens a file that is not in a checkpoint. Writing continues at the end of the file.
     pub fn reopen(path: PathBuf) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         let mut file = Checked::new(file);
@@ -89,12 +86,12 @@ impl PartialFile {
             .map_err(OutputError::write(&self.partial))
     }
 
-    /// Length of the file, including the buffer `[bytes]`.
+    /// Length of the file, including buffered data `[bytes]`.
     pub fn length(&self) -> u64 {
         self.file.get_ref().length() + self.file.buffer().len() as u64
     }
 
-    /// Syncs the file to disk. Returns its entry for a checkpoint, with its name relative to the folder of the run.
+    /// Syncs the file to disk. Returns an entry for a checkpoint.
     pub fn keep(&mut self, folder: &Path) -> Result<ManifestEntry, OutputError> {
         self.flush()?;
         let written = self.file.get_ref();
@@ -115,7 +112,7 @@ impl PartialFile {
         self.write_bytes(text.as_bytes())
     }
 
-    /// Hands everything over to the operating system, so that other programs can read it.
+    /// Passes all buffered data to the operating system, so that other programs can read them.
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.file.flush().map_err(OutputError::write(&self.partial))
     }

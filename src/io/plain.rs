@@ -1,5 +1,4 @@
-//! Carom's own files: plain files in plain folders. Symbolic links are not followed, because they may lead to foreign
-//! files.
+//! Access to Carom's own files. Symbolic links are not followed, because they may lead to foreign files.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
@@ -10,8 +9,7 @@ use super::error::OutputError;
 use super::occupied::run_around;
 use super::partial::partial_of;
 
-/// Creates an empty file. An existing file is removed first, because it may be a symbolic or hard link to a foreign
-/// file.
+/// Creates an empty file. First removes an existing file, which may be a link to a foreign file.
 pub(crate) fn create(path: &Path) -> io::Result<File> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
@@ -20,18 +18,14 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).create_new(true).open(path)
 }
 
-/// Opens a plain file.
-///
-/// # Errors
-/// [`io::ErrorKind::InvalidInput`] for a link, a folder, a device or a pipe; system errors.
+/// Opens a plain file. Rejects links, folders, devices and pipes.
 pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(target_os = "linux")]
     {
         // `O_NOFOLLOW` rejects links, and `O_NONBLOCK` avoids blocking on a pipe.
         std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
     }
-    // Outside Linux, only this check rejects links. On Linux, `O_NOFOLLOW` also rejects a link that appears after this
-    // check.
+    // Other systems reject links only here. Linux also rejects a link that is created after this check.
     if fs::symlink_metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file"));
     }
@@ -46,11 +40,7 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Opens or creates the file that marks a folder as Carom's, and locks it until the file is dropped.
-///
-/// # Errors
-/// [`OutputError::Busy`] if another process has locked the file, [`OutputError::NotPlain`] or [`OutputError::Write`] if
-/// it cannot be opened.
+/// Opens or creates the file that marks a folder as Carom's, and locks it. Also returns the content of the file.
 pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputError> {
     let path = folder.join(name);
     refuse(&path, false)?;
@@ -66,11 +56,7 @@ pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputE
     Ok((file, bytes))
 }
 
-/// Creates an output folder if it is missing, and removes drafts of killed commands from it.
-///
-/// # Errors
-/// [`OutputError::WithinRun`] if the path is inside the folder of a run, [`OutputError::NotFolder`] or
-/// [`OutputError::Folder`] if the folder cannot be created.
+/// Creates an output folder if it is missing. Removes drafts of killed commands from it. Fails inside a run folder.
 pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
     if let Some(run) = run_around(path) {
         return Err(OutputError::WithinRun { target: path.to_owned(), run });
@@ -83,8 +69,7 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Checks the temporary path and the final path of one of Carom's files. Each must be missing or a plain file, or a
-/// plain folder if `name` ends with `/`. No folder between `folder` and the file may be a link.
+/// Rejects links and special files at the temporary path and at the final path. A name that ends with `/` is a folder.
 pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError> {
     refuse_links_to(folder, name)?;
     let path = folder.join(name.trim_end_matches('/'));
@@ -92,15 +77,14 @@ pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError
     refuse(&path, name.ends_with('/'))
 }
 
-/// Checks that no folder between `folder` and a file in it is a link.
+/// Rejects links among the folders between `folder` and a file.
 pub(crate) fn refuse_links_to(folder: &Path, name: &str) -> Result<(), OutputError> {
     let path = folder.join(name.trim_end_matches('/'));
     let mut parents = path.ancestors().skip(1).take_while(|parent| *parent != folder);
     parents.try_for_each(|parent| refuse(parent, true))
 }
 
-/// Rejects a path at which something other than a plain file exists, or other than a folder if `is_folder`. Links are
-/// always rejected; a missing file is accepted.
+/// Checks that a path is missing or is a plain file. With `is_folder`, a folder is expected instead of a file.
 pub(crate) fn refuse(path: &Path, is_folder: bool) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(()) };
     let kind = metadata.file_type();

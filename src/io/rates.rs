@@ -5,25 +5,23 @@ use serde::{Deserialize, Serialize};
 use crate::engine::Simulation;
 use crate::engine::event::EventCountsBySpecies;
 
-/// Rate of one kind of event between particles of two species, or between particles of one species and a wall or a
-/// thermostat.
+/// Rate of one kind of event between two species, or between one species and walls or a thermostat.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// Kind of the events: `core`, `capture`, `release`, `bounce` at a finite step, `bond` at its maximum length,
-    /// `wall` or `thermostat`.
+    /// Kind of the events: `core`, `capture`, `release`, `bounce`, `bond`, `wall` or `thermostat`.
     pub kind: String,
-    /// Names of the species: one for events with walls and thermostats, otherwise two.
+    /// Names of the two species. Events with walls and thermostats have only one species.
     pub species: Vec<String>,
     /// Number of events of this kind.
     pub events: u64,
-    /// Number of events per simulated time `[1 / time]`; `None` if no time passed.
+    /// Number of events per simulated time `[1 / time]`; `None` for a duration of zero.
     pub per_time: Option<f64>,
-    /// Number of events per simulated time and per particle of each species `[1 / time]`. An event between two
-    /// particles of the same species counts for both. `None` for static particles.
+    /// Number of events per particle and simulated time `[1 / time]`, for each species. `None` for static species. An
+    /// event between two particles of one species counts twice.
     pub per_particle: Vec<Option<f64>>,
 }
 
-/// Returns the rates of all kinds of events in a measurement of length `duration` `[time]`.
+/// Returns the rates of all kinds of events. `duration` is the length of the measurement `[time]`.
 #[must_use]
 pub fn rates(simulation: &Simulation, counts: &EventCountsBySpecies, duration: f64) -> Vec<Rate> {
     let (numbers, scene) = (simulation.population(), simulation.scene());
@@ -52,7 +50,7 @@ impl Rate {
         format!("{}, {}", self.kind, self.species.join(" and "))
     }
 
-    /// Describes the rates per particle, such as `0.57 per A, 0.11 per B`. A species appears once.
+    /// Describes the rates per particle, such as `0.57 per A, 0.11 per B`.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words: Vec<String> = Vec::new();
@@ -64,8 +62,7 @@ impl Rate {
     }
 }
 
-/// Returns the rates to print beside the collision rate. If there is only one core rate, and it involves every species
-/// in `rates`, it equals the collision rate and is left out.
+/// Returns the rates to print beside the collision rate. Omits a core rate that equals the collision rate.
 #[must_use]
 pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
     let is_core = |rate: &Rate| rate.kind == "core";

@@ -1,6 +1,5 @@
-//! Replacement of an old run by a new run. The new run is written to a folder inside the old run's folder. Once it is
-//! complete and sound, its files replace the old files. If the program is killed meanwhile, the next command that opens
-//! the folder completes the replacement. The list of the old run records the progress.
+//! Replacement of an old run by a new run. The new run writes to a folder inside the old folder. When it is complete
+//! and sound, its files replace the old files. If the program is killed, the next command completes the replacement.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,8 +17,7 @@ pub(super) fn within(run: &Path) -> PathBuf {
     run.join(FOLDER)
 }
 
-/// Completes an interrupted replacement. A complete new run replaces the old run; a new run that cannot be resumed is
-/// removed. The folder must be locked.
+/// Completes an interrupted replacement. Removes a new run that cannot be resumed.
 pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     if owned.replacement() == Replacement::None {
         return Ok(());
@@ -42,12 +40,12 @@ pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> 
     owned.set_replacement(Replacement::None)
 }
 
-/// Replaces the files of the old run by the files of the complete new run. Fails if a foreign file is in the way.
+/// Moves the files of a complete new run to the folder of the old run. Fails if a foreign file is in the way.
 pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) -> Result<(), OutputError> {
     let names: Vec<String> = new.names().iter().cloned().collect();
     old.claim(&names)?;
     old.set_replacement(Replacement::Complete)?;
-    // From here on, files of the old run are replaced. All files of the new run are complete and on disk.
+    // The old files are replaced from here on. The new files are complete and on disk.
     remove(&run.join(SUMMARY))?;
     sync_folder(run);
     for name in names.iter().filter(|name| *name != SUMMARY) {
@@ -56,7 +54,6 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     let stale: Vec<String> = old.names().difference(new.names()).cloned().collect();
     old.remove(&stale)?;
     for name in &names {
-        // Removes unfinished files of the old run.
         old.remove_partial(name)?;
     }
     sync_folder(run);
@@ -66,7 +63,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     old.set_replacement(Replacement::None)
 }
 
-/// Moves a file or folder. A missing source has been moved by an earlier attempt.
+/// Moves a file or folder. If the source is missing, a killed program has moved it.
 fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
     let write = |source| OutputError::Write { path: to.to_owned(), source };
@@ -76,13 +73,12 @@ fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
         }
         return fs::rename(from, to).map_err(write);
     }
-    // First removes the old folder, then moves the new folder in one step. Old and new files are never mixed, even
-    // after a kill.
+    // The folder is moved in one step. Old and new files are never mixed, even if the program is killed.
     remove_converted(to)?;
     fs::rename(from, to).map_err(write)
 }
 
-/// Removes the folder of a run, unless it contains more than its list and empty folders.
+/// Removes a run folder, unless it contains foreign files.
 fn clear(inner: &Path, list: Owned) {
     for folder in list.names().iter().filter_map(|name| Path::new(name).parent()) {
         if !folder.as_os_str().is_empty() {
@@ -90,7 +86,7 @@ fn clear(inner: &Path, list: Owned) {
         }
     }
     drop(list);
-    // If the folder contains files of the user, it stays.
+    // `remove_dir` fails if the folder contains files of the user.
     let _ = fs::remove_file(inner.join(owned::FILE));
     let _ = fs::remove_dir(inner);
 }

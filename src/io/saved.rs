@@ -1,4 +1,4 @@
-//! Simulations saved in files of their own, with their exact state, in the format of checkpoints.
+//! Saves and loads simulations with their exact state, in the format of checkpoints.
 
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, Write};
@@ -44,14 +44,14 @@ pub enum SavedError {
         /// Description of the damage.
         why: String,
     },
-    /// The file was written by another version of Carom, or by a build from different sources.
+    /// Another version or build of Carom wrote the file.
     #[error("carom {found} wrote {name}, and this is carom {} ({here}), which may continue differently", env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// Name of the file.
         name: String,
-        /// The version that wrote the file, with the fingerprint of its sources.
+        /// Version that wrote the file, with a fingerprint of its source code.
         found: String,
-        /// Fingerprint of the sources of the running program.
+        /// Fingerprint of the source code of the running program.
         here: &'static str,
     },
 }
@@ -70,10 +70,9 @@ impl SavedError {
     }
 }
 
-/// Saves a simulation together with data of the calling program. [`load_simulation`] continues with the same bits.
+/// Saves a simulation and data of the calling program. After [`load_simulation`], a run gives exactly the same results.
 ///
-/// The file gets its final name once it is complete. An existing saved simulation is always replaced; any other file
-/// only if `existing` permits.
+/// An existing saved simulation is replaced. Any other file is replaced only if `existing` permits.
 ///
 /// ```
 /// use carom::engine::{Simulation, Until};
@@ -95,7 +94,7 @@ impl SavedError {
 /// ```
 ///
 /// # Errors
-/// [`SavedError::Exists`] and [`SavedError::Write`]. They leave an existing file unchanged.
+/// [`SavedError::Exists`] and [`SavedError::Write`]. Both errors leave an existing file unchanged.
 pub fn save_simulation(
     path: &Path,
     simulation: &Simulation,
@@ -110,10 +109,10 @@ pub fn save_simulation(
     })
 }
 
-/// Loads a simulation and the data saved with it. It runs on one thread unless [`Simulation::set_threads`] is called.
+/// Loads a simulation and its data. The simulation runs on one thread unless [`Simulation::set_threads`] is called.
 ///
 /// # Errors
-/// [`SavedError`] if the file does not exist, was written by another version, or has a changed bit.
+/// [`SavedError`] if the file does not exist, is damaged, or was written by another version.
 pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, T), SavedError> {
     let unreadable = |source| SavedError::Read { path: path.to_owned(), source };
     // Opening a pipe would block.

@@ -1,4 +1,4 @@
-//! The copy of the scene in the folder of a run, from which the run can be repeated.
+//! Copy of the scene in a run folder. The run can be repeated from this copy.
 
 use std::fs;
 use std::io;
@@ -11,7 +11,7 @@ use crate::model::Until;
 use crate::run::checkpoint::CheckpointError;
 use crate::scene::{with_limit, without_limit};
 
-/// Writes the file, and returns a checksum of the scene that does not depend on the limit of the run.
+/// Writes the file and returns a checksum of the scene. The checksum does not depend on the limit of the run.
 pub(super) fn create(path: PathBuf, text: &str) -> Result<u32, OutputError> {
     PartialFile::with_text(path, text)?.flush()?;
     Ok(identity(text))

@@ -10,7 +10,7 @@ use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, read_text};
 
-/// Reads a scene from a file, as [`Scene::from_file_with`] does. The scene may start from the end of a run.
+/// Reads a scene from a file, like [`Scene::from_file_with`]. In addition, the scene may start from the end of a run.
 ///
 /// ```
 /// use carom::io::{Existing, Folder, read_scene};
@@ -34,15 +34,13 @@ use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, read_tex
 /// ```
 ///
 /// # Errors
-/// The errors of [`Scene::from_file_with`]; [`SceneErrorKind::NoStart`] and [`SceneErrorKind::RunChanged`] if the scene
-/// cannot start from the run.
+/// The errors of [`Scene::from_file_with`], [`SceneErrorKind::NoStart`] and [`SceneErrorKind::RunChanged`].
 pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     Scene::from_toml_and_run(read_text(path)?, path, overrides, None, &open)
 }
 
-/// Reads a scene from its text, as [`Scene::from_toml_with`] does. The scene may start from the end of a run. Messages
-/// and relative paths treat `name` as the path of the text.
+/// Like [`read_scene`], but takes the text of the scene. `name` replaces the path in messages and for relative paths.
 ///
 /// # Errors
 /// The errors of [`read_scene`], except errors of reading the file.
@@ -54,8 +52,7 @@ pub fn read_scene_text(
     Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &open)
 }
 
-/// Reads a scene from its text, with particles from memory instead of a file. Messages and relative paths treat `name`
-/// as the path of the text.
+/// Like [`read_scene_text`], but takes the particles from memory instead of a file.
 ///
 /// ```
 /// use carom::io::{read_scene_text, read_scene_with};

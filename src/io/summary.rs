@@ -23,16 +23,15 @@ use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
 ///
-/// Counts, observables and speed refer to the measurement. Energies, momentum and overlaps refer to the whole run,
-/// including its equilibration. A value that does not apply to the scene is `null`. An observable that does not apply
-/// is absent.
+/// Counts, observables and speed describe the measurement. Energies, momentum and overlaps describe the whole run. A
+/// value without meaning for the scene is `null`, and such an observable is absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the keys are described as a whole")]
 pub struct Summary {
     pub version: String,
     pub scene: String,
     pub seed: u64,
-    /// Files to which the scene refers, with their checksums.
+    /// Input files of the scene, with checksums.
     #[serde(default)]
     pub inputs: Vec<InputFile>,
     /// Description of the engine that ran.
@@ -41,7 +40,7 @@ pub struct Summary {
     pub particles: usize,
     /// Simulated time at the end of the run.
     pub time: f64,
-    /// Short name of the reason why the run ended, such as `time`; `None` in files without this key.
+    /// Reason why the run ended, such as `time`; `None` in files without this key.
     #[serde(default)]
     pub ending: Option<String>,
     #[serde(default)]
@@ -49,8 +48,7 @@ pub struct Summary {
     /// The simulated system, in numbers.
     #[serde(default)]
     pub system: Option<System>,
-    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files without this
-    /// key.
+    /// Factor by which diameters have grown since the start of the scene; 1 without growth.
     #[serde(default = "not_grown")]
     pub diameter_factor: f64,
     /// Volume moves of the barostat in the measurement; absent without a barostat.
@@ -60,13 +58,12 @@ pub struct Summary {
     pub energy: Energies,
     pub momentum: Momentum,
     pub overlap: Overlaps,
-    /// Why the run is not sound, in one line, such as a jam or a failed audit. Absent if the run is sound or was
-    /// interrupted without faults, and in files without this key.
+    /// Problem of the run in one line, such as a jam or a failed audit. Absent if there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trouble: Option<String>,
     /// Faults found by the audit, in words; empty if there are none.
     pub faults: Vec<String>,
-    /// Whether the observables were stationary while they were measured.
+    /// Whether the observables were stationary during the measurement.
     #[serde(default)]
     pub equilibrated: Equilibrium,
     pub observables: BTreeMap<String, Observable>,
@@ -76,24 +73,23 @@ pub struct Summary {
     /// Published values from theory and other simulations, at the mean temperature.
     #[serde(default)]
     pub published: Vec<PublishedValue>,
-    /// Names and units of the columns of each table, by file name. Empty if the run has no folder or the file lacks
-    /// this key.
+    /// Names and units of the columns of each table, by file name. Empty if the run has no folder.
     #[serde(default)]
     pub columns: BTreeMap<String, Vec<Column>>,
-    /// Event rates by kind and species, for the kinds that occurred. Empty in files without this key.
+    /// Event rates by kind and species, for the kinds that occurred.
     #[serde(default)]
     pub rates: Vec<Rate>,
     pub speed: Speed,
 }
 
-/// Summary of a measured stage, with the same keys as the last measurement of a run.
+/// Summary of a measured stage. The keys are those of [`Summary`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Summary`")]
 pub struct StageSummary {
     pub name: String,
     pub measured: Period,
     pub diameter_factor: f64,
-    /// Volume moves of the barostat in this stage; absent without a barostat.
+    /// Volume moves of the barostat; absent without a barostat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_moves: Option<VolumeMoves>,
     pub events: Events,
@@ -117,7 +113,7 @@ pub struct Period {
 #[allow(missing_docs, reason = "as in `EventCounts`")]
 pub struct Events {
     pub total: u64,
-    /// Number of physical events from the start of the simulation to the measurement; `None` in files without this key.
+    /// Number of physical events before the measurement; `None` in files without this key.
     #[serde(default)]
     pub before: Option<u64>,
     pub core: u64,
@@ -160,16 +156,15 @@ pub struct Momentum {
 /// Overlaps of pairs. Depths are relative to the contact distance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Overlaps {
-    /// Depth of the deepest overlap at any event.
+    /// Deepest overlap at any event.
     pub deepest_executed: f64,
-    /// Depth of the deepest overlap at the end of the run.
+    /// Deepest overlap at the end of the run.
     pub deepest_final: f64,
-    /// Largest overlap that the audit accepts. If `None`, the audit accepts the round-off of each overlap's
-    /// coordinates.
+    /// Largest overlap that the audit accepts; `None` if the limit is the round-off of the coordinates.
     pub limit: Option<f64>,
-    /// Number of pairs that overlapped at the start, beyond round-off.
+    /// Number of pairs that overlapped at the start by more than round-off.
     pub initial: usize,
-    /// Number of pairs that overlap at the end, beyond round-off.
+    /// Number of pairs that overlap at the end by more than round-off.
     pub r#final: usize,
     /// Simulated time at which the last initial overlap was resolved.
     pub resolved_after: Option<f64>,
@@ -260,8 +255,7 @@ impl Summary {
     }
 }
 
-/// Factor by which unfinished growth has changed the diameters; 1 without growth. The scene of a simulation already
-/// includes completed growth.
+/// Factor by which unfinished growth has changed the diameters. The scene includes completed growth.
 fn scale_of_scene(simulation: &Simulation) -> f64 {
     simulation.scale() / simulation.grown()
 }
@@ -315,8 +309,8 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// Returns published values at the mean temperature of a stage, or of the last measurement if `stage` is `None`.
-/// `scale` is the ratio of a measured diameter to the same diameter in the scene.
+/// Returns published values for a stage, or for the last measurement if `stage` is `None`. `scale` is the ratio of
+/// measured diameters to diameters in the scene.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
@@ -365,7 +359,7 @@ fn not_grown() -> f64 {
     1.0
 }
 
-/// Returns the peak resident memory; Linux reports it in kibibytes.
+/// Peak resident memory `[bytes]`. Linux reports kibibytes.
 fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

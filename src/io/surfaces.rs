@@ -1,9 +1,8 @@
-//! Surfaces of a scene as binary STL files, in the folder `surfaces` beside the trajectory.
+//! Surfaces of a scene as binary STL files in the folder `surfaces`, beside the trajectory.
 //!
-//! A file is named after its surface. Characters other than ASCII letters, digits and `_-+.()` become `_`. If two names
-//! would be equal, ignoring case, the later one gets a number. A surface has no file if it lies outside the displayed
-//! region, or if its coordinates exceed the range of `f32`. The files show the surfaces before their first motion. If a
-//! surface moves, or is present in some stages only, `surfaces.json` lists all surfaces with their motions.
+//! A file is named after its surface, with `_` for special characters. A number is added to a name that exists. A
+//! surface has no file if it lies outside the displayed region, or if its coordinates exceed the range of `f32`. The
+//! files show the surfaces before their first motion. `surfaces.json` lists motions, if any.
 
 #[cfg(test)]
 mod tests;
@@ -26,7 +25,7 @@ const LIST: &str = "surfaces.json";
 
 const EXTENSION: &str = "stl";
 
-/// Largest number of characters that a file name takes from the surface's name.
+/// Longest file name, without extension and number `[characters]`.
 const LONGEST: usize = 80;
 
 /// Names that Windows reserves for devices, with any extension.
@@ -43,10 +42,10 @@ fn meshes(scene: &Scene) -> Vec<String> {
     surfaces.map(|name| format!("{}.{EXTENSION}", file_name(name, &mut taken))).collect()
 }
 
-/// A surface in `surfaces.json`, which lists all surfaces of the scene in their order.
+/// Entry of `surfaces.json`, which lists the surfaces in the order of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ListedSurface {
-    /// Name of the surface's file. The file is missing if the surface lies outside the displayed region.
+    /// Name of the STL file. The file is missing if the surface lies outside the displayed region.
     pub file: String,
     /// Motions of the surface.
     pub motions: Vec<SurfaceMotion>,
@@ -56,11 +55,10 @@ fn is_listed(scene: &Scene) -> bool {
     scene.surfaces().iter().any(|surface| surface.moves() || surface.comes_and_goes())
 }
 
-/// Reads the list of surfaces in the folder of a trajectory. Without a list, the result is empty: all surfaces are at
-/// rest and always present.
+/// Reads `surfaces.json` in the folder of a trajectory. Returns an empty list if the file does not exist.
 ///
 /// # Errors
-/// The path of the list and an [`io::Error`], if the list exists and cannot be read.
+/// The path of the file and an [`io::Error`], if the file exists and cannot be read.
 pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io::Error)> {
     let path = folder.join(FOLDER).join(LIST);
     let read = match fs::read(&path) {
@@ -71,7 +69,7 @@ pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io
     read.map_err(|error| (path, error))
 }
 
-/// Writes the surface files that `is_wanted` selects. They are complete at once, so they need no temporary names.
+/// Writes the surface files that `is_wanted` selects.
 pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool) -> Result<(), OutputError> {
     let folder = run.join(FOLDER);
     let make = || fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder.clone(), source });

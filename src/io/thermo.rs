@@ -1,9 +1,8 @@
 //! The table `thermo.csv` of measurements at regular times.
 //!
-//! The names of columns are identifiers; `summary.json` contains their units. A column that does not apply to the scene
-//! is absent. An unknown value, such as a rate at the start of a stage, is an empty cell. The last column contains the
-//! name of the stage. A measured stage `a` follows its equilibration, `a equilibration`. The last two stages are
-//! `equilibration` and `measurement`.
+//! Columns without meaning for the scene are absent, and unknown values are empty cells. The units are in
+//! `summary.json`. The last column contains the name of the stage. The equilibration of a stage `a` is named `a
+//! equilibration`. The last two stages are named `equilibration` and `measurement`.
 
 use std::fmt::Write;
 
@@ -39,7 +38,6 @@ pub(super) struct Columns {
     applicable: ApplicableObservables,
     is_driven: bool,
     regions: Vec<String>,
-    /// Plan of the run, which names the stages.
     plan: RunPlan,
 }
 
@@ -48,8 +46,7 @@ impl Columns {
         Self::with(scene, ApplicableObservables::of(scene))
     }
 
-    /// Columns of a resumed run. `applicable` comes from the checkpoint, because the scene may no longer have
-    /// particles.
+    /// Returns the columns of a resumed run. `applicable` comes from its checkpoint.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }

@@ -1,19 +1,18 @@
-//! A trajectory as VTK XML PolyData for ParaView and PyVista. It is a folder with these files:
+//! A trajectory as a folder of VTK XML PolyData files, for ParaView and PyVista:
 //!
-//! - `trajectory.pvd` lists the frames with their times. This is the file to open.
-//! - `frame_000000.vtp` and so on are the frames, numbered by their index in the trajectory.
-//! - `surface_0_NAME.vtp` and so on are the surfaces as triangles. `surfaces.pvd` lists, for the time of each frame,
-//!   the surfaces that are present, in their positions at that time. A moving surface has a file for each frame, such
-//!   as `surface_0_NAME_000000.vtp`.
-//! - `box.vtp` has the edges of the first frame's box as lines. In a sheared box, the lines enclose all positions.
+//! - `trajectory.pvd` lists the frames with their times. Open this file.
+//! - `frame_000000.vtp` and so on are the frames, numbered as in the trajectory.
+//! - `surface_0_NAME.vtp` and so on are surfaces as triangles. A moving surface has a file for each frame.
+//! - `surfaces.pvd` lists the surfaces that are present in each frame.
+//! - `box.vtp` contains the edges of the first frame's box as lines.
 //!
-//! A frame has a point and a vertex per particle, and a line per bond. The arrays of the points are `radius`,
-//! `velocity` (if the source has it), `species` (an index), `id`, `image` (periods travelled along each axis, if the
-//! source has them), `static` (1 for particles that never move) and the scalars of the particles. The unwrapped
-//! position is the position plus the image times the edges of the box. In a sheared box, the image along y times the
-//! displacement along x is added. A bond through a periodic side is not drawn, because its line would cross the whole
-//! box. Fields of the frame are `TimeValue`, `box` (lower and upper corner), `displacement` (along x, of the next image
-//! along y; 0 in a box at rest), `periodic`, and `species_names`.
+//! A frame has a vertex per particle and a line per bond. A bond through a periodic side is not drawn, because its line
+//! would cross the whole box. The arrays of the particles are `radius`, `species` (an index), `id`, `static` (1 for
+//! static particles) and the scalars. `velocity` and `image` are added if the source has them. `image` is the number of
+//! periods travelled along each axis. The unwrapped position is the position plus the image times the edges of the box.
+//! In a sheared box, the image along y times the displacement is added along x.
+//!
+//! The fields are `TimeValue`, `box` (lower and upper corner), `displacement`, `periodic` and `species_names`.
 //!
 //! Numbers are `f64`, little-endian, appended raw. Source: *VTK file formats*, XML, <https://docs.vtk.org>.
 

@@ -1,24 +1,21 @@
 use crate::Vector;
 use crate::model::TriangleMesh;
 
-/// Half space of all points `x` with `normal . x >= offset`.
+/// Half space of all points `x` with `normal . x >= offset`. The normal is a unit vector.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HalfSpace {
-    /// Unit normal that points into the half space.
     pub normal: Vector,
-    /// Distance of the boundary plane from the origin along the normal `[length]`.
     pub offset: f64,
 }
 
 impl HalfSpace {
-    /// Distance of a point from the boundary plane, positive inside the half space `[length]`.
+    /// Depth of a point inside the half space `[length]`; negative outside.
     fn depth(&self, point: &Vector) -> f64 {
         self.normal.dot(point) - self.offset
     }
 }
 
-/// Returns the part of a mesh inside all half spaces. Points up to `tolerance` outside count as inside, which keeps
-/// surfaces in a boundary plane.
+/// Returns the part of a mesh inside all half spaces. The tolerance keeps surfaces in a boundary plane.
 pub(crate) fn clipped(mesh: &TriangleMesh, spaces: &[HalfSpace], tolerance: f64) -> TriangleMesh {
     let is_inside = |point: &Vector| spaces.iter().all(|space| space.depth(point) >= -tolerance);
     if mesh.vertices.iter().all(is_inside) {
@@ -54,8 +51,7 @@ pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64
     polygon
 }
 
-/// Returns a fan of triangles around the first corner of a convex polygon, without triangles that have two equal
-/// corners.
+/// Returns a fan of triangles around the first corner of a convex polygon. Omits triangles with two equal corners.
 pub(crate) fn fan(polygon: &[Vector]) -> impl Iterator<Item = [Vector; 3]> + '_ {
     let rest = polygon.get(1..).unwrap_or_default();
     let triangles = rest.windows(2).filter_map(|pair| Some([*polygon.first()?, *pair.first()?, *pair.get(1)?]));

@@ -2,7 +2,7 @@
 //!
 //! | format | precision | rejected, besides malformed files |
 //! |---|---|---|
-//! | binary STL | coordinates are `f32`, which `f64` represents exactly | files too short for the number of triangles in the header, or longer by 50 bytes or more |
+//! | binary STL | coordinates are `f32`, which `f64` represents exactly | files whose length contradicts the number of triangles in the header |
 //! | text STL | nearest `f64` | files that end before `endsolid` |
 //! | OBJ | nearest `f64` | vertex numbers that do not exist; faces that are not flat or that cross themselves |
 //!
@@ -23,12 +23,12 @@ pub use polygon::PolygonProblem;
 
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Reads a mesh. The extension selects STL or OBJ, ignoring case. The content shows whether an STL file is binary.
+/// Reads an STL or OBJ file. The extension selects the format. The content shows whether an STL file is binary.
 ///
 /// Corners with equal coordinates become one vertex. Triangles with two identical vertices are kept.
 ///
 /// # Errors
-/// [`MeshFileError`] with the name of the file, the position of the error, and what was found and expected there.
+/// [`MeshFileError`] with the name of the file and the problem.
 pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Result<TriangleMesh, MeshFileError> {
     let read = || {
         let format = extension.trim_start_matches('.').to_ascii_lowercase();

@@ -1,4 +1,4 @@
-//! Report on a mesh: faults, volume, thickness of walls and gaps, and whether points are inside.
+//! Reports on meshes: faults, volume, thickness of walls and gaps. Tests whether points are inside a mesh.
 
 mod crossing;
 mod finding;
@@ -41,14 +41,14 @@ pub struct TriangleFault {
 pub struct PairFault {
     /// Number of pairs with the fault.
     pub count: usize,
-    /// Indices of the triangles of the first pair, from 0, in ascending order.
+    /// Indices of the two triangles of the first pair, from 0, in ascending order.
     pub first: Option<[usize; 2]>,
 }
 
-/// Report on a mesh. All decisions are exact; areas, volumes and distances are rounded. Coordinates with a magnitude
-/// below `1e-90` count as zero.
+/// Report on a mesh. Intersections are decided exactly. Areas, volumes and distances are rounded. Coordinates with a
+/// magnitude below `1e-90` are treated as zero.
 ///
-/// If some triangles are [`unusable`](Self::unusable), only vertices and triangles are counted.
+/// If a triangle is [`unusable`](Self::unusable), the report contains only the numbers of vertices and triangles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeshReport {
     /// Number of vertices.
@@ -62,8 +62,8 @@ pub struct MeshReport {
     pub bounds: [Vector; 2],
     /// Total area of all triangles `[length^2]`.
     pub area: f64,
-    /// Enclosed volume, negative if the normals point inwards `[length^3]`. `None` unless the mesh is closed and
-    /// consistently oriented.
+    /// Enclosed volume, negative for inward normals `[length^3]`; `None` unless the mesh is closed and consistently
+    /// oriented.
     pub volume: Option<f64>,
     /// Edges that belong to a single triangle.
     pub open_edges: EdgeFault,
@@ -71,18 +71,17 @@ pub struct MeshReport {
     pub crowded_edges: EdgeFault,
     /// Edges between two triangles of opposite orientation.
     pub turned_edges: EdgeFault,
-    /// Number of connected parts, which have no common vertices.
+    /// Number of parts without common vertices.
     pub parts: usize,
     /// Triangles of zero area, or with an area below `1e-12` times the square of their longest side.
     pub degenerate: TriangleFault,
     /// Triangles with the same three vertices as an earlier triangle, in any order.
     pub duplicates: PairFault,
-    /// Pairs of triangles that meet outside a common vertex or edge. Triangles with all corners on a line are ignored.
+    /// Pairs of triangles that intersect outside a common vertex or edge. Triangles without area are ignored.
     pub self_intersections: PairFault,
-    /// Whether all pairs of triangles were tested for self-intersections and distances. The search stops at
-    /// [`MOST_INTERSECTIONS`] or [`MOST_PAIRS`].
+    /// Whether all pairs of triangles were tested, up to [`MOST_INTERSECTIONS`] and [`MOST_PAIRS`].
     pub is_searched: bool,
-    /// Smallest distance between triangles that face each other, through the solid or through the outside.
+    /// Smallest distance between triangles that face each other, inside or outside the solid.
     pub thinnest: Option<Thinnest>,
     /// Smallest thickness of the enclosed solid; `None` unless the mesh is closed and consistently oriented.
     pub wall: Option<Thinnest>,
@@ -90,13 +89,11 @@ pub struct MeshReport {
     pub gap: Option<Thinnest>,
 }
 
-/// Largest number of self-intersections that are counted. Counting more would take a time quadratic in the number of
-/// triangles, for a mesh that is not a surface.
+/// Maximum number of counted self-intersections. Counting all would take too long if a mesh is not a surface.
 pub const MOST_INTERSECTIONS: usize = 1_000_000;
 
-/// Largest number of pairs of triangles with overlapping bounding boxes that are tested for self-intersections, and of
-/// triangles tested against rays. A mesh of a million triangles needs about a tenth of this number. Tens of thousands
-/// of long, thin, oblique triangles may need more if all their boxes overlap.
+/// Maximum number of pairs of triangles that are tested for intersections, and of tests of a ray against a triangle. A
+/// mesh of a million triangles needs about 10 million tests. Long, thin, oblique triangles need more.
 pub const MOST_PAIRS: usize = 100_000_000;
 
 /// Direction of the normals of a closed mesh.
@@ -109,8 +106,7 @@ pub enum Orientation {
 }
 
 impl MeshReport {
-    /// Examines a mesh. The time grows as `n log n` with the number `n` of triangles, and linearly with the number of
-    /// pairs of triangles with overlapping bounding boxes.
+    /// Examines a mesh of `n` triangles in a time of order `n log n + p`, with `p` pairs of overlapping bounding boxes.
     #[must_use]
     pub fn of(mesh: &TriangleMesh) -> Self {
         let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());

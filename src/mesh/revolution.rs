@@ -8,13 +8,11 @@ use crate::model::TriangleMesh;
 
 const MOST_SIDES: f64 = 4096.0;
 
-/// Returns a surface of revolution as triangles. The point `base` lies on the axis. Each point of `profile` is a
-/// distance from the axis and a height above `base`, and becomes a polygon with `n` corners around the axis. The sides
-/// of the polygon deviate from a circle of radius `r` by up to `r (1 - cos(pi / n))`; `n` is chosen so that this is at
-/// most `tolerance`. Returns `None` if `n` is too large or `axis` is zero.
+/// Returns a surface of revolution as triangles. A point of `profile` is a distance `r` from the axis and a height
+/// above `base`. Each point becomes a polygon with `n` corners, which deviates from a circle by at most `r (1 - cos(pi
+/// / n))`. `n` is chosen so that this is at most `tolerance`. Returns `None` if `n` is too large or `axis` is zero.
 ///
-/// A closed profile gives a ring. All polygons have the same number of corners, so parts of a profile join without
-/// gaps. Where the profile goes up, triangles face away from the axis.
+/// A closed profile gives a ring. Where the profile goes up, triangles face away from the axis.
 pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tolerance: f64) -> Option<TriangleMesh> {
     let up = axis.try_normalize(0.0)?;
     let largest = profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max);
@@ -23,7 +21,7 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
         return None;
     }
     let sides = trunc_to_usize(sides);
-    // The coordinate axis closest to perpendicular to `up`.
+    // The coordinate axis with the largest angle to `up`.
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;
     let x = up.cross(&least).normalize();

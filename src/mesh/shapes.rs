@@ -6,10 +6,8 @@ use super::revolution::revolution;
 use crate::Vector;
 use crate::model::TriangleMesh;
 
-/// Golden ratio `phi`. A corner of an icosahedron is at `(0, 1, phi)`; permutations and signs give the other corners.
 const GOLDEN: f64 = 1.618_033_988_749_895;
 
-/// Triangles of an icosahedron, with outward normals.
 const FACES: [[u32; 3]; 20] = [
     [0, 11, 5],
     [0, 5, 1],

@@ -7,12 +7,10 @@
 //! | cylinder | the part inside the region; at open sides it ends perpendicular to its axis |
 //! | plane | the polygon in which the plane cuts the region |
 //!
-//! The region is the box. Beyond open sides, it extends to all particles, and to a plane that lies just outside. In a
-//! periodic box, parts outside the box are shown at their images inside. If all particles are on one side of a surface,
-//! the normals point to this side.
+//! The region is the box. At open sides it is extended to all particles, and to planes just outside. In a periodic box,
+//! parts outside the box are shown at their images inside. Normals point to the side with particles.
 //!
-//! In two dimensions, a surface is shown as a narrow strip along its section, on the side away from the particles. In
-//! one dimension, no surface is shown.
+//! In two dimensions, a surface is a narrow strip on the side away from the particles.
 
 mod section;
 #[cfg(test)]
@@ -28,21 +26,19 @@ use crate::base::numbers::{trunc_to_i32, trunc_to_u32};
 use crate::model::space::Boundary;
 use crate::model::{Scene, SceneSurface, SurfaceShape, TriangleMesh};
 
-/// Deviation of triangles from a round surface, relative to the diagonal of the region: a fraction of a pixel in most
-/// pictures.
+/// Deviation of triangles from a round surface, divided by the diagonal of the region. Invisible in most pictures.
 const TOLERANCE: f64 = 2e-4;
 
-/// Smallest and largest deviation of triangles from a round surface, relative to its radius: 100 and 23 sides.
+/// Limits of the deviation from a round surface, divided by its radius. They give 100 and 23 sides.
 const RELATIVE: [f64; 2] = [5e-4, 1e-2];
 
 /// Displayed radius of a capsule of radius 0, relative to the diagonal of the region.
 const THIN: f64 = 1.5e-3;
 
-/// Round-off of coordinates, relative to the diagonal of the region plus its distance from the origin. A plane in a
-/// side of the box counts as inside within this round-off.
+/// Relative tolerance of coordinates, so that a plane in a side of the box is shown.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the name and the triangles of each surface of a scene. A surface out of sight has no triangles.
+/// Returns the name and the triangles of each surface of a scene. A surface outside the region has no triangles.
 pub fn shown(scene: &Scene) -> impl Iterator<Item = (&str, Cow<'_, TriangleMesh>)> {
     let region = Region::of(scene);
     scene.surfaces().iter().map(move |surface| (surface.name.as_str(), region.triangles(surface)))
@@ -97,8 +93,7 @@ impl Region {
         ROUNDING * (self.diagonal() + self.lower.amax().max(self.upper.amax()))
     }
 
-    /// Returns the sides of the region that `is_wanted` selects. Its arguments are the axis, and 0 for the lower side
-    /// or 1 for the upper side.
+    /// Returns the sides of the region that `is_wanted(axis, side)` selects. Side 0 is lower and side 1 is upper.
     fn sides(&self, is_wanted: impl Fn(usize, usize) -> bool) -> Vec<HalfSpace> {
         let all = (0..3).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, side)| is_wanted(k, side));
         all.map(|(k, side)| {
@@ -161,7 +156,7 @@ impl Region {
 
     fn cylinder(&self, point: &Vector, axis: &Vector, radius: f64) -> TriangleMesh {
         let Some(along) = axis.try_normalize(0.0) else { return TriangleMesh::default() };
-        // Beyond all corners of the region.
+        // The tube extends to all corners of the region.
         let middle = along.dot(&(self.centre() - point));
         let half = 0.5 * (0..3).map(|k| along[k].abs() * (self.upper[k] - self.lower[k])).sum::<f64>();
         let profile = [[radius, middle - half], [radius, middle + half]];
@@ -194,7 +189,7 @@ impl Region {
     fn within_periods<'s>(&self, mesh: Cow<'s, TriangleMesh>) -> Cow<'s, TriangleMesh> {
         let (size, bounds, rounding) = (self.upper - self.lower, mesh.bounds(), self.rounding());
         let is_periodic = |k: usize| self.boundary[k] == Boundary::Periodic;
-        // Shifts that bring an image of the mesh into the box, in periods. Images that only touch the box do not count.
+        // Shifts that move an image of the mesh into the box `[periods]`. Images that only touch the box are ignored.
         let shifts = [0, 1, 2].map(|k| {
             let first = (self.lower[k] + rounding - bounds[1][k]) / size[k];
             let last = (self.upper[k] - rounding - bounds[0][k]) / size[k];
@@ -218,7 +213,7 @@ impl Region {
     }
 }
 
-/// Returns two unit vectors that form a right-handed system with the given one as the third vector.
+/// Returns two unit vectors that form a right-handed system with the unit vector `up`.
 fn across(up: &Vector) -> (Vector, Vector) {
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;

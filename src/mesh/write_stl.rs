@@ -25,11 +25,10 @@ pub enum WriteStlError {
     Triangle(usize),
 }
 
-/// Writes a mesh. Coordinates are rounded to `f32`, so vertices may coincide if their distance is less than `1e-7` of
-/// their distance from the origin.
+/// Writes a mesh. Coordinates are rounded to `f32`, so vertices that are very close to each other may coincide.
 ///
 /// # Errors
-/// [`WriteStlError`]. Nothing is written if a triangle has no finite `f32` corners.
+/// [`WriteStlError`]. Nothing is written if a corner is not finite in `f32`.
 pub fn write_stl(mesh: &TriangleMesh, output: &mut impl Write) -> Result<(), WriteStlError> {
     let triangles = mesh.triangles.len();
     let count = u32::try_from(triangles).map_err(|_| WriteStlError::Count(triangles))?;

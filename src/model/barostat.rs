@@ -1,29 +1,27 @@
-//! Barostat: the settings of volume moves, which control the pressure.
+//! Settings of the barostat, which controls the pressure by volume moves.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::limits::is_positive;
 
-/// Barostat of the isothermal-isobaric ensemble. Monte Carlo moves change the volume at regular times, while the heat
-/// bath controls the temperature.
+/// Barostat of the isothermal-isobaric ensemble. Monte Carlo moves change the volume at regular times.
 ///
-/// A move proposes `ln V' = ln V + a (2 u - 1)`, with `u` uniform in `[0, 1)`. It scales the centres of all molecules;
-/// velocities, bonds and the shapes of molecules stay the same. The acceptance probability is `min(1, exp(-(dU + P dV)
-/// / T + (N + 1) ln(V' / V)))`, where `N` is the number of molecules, including particles without bonds. `V` is the
-/// volume, area or length of the box.
+/// A move proposes `ln V' = ln V + a (2 u - 1)`, with `u` uniform in `[0, 1)`. It scales the centres of all molecules.
+/// Velocities, bonds and the shapes of molecules stay the same. A move is accepted with the probability `min(1,
+/// exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`. `N` is the number of molecules, including single particles. `V` is the
+/// volume of the box, or its area or length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Barostat {
     /// Pressure `P` `[energy / length^D]`.
     pub pressure: f64,
     /// Time between two moves `[time]`.
     pub interval: f64,
-    /// Largest change `a` of the logarithm of the volume in a move. If `None`, it is adjusted in equilibrations and in
-    /// stages that are not measured.
+    /// Largest change `a` of `ln V` in a move. `None` adjusts `a` in equilibrations and in stages without measurement.
     pub amplitude: Option<f64>,
 }
 
-/// Largest amplitude of volume moves: a factor of 7.4 in volume.
+/// Largest amplitude of volume moves. It changes the volume by a factor of 7.4.
 pub(crate) const LARGEST_AMPLITUDE: f64 = 2.0;
 
 /// Invalid barostat parameter.
@@ -35,7 +33,7 @@ pub struct BarostatError {
     pub name: &'static str,
     /// The value.
     pub value: f64,
-    /// Valid values, in words.
+    /// Description of the valid values.
     pub expected: &'static str,
 }
 
@@ -65,10 +63,9 @@ pub struct VolumeMoves {
     pub attempted: u64,
     /// Number of accepted moves.
     pub accepted: u64,
-    /// Number of moves rejected because two particles would interact through two periodic images in a box so small.
-    /// Many such moves distort the ensemble, and its pressure then differs from the set pressure.
+    /// Number of moves rejected because a particle would interact with two images of another particle.
     pub too_small: u64,
-    /// Largest change of the logarithm of the volume in a move, when the stage ends.
+    /// Largest change of `ln V` in a move at the end of the stage.
     pub amplitude: f64,
 }
 

@@ -10,16 +10,16 @@ use crate::base::numbers::id;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Component {
-    /// Ids of the particles; every parent precedes its children. A linear chain runs from one end to the other.
+    /// Ids of the particles. Every parent precedes its children. A linear chain runs from one end to the other.
     pub ids: Vec<u32>,
-    /// For each particle, the index of its parent in `ids`. A particle is bonded to its parent, except in a component
-    /// made by [`Self::side_by_side`]. The first particle is its own parent.
+    /// For each particle, the index of its parent in `ids`. Particles are bonded to their parents, except in the result
+    /// of [`Self::side_by_side`]. The first particle is its own parent.
     pub parents: Vec<u32>,
     pub is_linear: bool,
 }
 
 impl Component {
-    /// Returns a group as one component, whose ids are indices into `group`; `None` if bonds do not connect all of it.
+    /// Returns a connected group as one component, whose ids are indices into `group`; otherwise `None`.
     pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
         if group.len() == 1 {
             return Some(Self::side_by_side(1));
@@ -46,8 +46,7 @@ impl Component {
     }
 }
 
-/// Returns the components of bonded particles. Components with an end (a particle with a single bond) come before
-/// components without one; each kind is sorted by the id of the first particle. Particles without bonds are left out.
+/// Returns the components of bonded particles, without single particles. Components with a free end come first.
 pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component> {
     let (starts, partners) = adjacency(particles, bonds);
     let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
@@ -79,7 +78,7 @@ pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component>
     components
 }
 
-/// Returns the bonded partners of all particles (second array), and the index of each particle's first partner in them.
+/// Returns where the partners of each particle begin, and the bonded partners of all particles in one array.
 fn adjacency(particles: usize, bonds: &[[u32; 2]]) -> (Vec<usize>, Vec<u32>) {
     let mut starts = vec![0; particles + 1];
     bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);

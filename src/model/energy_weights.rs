@@ -1,30 +1,27 @@
-//! Weights of the potential energy in a multicanonical ensemble.
-
 use serde::{Deserialize, Serialize};
 
-/// Relative difference below which two energies belong to the same level. It covers round-off in sums of energies.
+/// Relative round-off of sums of energies.
 const SAME: f64 = 1e-9;
 
-/// Weights of a multicanonical ensemble. A configuration with the potential energy `U` has the probability
-/// density `exp(-w(U))`, where `w(E)` depends on the energy alone.
+/// Weights of a multicanonical ensemble. Configurations of energy `U` have the probability density `exp(-w(U))`.
 ///
-/// `w` is linear between its nodes. Outside the nodes it is linear too, as in a canonical ensemble: the slope is `1 /
-/// T`, with one temperature below the nodes and another above. If `w` equals the logarithm of the density of states at
-/// the nodes, all energies between them are visited equally often.
+/// `w` is linear between its nodes. Outside the nodes `w` has the slope `1 / T`, as in a canonical ensemble, with one
+/// temperature below the nodes and another above. If `w` equals the logarithm of the density of states at the nodes,
+/// all energies between them are visited equally often.
 ///
 /// B. A. Berg and T. Neuhaus, Phys. Rev. Lett. 68, 9 (1992), [doi:10.1103/PhysRevLett.68.9](https://doi.org/10.1103/PhysRevLett.68.9).
 #[doc(alias = "multicanonical")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnergyWeights {
-    /// Energies in ascending order, with the values of `w` there.
+    /// Energies in ascending order, with the values of `w`.
     nodes: Vec<(f64, f64)>,
     /// Slopes of `w` below and above the nodes `[1 / energy]`.
     slopes: [f64; 2],
 }
 
 impl EnergyWeights {
-    /// Creates weights from nodes `(E, w(E))` in order of ascending energy `[energy]`, and from the temperatures below
-    /// and above the nodes `[energy]`. Without nodes, `w` is zero at zero energy.
+    /// Creates weights from nodes `(E, w(E))` with ascending energies, and from the temperatures below and above the
+    /// nodes `[energy]`. Without nodes, `w` is zero at zero energy.
     #[must_use]
     pub fn new(nodes: Vec<(f64, f64)>, temperatures: [f64; 2]) -> Self {
         let nodes = if nodes.is_empty() { vec![(0.0, 0.0)] } else { nodes };

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Error of a potential: why a list of radii and energies is invalid.
+/// Reason why the radii and energies of a potential are invalid.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PotentialError {
@@ -55,7 +55,7 @@ pub enum PotentialError {
     /// A parameter of a model potential is not positive and finite.
     #[error("{name} is {value}, expected a positive finite value")]
     Parameter {
-        /// The parameter's name.
+        /// Name of the parameter.
         name: &'static str,
         /// The value.
         value: f64,

@@ -3,15 +3,14 @@
 use super::UmbrellaPlan;
 use serde::{Deserialize, Serialize};
 
-/// Replica exchange plan of a scene (parallel tempering): one replica for each temperature or umbrella window.
-/// Neighbouring replicas attempt swaps at regular times.
+/// Plan of replica exchange (parallel tempering). Each temperature or umbrella window has one replica.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExchangePlan {
     /// Temperatures in ascending or descending order `[energy]`; one common temperature for umbrella windows.
     pub temperatures: Vec<f64>,
     /// Time between two swap attempts `[time]`.
     pub interval: f64,
-    /// Mean rate of collisions of each particle with the heat bath of its replica `[1 / time]`.
+    /// Mean rate of collisions of a particle with the heat bath `[1 / time]`.
     pub rate: f64,
     /// Ensemble that the replicas sample.
     pub ensemble: ExchangeEnsemble,
@@ -26,8 +25,8 @@ pub enum ExchangeEnsemble {
     /// A canonical ensemble at each temperature, with swaps of replicas.
     #[default]
     Canonical,
-    /// One multicanonical ensemble of all replicas. It visits all energies equally often, between the mean
-    /// energies at the lowest and at the highest temperature.
+    /// One multicanonical ensemble of all replicas. It visits all energies between the mean energies at the lowest and
+    /// the highest temperature equally often.
     Multicanonical,
     /// Umbrella sampling: a canonical ensemble in each window, at one temperature, with swaps of replicas.
     Umbrella,
@@ -40,7 +39,7 @@ impl ExchangePlan {
         self.umbrella.as_ref().map_or(self.temperatures.len(), |umbrella| umbrella.windows.len())
     }
 
-    /// Returns the temperature of each replica, in the order of the temperatures or umbrella windows `[energy]`.
+    /// Temperatures of the replicas, in the order of the temperatures or umbrella windows `[energy]`.
     pub(crate) fn temperatures_of_places(&self) -> Vec<f64> {
         match (&self.umbrella, self.temperatures.first()) {
             (Some(umbrella), Some(temperature)) => vec![*temperature; umbrella.windows.len()],
@@ -63,10 +62,10 @@ pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
     [first.min(last), first.max(last)]
 }
 
-/// Relative round-off of the ratio of a duration to an interval, both given as decimal fractions.
+/// Relative round-off when a duration is divided by an interval.
 const ROUNDING: f64 = 1e-9;
 
-/// Largest number of swap attempts, far more than any computer can make. Each attempt has its own random streams.
+/// Largest number of swap attempts, far more than any computer can perform.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
 pub(crate) const MOST_TEMPERATURES: usize = 1000;

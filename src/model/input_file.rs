@@ -15,13 +15,13 @@ pub struct InputFile {
     pub path: String,
     /// Checksum of the contents: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
-    /// Names of columns that the scene does not use. Not stored with a run: empty after a run is read back.
+    /// Names of columns that the scene does not use. Not stored with a run.
     #[serde(skip)]
     pub unused: Vec<String>,
-    /// Number of unused bytes after the triangles of a mesh. Not stored with a run: zero after a run is read back.
+    /// Number of unused bytes after the triangles of a mesh. Not stored with a run.
     #[serde(skip)]
     pub extra_bytes: usize,
-    /// Number of merged vertices of a mesh. Not stored with a run: zero after a run is read back.
+    /// Number of merged vertices of a mesh. Not stored with a run.
     #[serde(skip)]
     pub merged_vertices: usize,
 }
@@ -42,15 +42,15 @@ impl InputFile {
         Self { checksum: spelled(checksum), ..Self::new(path, &[]) }
     }
 
-    /// Returns the checksum of the current contents if the file has changed; `None` otherwise.
+    /// Returns the new checksum if the file has changed, otherwise `None`.
     ///
     /// # Errors
     /// If the file cannot be read.
     pub fn changed(&self) -> io::Result<Option<String>> {
         let content = fs::read(&self.path)?;
         let now = match content.split_last_chunk::<4>() {
-            // A checkpoint ends with the CRC-32 of all preceding bytes. The CRC-32 of the whole file would be the same
-            // for all checkpoints.
+            // A checkpoint ends with the CRC-32 of all preceding bytes, so the CRC-32 of the whole file is always the
+            // same.
             Some((rest, end)) if checksum(rest).to_le_bytes() == *end => word(rest),
             _ => word(&content),
         };

@@ -1,4 +1,4 @@
-//! Plan of the live page of a scene, and of the initial view of its player.
+//! Plan of the live page of a scene. The report player also uses the colours and the view.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ pub struct LivePlan {
     pub description: Option<String>,
     /// Speed of the player: simulated time per second of real time `[time / second]`.
     pub speed: Option<f64>,
-    /// Property that particles are coloured by.
+    /// Property that determines the colours of particles.
     pub colour: Option<Colouring>,
     /// Azimuth and elevation of the camera `[degrees]`.
     pub view: Option<[f64; 2]>,
@@ -19,7 +19,7 @@ pub struct LivePlan {
     pub sliders: Vec<Slider>,
 }
 
-/// Property that particles are coloured by.
+/// Property that determines the colours of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

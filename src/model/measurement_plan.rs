@@ -24,22 +24,20 @@ pub(crate) const MOST_DIFFUSION_STEPS: u64 = 2000;
 
 pub(crate) const MOST_TRANSPORT_LAGS: u64 = 1000;
 
-/// Regular expression for names that become part of a file name. The JSON Schema uses it.
+/// Regular expression for names that become part of a file name.
 pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 
 /// Passes the registrations of all instruments to the macro `$with`.
 ///
 /// A registration has the description of the instrument, its key in `[measure]`, its field in [`MeasurementPlan`] and
-/// the type of its settings: in an `Option` if a scene may have one of its kind, in a `Vec` if it may have several. Then
-/// follow:
+/// the type of its settings. The type is an `Option` for at most one instrument, and a `Vec` for several. The other
+/// entries are:
 ///
-/// - `positive`: the settings that must be positive. `interval`, `span` and `window` are times;
-/// - `bins`: the setting that is a number of bins, up to [`MOST_BINS`];
-/// - `labels`: the settings with a name and a species, if a scene may have several of the kind;
-/// - `at_one_time`: whether the instrument needs only the particles at its sampling times, and no events. An exchange
-///   allows only these instruments;
-/// - `any_volume`: whether the volume of the box may change during the measurement. A barostat allows only these
-///   instruments.
+/// - `positive`: the settings that must be positive. `interval`, `span` and `window` are times.
+/// - `bins`: the number of bins, up to [`MOST_BINS`].
+/// - `labels`: the name and the species, if there may be several instruments.
+/// - `at_one_time`: true if the instrument needs no events. An exchange requires this.
+/// - `any_volume`: true if the volume of the box may change. A barostat requires this.
 ///
 /// The order is the order of the fields in checkpoints.
 macro_rules! with_instruments {
@@ -99,7 +97,6 @@ macro_rules! with_instruments {
 
 pub(crate) use with_instruments;
 
-/// A kind of instrument: its key, and where it can measure.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct InstrumentKind {
     pub key: &'static str,
@@ -107,7 +104,6 @@ pub(crate) struct InstrumentKind {
     pub any_volume: bool,
 }
 
-/// An instrument of a plan, with its settings by their keys.
 #[derive(Debug)]
 pub(crate) struct Requested<'p> {
     pub kind: InstrumentKind,
@@ -132,9 +128,9 @@ macro_rules! measurement_plan {
             at_one_time: $at_one_time:literal, any_volume: $any_volume:literal
         }
     )*) => {
-        /// Measurement plan of a scene: its instruments; none by default.
+        /// Instruments of a scene; none by default.
         ///
-        /// If an interval is not given, the run chooses one from its expected duration.
+        /// If an interval is not given, the run chooses it from the expected duration.
         #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
         pub struct MeasurementPlan {
             $($(#[$doc])* pub $field: $container<$settings>,)*
@@ -145,7 +141,6 @@ macro_rules! measurement_plan {
         }
 
         impl MeasurementPlan {
-            /// Lists all instruments of the plan.
             pub(crate) fn requested(&self) -> impl Iterator<Item = Requested<'_>> {
                 let mut all = Vec::new();
                 $(all.extend(self.$field.iter().enumerate().map(|(index, it)| {
@@ -162,7 +157,7 @@ macro_rules! measurement_plan {
                 all.into_iter()
             }
 
-            /// Returns the plan with this interval for all instruments that have none of their own `[time]`.
+            /// Sets the interval of all instruments without an interval `[time]`.
             #[expect(unused_variables, reason = "an instrument may have no positive settings")]
             pub(crate) fn with_interval(mut self, interval: f64) -> Self {
                 $(self.$field.iter_mut().for_each(|it| {
@@ -179,7 +174,7 @@ macro_rules! measurement_plan {
 with_instruments!(measurement_plan);
 
 impl InstrumentKind {
-    /// Lists the keys of some kinds in words.
+    /// Returns the keys of the kinds that `is_wanted` selects, as a phrase for a message.
     pub fn listed(is_wanted: impl Fn(&Self) -> bool) -> String {
         let wanted = Self::ALL.iter().filter(|kind| is_wanted(kind));
         listed(&wanted.map(|kind| kind.key).collect::<Vec<_>>())
@@ -194,7 +189,7 @@ impl MeasurementPlan {
     }
 }
 
-/// Pressure tensor from the collisional virial, compressibility factor, event rates.
+/// Pressure tensor from the collisional virial, compressibility factor and event rates.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PressureTensor {
@@ -205,15 +200,14 @@ pub struct PressureTensor {
 
 pub(crate) const FORCE_BINS: u64 = 40;
 
-/// Forces `F = - sum J / t` on walls and other surfaces, from the impulses `J` on particles in a time `t`, and a curve
-/// of the normal force along an axis.
+/// Forces `F = - sum J / t` on walls and other surfaces, from the impulses `J` on particles in a time `t`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceForces {
     /// Length of the shortest time blocks over which averages are taken `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
-    /// Axis along which a curve of the normal force is measured; no curve if not given.
+    /// Axis for a curve of the normal force. Without an axis, no curve is measured.
     #[schemars(extend("enum" = ["x", "y", "z"]))]
     pub axis: Option<String>,
     /// Number of bins of the curve along `axis`; 40 if not given.
@@ -227,7 +221,7 @@ pub struct SurfaceForces {
 #[serde(deny_unknown_fields)]
 pub struct RadialDistribution {
     /// Largest distance `[length]`. The default is half of the shortest period, or half of the longest edge if no axis
-    /// is periodic, but at most four times the largest diameter.
+    /// is periodic. It is at most four times the largest diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutoff: Option<f64>,
     /// Number of bins of each function; 200 if not given.
@@ -251,12 +245,11 @@ pub struct StructureFactor {
     pub interval: Option<f64>,
 }
 
-/// Mean squared displacement and velocity autocorrelation from several time origins, at linear and at logarithmic
-/// times.
+/// Mean squared displacement and velocity autocorrelation, at linearly and at logarithmically spaced times.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Diffusion {
-    /// Interval between the linearly spaced times `[time]`.
+    /// Spacing of the linearly spaced times `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
     /// Longest of the linearly spaced times `[time]`, at most 2000 intervals.
@@ -268,7 +261,7 @@ pub struct Diffusion {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Transport {
-    /// Interval between the linearly spaced times `[time]`.
+    /// Spacing of the linearly spaced times `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
     /// Longest of the linearly spaced times `[time]`, at most 1000 intervals.
@@ -276,7 +269,7 @@ pub struct Transport {
     pub span: Option<f64>,
 }
 
-/// Distributions of the path and the time of a particle between two contacts of hard cores.
+/// Distributions of free paths and free times between contacts of hard cores.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FreePaths {
@@ -286,24 +279,22 @@ pub struct FreePaths {
     pub bins: Option<u64>,
 }
 
-/// Distributions of speeds in windows of time, compared with Maxwell's distribution.
+/// Distributions of speeds in time windows, compared with Maxwell's distribution.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Speeds {
-    /// Number of time windows; 4 if not given. The last one lasts to the end of the measurement.
+    /// Number of time windows; 4 if not given. The last window ends with the measurement.
     #[schemars(range(min = 1, max = MOST_WINDOWS), extend("default" = WINDOWS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub windows: Option<u64>,
-    /// Length of a time window `[time]`; if not given, the duration of the measurement divided by the number of
-    /// windows.
+    /// Length of a time window `[time]`. By default, the windows fill the measurement.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub window: Option<f64>,
     /// Number of bins of each distribution; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
-    /// Upper end of the last bin `[length / time]`; if not given, eight thermal speeds, or more if the fastest particle
-    /// requires it.
+    /// Upper end of the last bin `[length / time]`. The default is eight thermal speeds, or more for faster particles.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub largest: Option<f64>,
     /// Species of the measured particles. If not given, each moving species is measured separately.
@@ -330,10 +321,10 @@ pub struct Chains {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BondOrder {
-    /// Distance within which two particles are neighbours `[length]`; 1.4 times the largest diameter if not given.
+    /// Largest distance between neighbours `[length]`; 1.4 times the largest diameter if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutoff: Option<f64>,
-    /// Number of bins of the distribution of bond order; 100 if not given.
+    /// Number of bins of the distribution; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
@@ -371,32 +362,31 @@ pub struct Flow {
     /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
     #[schemars(regex(pattern = FILE_NAME))]
     pub name: String,
-    /// The axis that the plane is normal to: `x`, `y` or `z`.
+    /// Axis normal to the plane: `x`, `y` or `z`.
     #[schemars(extend("enum" = AXES))]
     pub axis: Option<String>,
     /// Normal of a tilted plane, of any length, instead of `axis`.
     pub normal: Option<[f64; 3]>,
     /// Coordinate of the plane along `axis` or `normal` `[length]`.
     pub at: f64,
-    /// Lower corner of a rectangle in the plane, or of a box if the plane is tilted `[length]`; no lower limit if not
-    /// given. The coordinate along `axis` has no effect.
+    /// Lower corner of a rectangle in the plane, or of a box if the plane is tilted `[length]`; no limit if not given.
+    /// The coordinate along `axis` has no effect.
     pub lower: Option<[f64; 3]>,
     /// Upper corner of the rectangle `[length]`.
     pub upper: Option<[f64; 3]>,
     /// Species of the measured particles; all moving species if not given.
     pub species: Option<String>,
-    /// Time between two samples `[time]`. It should be short compared with the time between two passages of one
-    /// particle.
+    /// Time between two samples `[time]`. It should be much shorter than the time between two passages of a particle.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
-    /// Whether passages towards larger (`+`) or smaller (`-`) coordinates count as positive; `+` if not given.
+    /// Direction of positive passages, towards larger (`+`) or smaller (`-`) coordinates; `+` if not given.
     #[schemars(extend("enum" = DIRECTIONS))]
     pub direction: Option<String>,
-    /// Start and end of the time over which rates are averaged, counted from the start of the measurement `[time]`;
-    /// from the first to the last passage if not given.
+    /// Start and end of the time over which rates are averaged, from the start of the measurement `[time]`. By default,
+    /// from the first to the last passage.
     pub window: Option<[f64; 2]>,
-    /// Opening through which grains fall: the diameter of a round opening, or the two edges of a rectangular opening
-    /// `[length]`. Rates are compared with Beverloo's law.
+    /// Opening through which grains fall, for a comparison with Beverloo's law: the diameter of a round opening, or the
+    /// two edges of a rectangle `[length]`.
     pub outlet: Option<Outlet>,
 }
 

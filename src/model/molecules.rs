@@ -15,7 +15,6 @@ pub(crate) struct Molecules {
 }
 
 impl Molecules {
-    /// `masses` has the mass of each particle.
     pub fn of(scene: &Scene, masses: Vec<f64>) -> Self {
         let bonds: Vec<[u32; 2]> = held(scene).map(|bond| bond.pair.map(|id| id.0)).collect();
         let components = components(masses.len(), &bonds);
@@ -23,8 +22,7 @@ impl Molecules {
         Self { count: masses.len() - joined, components, masses }
     }
 
-    /// Returns a bond that closes a ring of bonds around the periodic box, if there is one. The length of such a ring
-    /// would depend on the volume.
+    /// Returns a bond that closes a ring around the periodic box. The length of such a ring depends on the volume.
     pub fn bond_around_the_box(&self, scene: &Scene) -> Option<Bond> {
         let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
         let periods = scene.space.periods();
@@ -43,8 +41,8 @@ impl Molecules {
         held(scene).find(goes_around).copied()
     }
 
-    /// Returns positions scaled to another box of the same shape and lower corner. Centres of mass are scaled with the
-    /// box, and molecules keep their shapes. Image numbers stay the same, so positions may lie outside the box.
+    /// Returns the positions in a box of another size. The centres of mass are scaled, and molecules keep their shapes.
+    /// Image numbers stay the same, so positions may lie outside the box.
     pub fn scaled(&self, positions: &[Vector], from: &Space, to: &Space) -> Vec<Vector> {
         let (lower, periods) = (from.lower, from.periods());
         let factor = Vector::from_fn(|k, _| if from.size[k] > 0.0 { to.size[k] / from.size[k] } else { 1.0 });

@@ -26,8 +26,7 @@ pub enum Influence {
 }
 
 impl Scene {
-    /// Influences on the total momentum of the moving particles in the last measurement, each with the axes on which it
-    /// acts.
+    /// Influences on the total momentum in the last measurement, with the axes on which they act.
     #[must_use]
     pub fn influences(&self) -> Vec<(Influence, [bool; 3])> {
         self.influences_with(self.run.thermostat.as_ref())
@@ -62,8 +61,8 @@ impl Scene {
         self.interactions.iter().all(|interaction| !interaction.law.dissipates())
     }
 
-    /// Axes along which the total momentum of the moving particles is conserved in the last measurement, never flat
-    /// axes. In a sheared box, the momentum is relative to the streaming velocity.
+    /// Axes along which the total momentum is conserved in the last measurement; false for flat axes. In a sheared box,
+    /// the momentum is relative to the streaming velocity.
     #[must_use]
     pub fn conserved_axes(&self) -> [bool; 3] {
         self.conserved_axes_with(self.run.thermostat.as_ref())
@@ -83,17 +82,16 @@ impl Scene {
         self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
     }
 
-    /// Whether contacts may lose energy in the measurement while nothing supplies energy: no thermostat, sheared box,
-    /// thermal wall, moving surface or gravity. Such a system cools forever.
+    /// Whether contacts may lose energy in the last measurement, and nothing supplies energy: no thermostat, sheared
+    /// box, thermal wall, moving surface or gravity. Such a system cools forever.
     #[must_use]
     pub fn cools_for_ever(&self) -> bool {
         let falls = self.influences().iter().any(|(what, _)| *what == Influence::Gravity);
         !falls && self.loses_energy() && !self.is_heated_with(self.run.thermostat.as_ref())
     }
 
-    /// Whether a stage with this thermostat can reach a steady state, in which the energy lost in contacts is replaced.
-    /// Gravity replaces energy forever only along a periodic axis. Along other axes, falling particles come to rest or
-    /// leave.
+    /// Whether a stage with this thermostat can reach a steady state. Gravity supplies energy forever only along a
+    /// periodic axis. Along other axes, falling particles come to rest or leave.
     pub(crate) fn has_steady_state_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let is_periodic = |axis: usize| self.space.boundary[axis] == Boundary::Periodic;
         let falls_for_ever =
@@ -101,7 +99,7 @@ impl Scene {
         falls_for_ever || !self.loses_energy() || self.is_heated_with(thermostat)
     }
 
-    /// Whether no heat bath, thermal wall, moving surface, shear or dissipative contact changes the energy. A
+    /// False if a heat bath, thermal wall, moving surface, shear or a dissipative contact changes the energy. A
     /// thermostat that rescales all velocities is allowed.
     pub(crate) fn conserves_heat_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let heats = |what: Influence| matches!(what, Influence::ThermalWalls | Influence::AndersenCollisions);
@@ -141,7 +139,7 @@ impl Scene {
         thermostat.is_some() || moves || influences.any(|(what, _)| what == Influence::ThermalWalls)
     }
 
-    /// The accelerations of all moving species, and the gravities in the run plan `[length / time^2]`.
+    /// Accelerations of all moving species, and all gravities of the run plan `[length / time^2]`.
     pub(crate) fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
         let moving = self.species.iter().filter(|species| !species.is_static());
         moving.map(|species| species.acceleration).chain(self.run.gravities())

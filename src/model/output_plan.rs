@@ -1,4 +1,4 @@
-//! Plan of the files of a run, and of its audit.
+//! Output files and audit of a run.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub struct Region {
     pub upper: Vector,
 }
 
-/// Limits of the audit of a run, as fractions. They replace the default limits, which follow from round-off.
+/// Limits of the audit, as fractions. They replace the default limits, which follow from round-off.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct AuditPlan {
     /// Largest permitted error of the energy balance.
@@ -26,8 +26,8 @@ pub struct AuditPlan {
 }
 
 impl Region {
-    /// Whether a point is inside the region. Points on the lower faces are inside; points on the upper faces are
-    /// outside. If the region has no extent along an axis, the coordinates must be equal.
+    /// Whether a point is inside the region. Lower faces are part of the region, and upper faces are not. Along an axis
+    /// without extent, the coordinates must be equal.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         let Self { lower, upper } = self;
@@ -53,10 +53,10 @@ pub enum CountSpace {
     Mesh(TriangleMesh),
 }
 
-/// Output plan of a scene: what to write, at intervals of simulated time `[time]`.
+/// Output plan of a scene. Intervals are in simulated time `[time]`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct OutputPlan {
-    /// Interval between rows of `thermo.csv`, in all stages; `None` lets the run choose about 200 rows in each stage.
+    /// Interval between rows of `thermo.csv`; `None` for about 200 rows in each stage.
     pub thermo_interval: Option<f64>,
     /// Interval between frames in `trajectory.xyz`; `None` for about 20 frames, or fewer if they would exceed 200 MB.
     pub frame_interval: Option<f64>,

@@ -5,12 +5,12 @@ use serde::{Deserialize, Serialize};
 
 /// A stepped potential: spherically symmetric, constant between discontinuities.
 ///
-/// Radii `s_1 > s_2 > ... > s_n > 0` `[length]` and energies `U_0, U_1, ..., U_n` `[energy]`, where `U_k` holds for
-/// `s_{k+1} <= r < s_k` and `U_0` outside. One type covers hard spheres, wells, shoulders, bonds and stepped
-/// approximations of smooth potentials (Bannerman and Strobl, section 1).
+/// The radii are `s_1 > s_2 > ... > s_n > 0` `[length]`, and the energies are `U_0, U_1, ..., U_n` `[energy]`. The
+/// energy is `U_k` for `s_{k+1} <= r < s_k`, and `U_0` outside. Hard spheres, wells, shoulders, bonds and stepped
+/// approximations of smooth potentials have this form (Bannerman and Strobl, section 1).
 ///
-/// The *pair state* `k` is the number of radii through which the pair has been captured. In state `k` the pair can
-/// reach the outer discontinuity `s_k` from inside, and the inner discontinuity `s_{k+1}` from outside.
+/// The *pair state* `k` is the number of radii through which the pair has been captured. In state `k`, the pair can
+/// reach the outer radius `s_k` and the inner radius `s_{k+1}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Potential {
     radii: Vec<f64>,
@@ -18,13 +18,12 @@ pub struct Potential {
 }
 
 impl Potential {
-    /// Creates a potential from its radii, outermost first, and its energies: outside all radii, then inside each
-    /// radius.
+    /// Creates a potential from its radii and energies, from outside to inside. The first energy is outside all radii.
     ///
     /// # Errors
-    /// [`PotentialError`] unless the radii are positive, finite and descending, and there is exactly one more energy
-    /// than radii. The first energy must be 0 or positive infinity, and the last one finite or positive infinity. All
-    /// others must be finite, and at least one energy must be finite.
+    /// [`PotentialError`] unless the radii are positive, finite and descending, and there is one more energy than
+    /// radii. The first energy must be 0 or positive infinity. The last energy must be finite or positive infinity, and
+    /// all others finite. At least one energy must be finite.
     pub fn new(radii: Vec<f64>, energies: Vec<f64>) -> Result<Self, PotentialError> {
         if radii.is_empty() {
             return Err(PotentialError::NoRadius);
@@ -68,7 +67,7 @@ impl Potential {
         Self::new(vec![diameter], vec![0.0, f64::INFINITY])
     }
 
-    /// A hard core of `diameter` in a well of depth `well_depth` that reaches to `lambda * diameter`.
+    /// A hard core in a well of depth `well_depth`, which reaches to `lambda * diameter`.
     ///
     /// # Errors
     /// [`PotentialError`] if the diameter is not positive or `lambda <= 1`.
@@ -76,7 +75,7 @@ impl Potential {
         Self::new(vec![lambda * diameter, diameter], vec![0.0, -well_depth, f64::INFINITY])
     }
 
-    /// A hard core of `diameter` inside a shoulder of height `height` that reaches to `lambda * diameter`.
+    /// A hard core inside a shoulder of height `height`, which reaches to `lambda * diameter`.
     ///
     /// # Errors
     /// [`PotentialError`] if the diameter is not positive or `lambda <= 1`.
@@ -84,10 +83,10 @@ impl Potential {
         Self::square_well(diameter, lambda, -height)
     }
 
-    /// Penetrable spheres: a core of `diameter` with the finite energy `height`.
+    /// Penetrable spheres. The energy inside `diameter` is `height`.
     ///
     /// # Errors
-    /// [`PotentialError`] if the diameter is not positive or the height not finite.
+    /// [`PotentialError`] if the diameter is not positive, or if the height is not finite.
     pub fn penetrable(diameter: f64, height: f64) -> Result<Self, PotentialError> {
         Self::new(vec![diameter], vec![0.0, height])
     }
@@ -100,12 +99,12 @@ impl Potential {
         Self::new(vec![longest, shortest], vec![f64::INFINITY, 0.0, f64::INFINITY])
     }
 
-    /// Lennard-Jones in steps of equal width between the cut-off and a hard core.
+    /// Lennard-Jones potential in steps of equal width, between the cut-off and a hard core.
     ///
     /// `u(r) = 4 eps [(sigma/r)^12 - (sigma/r)^6]`, cut at `cutoff` (not shifted). The energy of each step is the
-    /// average of `u` over the volume of its shell, `3 int u r^2 dr / (r_a^3 - r_b^3)`. The mean energy of a pair
-    /// distributed uniformly over the shell is then exact (Chapela, Scriven and Davis, J. Chem. Phys. 91, 4307, 1989).
-    /// The core is at the distance where the potential reaches `core_energy`.
+    /// average of `u` over its shell, `3 int u r^2 dr / (r_a^3 - r_b^3)`. It is the mean energy of a pair that is
+    /// uniformly distributed over the shell (Chapela, Scriven and Davis, J. Chem. Phys. 91, 4307, 1989). The hard core
+    /// begins where `u` reaches `core_energy`.
     ///
     /// # Errors
     /// [`PotentialError`] if a length or energy is not positive and finite, `steps` is 0, or `cutoff` is inside the
@@ -159,7 +158,7 @@ impl Potential {
         &self.radii
     }
 
-    /// The energies `U_0 ... U_n` `[energy]`, one more than there are radii.
+    /// The energies `U_0 ... U_n` `[energy]`.
     #[must_use]
     pub fn energies(&self) -> &[f64] {
         &self.energies
@@ -177,7 +176,7 @@ impl Potential {
         (self.energies[self.radii.len()] == f64::INFINITY).then(|| self.radii[self.radii.len() - 1])
     }
 
-    /// Whether the potential has a single discontinuity, a hard core.
+    /// Whether the potential is only a hard core.
     #[must_use]
     pub fn is_hard_sphere(&self) -> bool {
         self.energies[1] == f64::INFINITY
@@ -189,8 +188,7 @@ impl Potential {
         self.energies[0] == f64::INFINITY
     }
 
-    /// The lowest and the highest state that a pair can have. States with infinite energy are not accessible: a hard
-    /// core limits the highest state, and a bond the lowest.
+    /// Range of the states with finite energy. A hard core limits the highest state, and a bond the lowest.
     #[must_use]
     pub fn accessible_states(&self) -> std::ops::RangeInclusive<usize> {
         let lowest = usize::from(self.energies[0].is_infinite());
@@ -206,7 +204,7 @@ impl Potential {
         captured.clamp(*states.start(), *states.end())
     }
 
-    /// Depth of `distance` in the forbidden region, relative to the radius of the discontinuity; 0 if it is allowed.
+    /// Depth of a distance in the forbidden region, relative to the radius of the discontinuity; 0 if allowed.
     #[must_use]
     pub fn violation_at(&self, distance: f64) -> f64 {
         let inside = self.core().map_or(0.0, |core| (core - distance) / core);

@@ -1,4 +1,4 @@
-//! Predecessor: the run from whose last state a scene starts.
+//! The run from whose last state a scene starts.
 
 use std::sync::Arc;
 
@@ -6,30 +6,28 @@ use serde::{Deserialize, Serialize};
 
 use super::{InputFile, InteractionId, ParticleId};
 
-/// Predecessor of a scene: the run from whose last state the scene starts. The scene contains the particles, bonds, box
-/// and time of this state. The rest of the state is stored here until a simulation begins.
+/// Run from whose last state a scene starts. The scene contains the particles, bonds, box and time of this state. The
+/// rest of the state is stored here until a simulation begins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Predecessor {
     /// Checkpoint of the run, identified by the checksum at its end.
     pub checkpoint: InputFile,
-    /// Number of random streams that the predecessor, and all runs before it, may have used. A new run uses later
-    /// streams.
+    /// Number of random streams that this run and earlier runs may have used. A new run uses later streams.
     pub(crate) streams: usize,
     /// Last state of the run; `None` once a simulation has begun from it.
     #[serde(skip)]
     pub(crate) state: Option<Arc<LastState>>,
 }
 
-/// Last state of a run, without the particles, bonds, box and time that the scene already contains.
+/// Last state of a run, without the particles, bonds, box and time.
 #[derive(Debug, PartialEq)]
 pub(crate) struct LastState {
     /// Number of periods that each particle has travelled along each axis.
     pub images: Vec<[i32; 3]>,
-    /// Pairs of particles in a state other than 0, in ascending order, with their states.
+    /// Pairs with a state other than 0 and their states, in ascending order.
     pub captured: Vec<([ParticleId; 2], u16)>,
-    /// For each interaction of the scene, whether its discontinuities are unchanged, so that its pairs keep their
-    /// states.
+    /// For each interaction, whether the discontinuities are unchanged, so that pairs keep their states.
     pub is_kept: Vec<bool>,
     pub differences: Vec<&'static str>,
     /// Serialized simulation at the end of the run; `None` if the scene differs from the scene of the run.
@@ -37,8 +35,8 @@ pub(crate) struct LastState {
 }
 
 impl LastState {
-    /// Returns the state of a pair at the end of the predecessor. Returns `None` if the discontinuities of its
-    /// interaction have changed; the distance then determines the state.
+    /// Returns the state of a pair at the end of the run. Returns `None` if the discontinuities of the interaction have
+    /// changed; the distance then determines the state.
     pub fn state_of(&self, pair: [ParticleId; 2], interaction: InteractionId) -> Option<u16> {
         let is_kept = self.is_kept.get(interaction.0 as usize).copied().unwrap_or(false);
         let [a, b] = pair;
@@ -48,8 +46,7 @@ impl LastState {
 }
 
 impl Predecessor {
-    /// Differences between the scene and the predecessor, in words. If there are any, a new engine continues from the
-    /// last state of the predecessor. The list is empty after a simulation has begun.
+    /// Differences between the scene and the predecessor. The list is empty after a simulation has begun.
     #[must_use]
     pub fn differences(&self) -> &[&'static str] {
         self.state.as_ref().map_or(&[], |state| &state.differences)

@@ -1,4 +1,4 @@
-//! Random numbers from one seed, with one stream for each purpose, equal on every platform.
+//! Random numbers from one seed, with one stream for each purpose, identical on every platform.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -24,8 +24,7 @@ pub(crate) enum Purpose {
 }
 
 impl Purpose {
-    /// Number of the random stream for a group of particles. These numbers must never change, because the initial
-    /// configurations of scenes depend on them.
+    /// Number of the random stream for a group of particles. It must never change: initial configurations depend on it.
     fn stream(self, group: usize) -> u64 {
         match self {
             Self::Growth => (1 << 63) + group as u64,
@@ -49,8 +48,7 @@ impl Random {
         Self(generator)
     }
 
-    /// Moves to the random numbers for event number `count` of a particle, which no other particle or event uses. There
-    /// are 64 numbers for each event, and `2^29` events for each particle.
+    /// Selects 64 random numbers for event number `count` of a particle. Each particle has numbers for `2^29` events.
     pub(crate) fn seek(&mut self, particle: u32, count: u32) {
         let block = (u128::from(particle) << 32) + u128::from(count << 3);
         self.0.set_word_pos(16 * block);
@@ -68,13 +66,12 @@ impl Random {
         number
     }
 
-    /// Exponential with mean 1. It is finite, because `uniform` is below 1.
+    /// Exponential with mean 1. Finite, because `uniform` is below 1.
     pub(crate) fn exponential(&mut self) -> f64 {
         -libm::log1p(-self.uniform())
     }
 
-    /// Normal with mean 0 and variance 1, by Marsaglia's polar method. The logarithm is from `libm`, because the
-    /// standard logarithm differs in the last bit between platforms.
+    /// Normal with mean 0 and variance 1, by Marsaglia's polar method.
     pub(crate) fn normal(&mut self) -> f64 {
         loop {
             let (x, y) = (2.0 * self.uniform() - 1.0, 2.0 * self.uniform() - 1.0);

@@ -19,7 +19,7 @@ pub struct RunPlan {
     pub stages: Vec<StagePlan>,
     /// Limit of the equilibration before the last measurement.
     pub equilibration: Until,
-    /// Whether the equilibration ends as soon as no observable drifts. It never continues beyond its limit.
+    /// Whether the equilibration ends as soon as no observable drifts, at the latest at its limit.
     pub until_stationary: bool,
     /// Limit of the final measurement.
     pub limit: Until,
@@ -27,8 +27,8 @@ pub struct RunPlan {
     pub thermostat: Option<Thermostat>,
     /// Barostat of the measurement.
     pub barostat: Option<Barostat>,
-    /// Gravity of the last equilibration and measurement `[length / time^2]`. It replaces the accelerations of the
-    /// species. In a validated scene, either every stage has its own gravity or none has.
+    /// Gravity of the last equilibration and measurement `[length / time^2]`, instead of the accelerations of the
+    /// species. Either every stage has its own gravity, or no stage.
     pub gravity: Option<Vector>,
     /// Number of threads for the whole run.
     pub threads: Threads,
@@ -41,7 +41,7 @@ impl RunPlan {
         Equilibration { limit: self.equilibration, until_stationary: self.until_stationary }
     }
 
-    /// Index of the first random stream of a stage; if `stage` equals the number of stages, of the last equilibration.
+    /// First random stream of a stage, or of the last equilibration if `stage` equals the number of stages.
     pub(crate) fn first_stream_of(&self, stage: usize) -> usize {
         self.stages.iter().take(stage).map(StagePlan::streams).sum()
     }
@@ -51,7 +51,7 @@ impl RunPlan {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
-    /// Name of the first listed stage; `measurement` if no stage is listed. Surfaces refer to stages by these names.
+    /// Name of the first listed stage; `measurement` if no stage is listed.
     pub(crate) fn first_stage(&self) -> &str {
         self.stages.first().map_or(MEASUREMENT, |stage| &stage.name)
     }
@@ -67,18 +67,18 @@ impl RunPlan {
         self.thermostat.is_some() || self.stages.iter().any(has_any)
     }
 
-    /// Whether a stage or the measurement has a barostat, so that the volume changes.
+    /// Whether a stage or the measurement has a barostat.
     #[must_use]
     pub fn has_barostat(&self) -> bool {
         self.barostat.is_some() || self.stages.iter().any(|stage| stage.barostat.is_some())
     }
 
-    /// Gravitational acceleration of each stage that sets one. The measurement comes last.
+    /// Gravitational accelerations that stages set. The measurement comes last.
     pub fn gravities(&self) -> impl Iterator<Item = Vector> + '_ {
         self.stages.iter().map(|stage| stage.gravity).chain([self.gravity]).flatten()
     }
 
-    /// Whether a stage has an Andersen thermostat, which gives individual particles new velocities.
+    /// Whether a stage has an Andersen thermostat.
     #[must_use]
     pub fn has_andersen(&self) -> bool {
         let thermostats = self.stages.iter().map(|stage| &stage.thermostat).chain([&self.thermostat]);
@@ -91,13 +91,13 @@ impl RunPlan {
 pub struct StagePlan {
     /// Name of the stage in progress reports and results.
     pub name: String,
-    /// Limit at which the stage ends. For a measured stage, it is the limit of the measurement.
+    /// Limit of the stage, or of the measurement in a measured stage.
     pub limit: Until,
     /// Thermostat of the stage.
     pub thermostat: Option<Thermostat>,
     /// Barostat of the stage, which needs a thermostat.
     pub barostat: Option<Barostat>,
-    /// Gravity during the stage `[length / time^2]`. It replaces the accelerations of the species.
+    /// Gravity during the stage `[length / time^2]`, instead of the accelerations of the species.
     pub gravity: Option<Vector>,
     /// Growth of the diameters.
     pub growth: Option<Growth>,
@@ -139,7 +139,7 @@ impl Equilibration {
     }
 }
 
-/// Number of random streams of a measured stage: one for its equilibration and one for its measurement.
+/// One random stream for the equilibration, and one for the measurement.
 const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
 
 /// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561
@@ -153,7 +153,7 @@ pub struct Growth {
     pub until: GrowthTarget,
 }
 
-/// Target of the growth: a packing fraction or a compressibility factor.
+/// Target of the growth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum GrowthTarget {

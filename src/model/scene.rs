@@ -46,7 +46,7 @@ pub struct Species {
     pub name: String,
     /// Mass `[mass]`; infinite for a static species.
     pub mass: f64,
-    /// Diameter `[length]` in pictures and at walls. Particles touch a wall when their centre is half a diameter away.
+    /// Diameter in pictures and at walls `[length]`. Particles touch a wall when their centre is half a diameter away.
     pub diameter: f64,
     /// Constant acceleration, usually gravity `[length / time^2]`; static species are not accelerated.
     pub acceleration: Vector,
@@ -77,7 +77,7 @@ pub struct Interaction {
     pub name: Option<String>,
 }
 
-/// A bond: a pair with its own interaction, which replaces the interaction of its species.
+/// A bonded pair. Its own interaction replaces the interaction of the species.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bond {
     /// The two particles, in ascending order.
@@ -186,7 +186,7 @@ scene! {
     displacement: f64 => copy f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     contact_time: Option<f64> => copy Option<f64>,
-    /// Whether overlaps at the start are permitted, and resolved by the stable rule. Otherwise they are an error.
+    /// Whether overlaps at the start are permitted. They are then resolved by the stable rule.
     allow_invalid_start: bool => copy bool,
     /// Limits of the audit of a run.
     audit: AuditPlan => copy AuditPlan,
@@ -202,18 +202,17 @@ scene! {
     live: LivePlan => lent &LivePlan,
     /// Files that were read to create the scene, besides the scene file.
     inputs: Vec<InputFile> => lent &[InputFile],
-    /// The run from whose last state the scene starts; `None` if there is no such run.
+    /// The run from whose last state the scene starts, if any.
     predecessor: Option<Predecessor> => optional Option<&Predecessor>,
 }
 
 impl Scene {
-    /// Index of the first random stream for the thermostats of this scene. The predecessor has used all lower indices.
+    /// Index of the first random stream of this scene. Earlier runs have used all lower indices.
     pub(crate) fn first_stream(&self) -> usize {
         self.predecessor.as_ref().map_or(0, |run| run.streams)
     }
 
-    /// Index of the first random stream after the streams of this run: one for each stage, equilibration and
-    /// measurement. A scene that continues from the end of this run starts with this index.
+    /// Index of the first random stream after this run. A scene that continues from the run starts with this stream.
     #[must_use]
     pub fn next_stream(&self) -> usize {
         self.first_stream() + self.run.streams()
@@ -301,7 +300,7 @@ impl Scene {
     }
 }
 
-/// Volume of a sphere, area of a disk or length of a rod with the given diameter `[length^D]`.
+/// Volume of a sphere, area of a disk or length of a rod with the given diameter, `[length^D]` in `D` dimensions.
 pub(crate) fn own_volume(diameter: f64, dimensions: usize) -> f64 {
     match dimensions {
         3 => PI / 6.0 * diameter * diameter * diameter,

@@ -1,4 +1,4 @@
-//! The region that holds the particles: a box whose axes are periodic, bounded or flat.
+//! The region that contains the particles: a box whose axes are periodic, bounded or flat.
 
 use crate::Vector;
 use crate::physics::response::ContactLaw;
@@ -11,14 +11,14 @@ pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 pub enum Face {
     /// No boundary. Particles leave the box here and are still simulated.
     Open,
-    /// A flat wall. A particle touches it when its centre is half a diameter away.
+    /// A flat wall. A particle touches the wall when its centre is half a diameter away.
     Wall(ContactLaw),
 }
 
 /// Boundary condition along one axis: periodic, bounded or flat.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub enum Boundary {
-    /// Periodic boundary: particles that leave on one side enter on the other. Pairs interact with their minimum image.
+    /// Particles that leave on one side enter on the other side. Pairs interact through their minimum image.
     #[default]
     Periodic,
     /// The two sides of the box, each open or a wall.
@@ -28,8 +28,8 @@ pub enum Boundary {
         /// Boundary condition at the side through the upper corner.
         upper: Face,
     },
-    /// Flat axis: the box has no extent along it. Every particle stays at the coordinate of the lower corner, with zero
-    /// velocity. A scene with one flat axis is two-dimensional, with two it is a line.
+    /// The box has no extent along this axis. Every particle stays at the coordinate of the lower corner. With one flat
+    /// axis a scene is two-dimensional, with two flat axes it is one-dimensional.
     Flat,
 }
 
@@ -59,8 +59,7 @@ impl Boundary {
 pub struct Space {
     /// Lower corner `[length]`.
     pub lower: Vector,
-    /// Edge lengths `[length]`; 0 along flat axes, otherwise positive. Along open axes, they affect only cells and
-    /// pictures.
+    /// Edge lengths `[length]`; 0 along flat axes, otherwise positive. Edges along open axes do not bound particles.
     pub size: Vector,
     /// Boundary conditions, per axis.
     pub boundary: [Boundary; 3],
@@ -91,13 +90,13 @@ impl Space {
         (0..3).filter(|&k| self.boundary[k] != Boundary::Flat).map(|k| self.size[k]).product()
     }
 
-    /// Returns whether the lower and the upper side across an axis are walls.
+    /// Whether the lower and the upper side across an axis are walls.
     #[must_use]
     pub fn walled_sides(&self, axis: usize) -> [bool; 2] {
         self.boundary[axis].contact_laws().map(|wall| wall.is_some())
     }
 
-    /// Replaces the values of sides without a wall by `None`. Each axis has a value for its lower and its upper side.
+    /// Replaces the values of sides without a wall by `None`.
     pub(crate) fn of_walls<T: Copy>(&self, values: [[Option<T>; 2]; 3]) -> [[Option<T>; 2]; 3] {
         std::array::from_fn(|axis| {
             let is_wall = self.walled_sides(axis);
@@ -121,7 +120,7 @@ impl Space {
         !matches!(self.boundary[axis], Boundary::Bounded { .. }) || self.walls(axis) == 2
     }
 
-    /// Length along an axis that centres of particles can reach, one radius away from each wall `[length]`.
+    /// Length along an axis that particle centres can reach `[length]`. Centres stay one radius away from each wall.
     #[must_use]
     pub fn accessible_length(&self, axis: usize, diameter: f64) -> f64 {
         match self.walls(axis) {
@@ -130,22 +129,21 @@ impl Space {
         }
     }
 
-    /// Volume, area or length that the centres of particles of a given diameter can reach `[length^D]`.
+    /// Volume, area or length that particle centres can reach: `[length^D]` in `D` dimensions.
     #[must_use]
     pub fn accessible_volume(&self, diameter: f64) -> f64 {
         let axes = (0..3).filter(|&axis| self.boundary[axis] != Boundary::Flat);
         axes.map(|axis| self.accessible_length(axis, diameter)).product()
     }
 
-    /// Area, half a diameter in front of a wall, that the centres of particles of a given diameter can reach
-    /// `[length^(D - 1)]`; `None` if it is infinite because a side across another axis is open.
+    /// Area that particle centres can reach at a wall across an axis `[length^(D - 1)]`; `None` if the area is
+    /// infinite.
     #[must_use]
     pub fn accessible_area(&self, axis: usize, diameter: f64) -> Option<f64> {
         self.area(axis, |other| self.accessible_length(other, diameter))
     }
 
-    /// Area of a wall across an axis `[length^(D - 1)]`, 1 on a line; `None` if it is infinite because a side across
-    /// another axis is open.
+    /// Area of a wall across an axis `[length^(D - 1)]`, 1 in one dimension; `None` if the area is infinite.
     #[must_use]
     pub fn wall_area(&self, axis: usize) -> Option<f64> {
         self.area(axis, |other| self.size[other])
@@ -156,7 +154,7 @@ impl Space {
         others().all(|other| self.is_closed_along(other)).then(|| others().map(length).product())
     }
 
-    /// Whether every axis is periodic or flat, so that the fluid is homogeneous.
+    /// Whether every axis is periodic or flat.
     #[must_use]
     pub fn is_fully_periodic(&self) -> bool {
         self.boundary.iter().all(|b| matches!(b, Boundary::Periodic | Boundary::Flat))
@@ -214,8 +212,8 @@ pub fn minimum_image_along(x: f64, period: f64) -> f64 {
 
 /// Returns the shortest image of a separation. Opposite separations give exactly opposite images.
 ///
-/// Requires every coordinate to be within one period of the shortest image. This holds for two particles in the box,
-/// even if one of them is up to half a period outside.
+/// The shortest image may differ from the separation by at most one period along each axis. This is true for two
+/// particles in the box, and also if one particle is up to half a period outside.
 #[inline]
 #[must_use]
 pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
@@ -225,11 +223,11 @@ pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
     separation
 }
 
-/// [`minimum_image`] in a sheared box, where the next image along y is displaced by `displacement` along x `[length]`;
-/// 0 in a box at rest. Requires a displacement of at most half a period, as returned by [`displacement_within_period`].
+/// [`minimum_image`] in a sheared box, where the next image along y is displaced by `displacement` along x `[length]`.
+/// The displacement is at most half a period, as returned by [`displacement_within_period`], and 0 without shear.
 ///
-/// The image along y is chosen first, together with its displacement, then the images along x and z. If any image is
-/// shorter than half of the shortest period, the result is the shortest image.
+/// The image along y is chosen first, together with its displacement, then the images along x and z. The result is the
+/// shortest image if this is shorter than half of the shortest period.
 #[inline]
 #[must_use]
 pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64) -> Vector {

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Largest number of species for a dense table. With more species, only pairs with a value use memory.
+/// Largest number of species for a dense table.
 const FEW: usize = 256;
 
 /// A symmetric table over pairs of species, such as interactions or distances. Pairs may have no value. With many
-/// species, the memory grows with the number of pairs that have a value, not with the square of the number of species.
+/// species, only pairs with a value use memory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesPairs<T> {
     species: usize,

@@ -17,7 +17,6 @@ impl StatePoint {
         self.0
     }
 
-    /// `population` has the number of particles of each species.
     pub fn of(scene: &Scene, population: &[usize]) -> Self {
         let species = |id: usize| {
             let species = &scene.species[id];
@@ -54,7 +53,6 @@ impl StatePoint {
         Self::of(scene, &population)
     }
 
-    /// Adds numbers to the hash, in their order.
     pub fn with(self, values: &[f64]) -> Self {
         values.iter().fold(self, |hash, value| hash.and((value + 0.0).to_bits()))
     }
@@ -87,7 +85,7 @@ mod tests {
 
     const UNLIKE: [f64; 2] = [0.8, 0.75];
 
-    /// `unlike` holds the restitution and the contact distance of pairs of unlike particles.
+    /// `unlike` is the restitution and the contact distance of pairs of unlike particles.
     fn scene(names: [&str; 2], masses: [f64; 2], unlike: [f64; 2]) -> SceneBuilder {
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
         let diameter = |mass: f64| if mass < 1.0 { 0.5 } else { 1.0 };

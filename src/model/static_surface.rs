@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ParticleId, SpeciesId};
 
-/// A static-sphere surface: immobile spheres that cover a shape.
+/// Immobile spheres that cover a shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StaticSurface {
@@ -16,8 +16,8 @@ pub struct StaticSurface {
     pub species: SpeciesId,
     /// Ids of the spheres.
     pub particles: Range<u32>,
-    /// Largest circumradius of a hole between the spheres `[length]`; `None` if the scene lists their positions.
+    /// Largest circumradius of a hole between the spheres `[length]`; `None` if the scene lists the spheres.
     pub hole: Option<f64>,
-    /// For each open rim of the shape, the ids of the spheres along it.
+    /// Ids of the spheres along each open rim of the shape.
     pub rims: Vec<Vec<ParticleId>>,
 }

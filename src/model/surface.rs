@@ -14,7 +14,7 @@ pub struct SceneSurface {
     pub name: String,
     /// Shape of the surface.
     pub shape: SurfaceShape,
-    /// Species that collide with the surface. If the list is empty, all species do.
+    /// Species that collide with the surface; all species if empty.
     pub species: Vec<SpeciesId>,
     /// Law of contact between particles and the surface.
     pub law: SurfaceLaw,
@@ -85,7 +85,7 @@ impl SurfaceLaw {
     }
 }
 
-/// The shape of a surface. Particles touch it when their centre is one particle radius away.
+/// The shape of a surface. A particle touches the surface when its centre is one particle radius away.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum SurfaceShape {

@@ -12,7 +12,7 @@ use crate::base::numbers::trunc_to_usize;
 pub struct SurfaceMotion {
     /// Simulated time at which the motion begins `[time]`.
     pub from: f64,
-    /// Simulated time at which the motion ends; infinite if it never ends `[time]`.
+    /// Simulated time at which the motion ends `[time]`; may be infinite.
     #[serde(with = "endless")]
     pub until: f64,
     /// Kind of motion.
@@ -51,7 +51,7 @@ pub enum MotionKind {
 }
 
 impl MotionKind {
-    /// Whether a particle in free flight, relative to the surface, moves along a parabola or a straight line.
+    /// Whether free flight relative to the surface is a parabola or a straight line.
     #[must_use]
     pub fn is_polynomial(&self) -> bool {
         matches!(self, Self::Translation { .. })
@@ -164,14 +164,15 @@ impl Moment {
         (self.pose.place_of_shape(position), self.pose.direction_of_shape(&apart))
     }
 
-    /// Converts a velocity in the frame of the surface, at a point, to the velocity in space `[length / time]`.
+    /// Converts a velocity at a point from the frame of the surface to space `[length / time]`.
     #[must_use]
     pub fn velocity_of(&self, position: &Vector, seen: &Vector) -> Vector {
         self.pose.direction(seen) + self.velocity_at(position)
     }
 
     /// Returns the acceleration in the frame of the surface, `a - A - W x (W x r) - 2 W x v'` `[length / time^2]`. `A`
-    /// and `W` are the acceleration and the angular velocity of the surface.
+    /// and `W` are the acceleration and the angular velocity of the surface, `a` is the acceleration of the particle,
+    /// and `r` and `v'` are its position and velocity relative to the surface.
     #[must_use]
     pub fn acceleration_seen(&self, position: &Vector, velocity: &Vector, acceleration: &Vector) -> Vector {
         let arm = position - self.origin;
@@ -181,7 +182,7 @@ impl Moment {
     }
 }
 
-/// An interval of time in which a surface has one motion or is at rest, with the pose at its beginning.
+/// An interval of time in which a surface has one motion or is at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
     /// Beginning of the interval `[time]`.
@@ -204,7 +205,7 @@ impl Piece {
             spin: Vector::zeros(),
             origin: Vector::zeros(),
         };
-        // A rest can begin at minus infinity, so the time since its beginning is not used.
+        // A rest can begin at minus infinity, so the time since the beginning is not used.
         let Some(kind) = &self.kind else { return still };
         let t = time - self.from;
         match *kind {
@@ -235,7 +236,7 @@ impl Piece {
     }
 }
 
-/// Sine and cosine of an angle in turns, equal to the bit on every machine and precise even after many turns.
+/// Sine and cosine of an angle in turns. Precise after many turns, and equal bit for bit on every machine.
 pub(crate) fn sine_and_cosine(turns: f64) -> (f64, f64) {
     let quarters = 4.0 * (turns - turns.floor());
     if quarters == quarters.floor() {
@@ -259,7 +260,7 @@ pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
     first: Piece,
-    /// All motions in order of time, each followed by a rest unless it never ends.
+    /// All later motions and rests, in order of time.
     later: Vec<Piece>,
 }
 
@@ -272,7 +273,7 @@ impl Timeline {
         for SurfaceMotion { from, until, kind } in motions.iter().copied() {
             let before = timeline.later.last_mut().unwrap_or(&mut timeline.first);
             before.until = from;
-            // An oscillation or rotation with frequency 0 counts as rest.
+            // An oscillation or rotation with frequency 0 is a rest.
             let kind = Some(kind).filter(|kind| kind.frequency() != Some(0.0));
             let moving = Piece { from, until, start: before.at(from).pose, kind };
             timeline.later.push(moving);

@@ -1,4 +1,4 @@
-//! Thermostats: their settings, and the systems that they can act on.
+//! Settings of thermostats.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -15,9 +15,9 @@ pub enum Thermostat {
     Andersen {
         /// Temperature `[energy]`.
         temperature: f64,
-        /// Mean rate of collisions of each particle with the bath `[1 / time]`.
+        /// Mean rate of collisions of a particle with the heat bath `[1 / time]`.
         rate: f64,
-        /// Axes along which a collision replaces the velocity component.
+        /// Axes along which a collision changes the velocity.
         axes: [bool; 3],
     },
     /// All velocities are scaled to the temperature at regular times.
@@ -29,7 +29,7 @@ pub enum Thermostat {
     },
 }
 
-/// Why a thermostat is invalid.
+/// Reason why a thermostat is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ThermostatError {
@@ -55,7 +55,7 @@ pub enum ThermostatError {
         "velocities cannot be scaled without a temperature; a temperature needs two or more moving particles without gravity"
     )]
     NoTemperature,
-    /// A simulation does not rescale velocities by itself. Its caller, such as `run::Run`, must do it.
+    /// A simulation does not rescale velocities by itself. The caller, such as `run::Run`, must rescale them.
     #[error(
         "a simulation does not scale velocities by itself: call Simulation::scale_velocities at each interval, or use run::Run"
     )]
@@ -79,7 +79,7 @@ impl Thermostat {
         }
     }
 
-    /// Checks the thermostat for a system with `moving` moving particles, and removes flat axes from a heat bath.
+    /// Checks the thermostat for a system, and removes flat axes from a heat bath.
     pub(crate) fn settled(self, space: &Space, moving: usize, is_accelerated: bool) -> Result<Self, ThermostatError> {
         self.check()?;
         match self {

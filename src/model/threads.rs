@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 /// Minimum number of particles per domain. Smaller domains bring little or no gain in speed.
 pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 
-/// Number of threads for a system. The results have the same bits for any number.
+/// Number of threads for a system. The results are the same, bit for bit, for any number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Threads {
     /// A fixed number from 1 to 64.
     Number(usize),
-    /// One thread for each core, but at most one per 250,000 particles. More threads bring little or no gain in speed.
+    /// One thread for each core, but at most one per 250,000 particles.
     Auto,
 }
 

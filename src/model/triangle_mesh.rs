@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::limits::LARGEST;
 use crate::Vector;
 
-/// Largest number of triangles. A mesh has at most three times as many vertices, so their indices fit in 32 bits.
+/// Largest number of triangles. Indices of three vertices per triangle then fit in 32 bits.
 pub const MOST_TRIANGLES: usize = 1 << 28;
 
 /// Largest magnitude of a coordinate `[length]`. Squares of areas and products of volumes stay far from overflow.
@@ -31,9 +31,8 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Creates a mesh from the corners of triangles, in the same order. Corners with equal coordinates become one
-    /// vertex; zeros of either sign are equal. Vertices are numbered in the order of their first appearance. Triangles
-    /// beyond [`MOST_TRIANGLES`] are dropped.
+    /// Creates a mesh from the corners of triangles. Corners with equal coordinates become one vertex. Triangles and
+    /// vertices keep their order. Triangles beyond [`MOST_TRIANGLES`] are dropped.
     #[must_use]
     pub fn welded(corners: impl Iterator<Item = [Vector; 3]>) -> Self {
         let mut welder = Welder::default();
@@ -81,7 +80,7 @@ impl TriangleMesh {
         self.all_corners().position(|corners| !corners.iter().all(is_usable))
     }
 
-    /// Lower and upper corner of the smallest box that holds all triangles `[length]`; zeros without triangles.
+    /// Lower and upper corner of the smallest box that contains all triangles `[length]`; zeros without triangles.
     #[must_use]
     pub fn bounds(&self) -> [Vector; 2] {
         let mut corners = self.all_corners().flatten();

@@ -12,9 +12,9 @@ use super::ParticleId;
 pub struct UmbrellaPlan {
     /// The two groups, each of one or more particles.
     pub between: [Vec<ParticleId>; 2],
-    /// Lower and upper end of each window, both ascending. Adjacent windows overlap `[length]`.
+    /// Lower and upper end of each window `[length]`, in ascending order. Adjacent windows overlap.
     pub windows: Vec<[f64; 2]>,
-    /// Approximate number of histogram bins over all windows together. Ends of windows are edges of bins.
+    /// Approximate number of histogram bins in the whole range. Ends of windows are edges of bins.
     pub bins: usize,
 }
 
@@ -34,7 +34,7 @@ impl UmbrellaPlan {
         [from, to]
     }
 
-    /// Edges of the histogram bins, including all ends of windows `[length]`.
+    /// Edges of the histogram bins, including the ends of all windows `[length]`.
     pub(crate) fn edges(&self) -> Vec<f64> {
         let mut ends: Vec<f64> = self.windows.iter().flatten().copied().collect();
         ends.sort_by(f64::total_cmp);

@@ -1,13 +1,13 @@
-//! How far a simulation or a stage of a run goes.
+//! Limits of a simulation or of a stage of a run.
 
 use serde::{Deserialize, Serialize};
 
-/// End of an advance or of a stage: a time, a number of physical events, or whichever comes first. Without both, there
-/// is no limit.
+/// Limit of a simulation or a stage: a time, a number of physical events, both, or neither. The limit that is reached
+/// first ends the simulation or stage.
 ///
-/// A simulation and a [`Run`](crate::Run) count from their beginning: the time is the simulated time, as
-/// [`Simulation::time`](crate::Simulation::time) gives it, and the events are all events so far. A plan of a run, such
-/// as [`RunPlan`](crate::model::RunPlan), counts both from the start of its stage.
+/// In a simulation and a [`Run`](crate::Run), the limits are compared with
+/// [`Simulation::time`](crate::Simulation::time) and the number of all events so far. In a plan of a run, such as
+/// [`RunPlan`](crate::model::RunPlan), time and events are counted from the start of the stage.
 ///
 /// ```
 /// use carom::Until;
@@ -23,35 +23,33 @@ pub struct Until {
 }
 
 impl Until {
-    /// Ends at a time.
+    /// Ends when the simulated time reaches `time`.
     #[must_use]
     pub fn time(time: f64) -> Self {
         Self { time: Some(time), events: None }
     }
 
-    /// Ends at a number of physical events.
+    /// Ends when the number of physical events reaches `events`.
     #[must_use]
     pub fn events(events: u64) -> Self {
         Self { time: None, events: Some(events) }
     }
 
-    /// Ends at a number of physical events if they happen before the time.
+    /// Adds a limit on the number of physical events. The limit that is reached first applies.
     #[must_use]
     pub fn or_events(self, events: u64) -> Self {
         Self { events: Some(events), ..self }
     }
 
-    /// Ends at this end or the other, whichever comes first.
+    /// Combines two limits. The limit that is reached first applies.
     pub(crate) fn or(self, other: Self) -> Self {
         Self::time(self.last_time().min(other.last_time())).or_events(self.last_event().min(other.last_event()))
     }
 
-    /// The time of the end; infinite without a limit on the time.
     pub(crate) fn last_time(self) -> f64 {
         self.time.unwrap_or(f64::INFINITY)
     }
 
-    /// The number of events at the end; the largest number without a limit on the events.
     pub(crate) fn last_event(self) -> u64 {
         self.events.unwrap_or(u64::MAX)
     }

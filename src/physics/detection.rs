@@ -1,4 +1,4 @@
-//! Detection: the time to the next event, from a relative state; `None` if there is none.
+//! Detection: the time from a relative state to the next event, if there is one.
 //!
 //! One rule decides, for every discontinuity that a pair can reach (paper, section 1):
 //!
@@ -7,9 +7,9 @@
 //! A pair in an invalid state does not interact while its state improves. If the state gets worse, the pair interacts
 //! immediately. At a zero of `df/dt`, the next derivative that is not zero decides whether `f` falls.
 //!
-//! The result is exact for coefficients that differ from the given ones by no more than their rounding errors. This
-//! holds if every component is zero or between `1e-50` and `1e50` in magnitude, as the test target `oracle` shows.
-//! Scenes with larger numbers are rejected, because a product of four such numbers would overflow.
+//! The result is exact for coefficients that differ from the given coefficients only by rounding errors. The test
+//! target `oracle` checks this for components that are zero or between `1e-50` and `1e50` in magnitude. Scenes with
+//! larger numbers are rejected, because a product of four such numbers would overflow.
 //!
 //! | module | pairs | paper |
 //! |---|---|---|

@@ -1,9 +1,8 @@
 //! Overlap functions: positive in valid states, negative in invalid states, zero on the discontinuity.
 //!
-//! `f+(dt) = |r_ij(dt)|^2 - s^2` for a pair that belongs outside the distance `s`, and `f- = -f+` for a pair that
-//! belongs inside (paper, equation 5). It is a [`Quadratic`] without relative acceleration and a [`Quartic`] with
-//! relative acceleration. Each detection algorithm accepts only one of these types, as the `Require` line in the paper
-//! demands.
+//! The overlap function of a pair outside the distance `s` is `f+(dt) = |r_ij(dt)|^2 - s^2`. The function of a pair
+//! inside is `f- = -f+` (paper, equation 5). It is a [`Quadratic`] without relative acceleration and a [`Quartic`] with
+//! relative acceleration. Each detection algorithm accepts only one of these types, as the paper requires.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;

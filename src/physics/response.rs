@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// Contact law of an infinite barrier: the core of a pair, the end of a bond, a wall or a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactLaw {
-    /// Coefficient of restitution: ratio of the normal relative speeds after and before a contact, in `[0, 1]`.
+    /// Coefficient of restitution in `[0, 1]`: normal relative speed after a contact, divided by the speed before.
     pub restitution: f64,
 }
 
@@ -40,14 +40,12 @@ pub enum Outcome {
     Bounce,
 }
 
-/// Radial state of a pair at a discontinuity, which determines the outcome.
+/// Radial state of a pair at a discontinuity.
 ///
-/// The radial motion is given by `B = v . r`, as in the overlap function, not by `vn = B / |r|`. At a contact, `|r|` is
-/// close to the distance of the discontinuity, which is often 1. Near 1 the square root of a float rounds down more
-/// often than up, and a unit normal computed from `|r|` is too long by a quarter of a unit in the last place on
-/// average. Each reflection along this normal would add `4 mu vn^2` times this error to the energy, 3e-16 kT per event
-/// in a hard-sphere fluid. `B` and `|r|^2` need no square root, and any vector parallel to `r_ij` may replace it in
-/// both.
+/// The radial motion is described by `B = v . r`, not by `vn = B / |r|`. The square root of a number near 1 rounds down
+/// more often than up, so a unit normal computed from `|r|` is too long on average. Every reflection along this normal
+/// would add energy, about 3e-16 kT per event in a hard-sphere fluid. `B` and `|r|^2` need no square root. Any vector
+/// parallel to `r_ij` may replace `r_ij` in both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
     /// `B = v_ij . r_ij` `[length^2 / time]`, negative if the pair approaches.
@@ -71,8 +69,8 @@ pub struct Response {
 
 /// Decides the response of a pair at a discontinuity.
 ///
-/// `energy_step` is `dU` `[energy]`, the potential energy beyond the discontinuity minus the potential energy
-/// before it. In terms of `vn = v_ij . rhat = B / |r|`:
+/// `energy_step` is `dU` `[energy]`, the potential energy after a crossing minus the potential energy before. In terms
+/// of `vn = v_ij . rhat = B / |r|`:
 ///
 /// | at | condition | outcome | `vn'` |
 /// |---|---|---|---|
@@ -103,8 +101,8 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactL
     smooth(outcome, -side.sign() * beyond.sqrt())
 }
 
-/// Returns the radial motion after a reflection. At a turning point, the pair may already move towards the valid side
-/// because of round-off. Its velocity is then kept, because reversing it would drive the pair to the invalid side.
+/// Returns the radial motion after a reflection. At a turning point, round-off may give the pair a velocity towards the
+/// valid side. This velocity is kept.
 #[inline]
 fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
     if radial * side.sign() < 0.0 { -restitution * radial } else { radial }
@@ -119,7 +117,7 @@ pub struct Leaving {
     pub tangential_scale: f64,
 }
 
-/// Largest number of contacts within one contact time. A pair that would have more contacts slides.
+/// Maximum number of contacts within one contact time. A pair that would have more contacts slides.
 const SLIDING: f64 = 64.0;
 
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
@@ -127,12 +125,11 @@ const SLIDING: f64 = 64.0;
 /// `approach >= 0` is the normal speed of approach, `tangential` the relative speed along the barrier, and `closing`
 /// the relative acceleration towards the barrier `[length / time^2]`, negative if it drives the pair away.
 ///
-/// A contact is elastic if either particle had its previous contact less than `contact_time` ago (`is_recent`). This
-/// rule alone is not sufficient: with a restitution near 0, a contact leaves no normal speed that a later elastic
-/// contact could preserve, and the events never end. After a contact, the speed is therefore at least `closing *
-/// contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides along the barrier with hardly
-/// any normal speed, a small fraction of its tangential motion is turned into the normal direction, at constant kinetic
-/// energy, as the paper proposes for contacts without normal velocity. Neither rule ever adds energy.
+/// A contact is elastic if either particle had a contact less than `contact_time` ago (`is_recent`). With a restitution
+/// near 0 this rule is not sufficient, and the events would never end. The speed after a contact is therefore at least
+/// `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides along the barrier
+/// with hardly any normal speed, a small fraction of its tangential motion is turned into the normal direction, at
+/// constant kinetic energy. Neither rule adds energy.
 #[inline]
 #[must_use]
 pub fn tc_contact(
@@ -196,7 +193,8 @@ mod tests {
 
     #[test]
     fn a_pair_that_falls_into_a_well_gains_its_depth() {
-        // The kinetic energy of the normal motion grows by the depth, mu/2 (vn'^2 - vn^2) = 1/4 (9 - 1) = 2.
+        // The kinetic energy of the normal motion grows by the depth of the well. With the reduced mass mu = 1/2 and
+        // the normal velocities vn before and vn' after, mu/2 (vn'^2 - vn^2) = 1/4 (9 - 1) = 2.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -2.0, -1.0, 0.0), (Outcome::Capture, -3.0));
         assert_eq!(outcome_and_normal_velocity(Side::Negative, 2.0, 3.0, 0.0), (Outcome::Release, 1.0));
     }
@@ -218,8 +216,7 @@ mod tests {
             assert_eq!(outcome_and_normal_velocity(Side::Negative, f64::INFINITY, -vn, 0.5).1, -vn);
             assert_eq!(outcome_and_normal_velocity(Side::Positive, 1.0, vn, 0.5).1, vn);
         }
-        // A pair crosses a step to lower energy even at normal velocity 0. Otherwise it would have events there
-        // forever.
+        // A pair crosses a step to lower energy even at normal velocity 0. Otherwise the events would never end.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -1.0, 0.0, 0.5).1, -2.0);
     }
 

@@ -9,10 +9,10 @@ use crate::prepare::NoPlace;
 use crate::prepare::packing::insertion::draw;
 use crate::prepare::packing::occupancy::Occupancy;
 
-/// Largest number of attempts to place a chain. Each tries several directions for every particle.
+/// Largest number of attempts to place a chain.
 const CHAIN_ATTEMPTS: usize = 2_000;
 
-/// Number of directions to try for the next particle of a chain. If all fail, the whole chain is restarted.
+/// Number of directions to try for the next particle. If all directions fail, the whole chain is restarted.
 const DIRECTIONS: usize = 50;
 
 pub(crate) fn straight(start: &Vector, direction: &Vector, length: u64, spacing: f64) -> Vec<Vector> {
@@ -30,9 +30,6 @@ pub(crate) struct Links {
 }
 
 /// Grows `count` chains, one after the other.
-///
-/// # Errors
-/// [`NoPlace::NoRoom`] if a chain cannot be placed.
 pub(crate) fn grow_all(
     links: &Links,
     count: u64,
@@ -79,7 +76,7 @@ fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) ->
     Some(chain)
 }
 
-/// Whether a particle would overlap a particle of its chain other than its bonded neighbour.
+/// Whether a particle would overlap its chain. The last particle of the chain is its bonded neighbour and is ignored.
 fn meets_itself(chain: &[Vector], position: &Vector, contact: f64, space: &Space) -> bool {
     let others = &chain[..chain.len().saturating_sub(1)];
     let periods = space.periods();

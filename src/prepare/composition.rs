@@ -1,4 +1,4 @@
-//! Mixtures: integer numbers of particles in given shares, their mean volume, and the size of their box.
+//! Mixtures: numbers of particles, mean volume, and size of the box.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -46,8 +46,8 @@ pub(crate) fn mean_volume(shares: &[(SpeciesId, f64)], species: &[Species], dime
     shares.iter().map(|(id, share)| share / total * own_volume(species[id.0 as usize].diameter, dimensions)).sum()
 }
 
-/// The largest packing fraction of a mixture of `species` species. For one species it is `pi / (3 sqrt 2)` for spheres
-/// and `pi / (2 sqrt 3)` for disks. Mixtures can also fill the holes.
+/// The largest packing fraction: `pi / (3 sqrt 2)` for equal spheres, and `pi / (2 sqrt 3)` for equal disks. In
+/// mixtures, small particles can fill the holes, so the bound is 1.
 pub(crate) fn largest_packing_fraction(dimensions: usize, species: usize) -> f64 {
     match (dimensions, species) {
         (3, 1) => PI / (3.0 * SQRT_2),

@@ -1,4 +1,4 @@
-//! Lattices as initial positions: the lattice that fits a region best, stretched to fill it.
+//! Lattices as initial positions. The lattice that fits a region best is stretched over the region.
 
 mod inside;
 
@@ -28,8 +28,7 @@ pub enum Lattice {
     HexagonalClosePacked,
     /// One site per square cell, for scenes with one flat axis.
     Square,
-    /// Two sites per unit cell with edges in the ratio `1 : sqrt(3)`: the densest lattice for scenes with one flat
-    /// axis.
+    /// Two sites per unit cell with edges in the ratio `1 : sqrt(3)`, for scenes with one flat axis.
     #[doc(alias = "triangular")]
     Hexagonal,
     /// Sites at equal distances on a line, for scenes with two flat axes.
@@ -37,7 +36,7 @@ pub enum Lattice {
 }
 
 impl Lattice {
-    /// Number of dimensions. Flat axes do not count.
+    /// Number of axes that are not flat.
     #[must_use]
     pub fn dimensions(self) -> usize {
         match self {
@@ -60,7 +59,6 @@ impl Lattice {
         }
     }
 
-    /// Sites of the unit cell, in units of its edges.
     fn basis(self) -> &'static [[f64; 3]] {
         const SIXTH: f64 = 1.0 / 6.0;
         match self {
@@ -79,14 +77,11 @@ pub(crate) struct Sites {
     pub count: usize,
     /// Diameter of the largest particle `[length]`.
     pub diameter: f64,
-    /// Smallest permitted distance between two sites `[length]`; `None` if overlaps do not matter.
+    /// Smallest permitted distance between two sites `[length]`; `None` if sites may overlap.
     pub contact: Option<f64>,
 }
 
 /// Returns the sites of a lattice that is stretched over a region.
-///
-/// # Errors
-/// [`NoPlace::TooTight`] if sites are closer together than the contact distance.
 pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sites) -> Result<Vec<Vector>, NoPlace> {
     let Sites { count, diameter, contact } = sites;
     let fit = Fit::new(lattice, space, region, diameter, count);
@@ -99,7 +94,6 @@ pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sit
     }
 }
 
-/// Geometry of the lattice along one axis of the region.
 #[derive(Clone, Copy)]
 struct Axis {
     index: usize,
@@ -107,9 +101,9 @@ struct Axis {
     lower: f64,
     /// Length over which sites can be distributed.
     length: f64,
-    /// Whether the lattice is periodic along this axis, so that the site after the last is the image of the first site.
+    /// Whether the lattice is periodic along this axis.
     is_closed: bool,
-    /// Largest coordinate of a site of the unit cell, as a fraction of the cell's edge.
+    /// Largest coordinate of a site in the unit cell, divided by the edge of the cell.
     top: f64,
 }
 
@@ -138,8 +132,8 @@ struct Fit {
 }
 
 impl Fit {
-    /// Chooses the number of cells per axis for the largest distance of nearest sites, among all choices with enough
-    /// sites. Sites fill a periodic axis evenly, and stay half a `diameter` from other sides of the region.
+    /// Chooses the numbers of cells that give the largest distance between nearest sites. Along axes that are not
+    /// periodic, sites keep half a diameter from the sides of the region.
     fn new(lattice: Lattice, space: &Space, region: &Region, diameter: f64, count: usize) -> Self {
         let basis = lattice.basis();
         let moving = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
@@ -163,7 +157,7 @@ impl Fit {
             .zip(lattice.edges())
             .map(|(axis, relative)| {
                 let ideal = axis.length / (edge * relative);
-                // More cells than particles are never needed. A flat region would require infinitely many.
+                // More cells than particles are never needed. In a flat region, the ideal number can be infinite.
                 let ideal = if ideal.is_finite() { trunc_to_usize(ideal).min(count) } else { count };
                 (ideal.saturating_sub(1).max(1)..=ideal + 2).collect()
             })
@@ -238,7 +232,7 @@ impl Fit {
                 for (k, axis) in self.axes.iter().enumerate() {
                     let coordinate = (cell % self.cells[k]) as f64 + offset[k];
                     cell /= self.cells[k];
-                    // A single layer between two sides lies in the middle.
+                    // If there is only one layer of sites, it is in the middle.
                     let along = if edges[k].is_finite() { coordinate * edges[k] } else { 0.5 * axis.length };
                     let centring = if axis.is_closed { 0.5 * (1.0 - axis.top) * edges[k] } else { 0.0 };
                     position[axis.index] = axis.lower + along + centring;
@@ -249,7 +243,7 @@ impl Fit {
     }
 }
 
-/// The edge of a cube, a square or a line of this volume `[length]`.
+/// Edge of the cube, the square or the line segment with this volume `[length]`.
 pub(crate) fn root(volume: f64, dimensions: usize) -> f64 {
     match dimensions {
         3 => libm::cbrt(volume),

@@ -20,22 +20,19 @@ pub(crate) struct RandomFill<'a> {
     pub contacts: &'a Contacts,
     pub space: &'a Space,
     pub region: FillRegion,
-    /// Whether to insert as many particles as fit, instead of failing if not all fit.
+    /// Whether to insert as many particles as fit. If not, all particles must fit.
     pub as_many_as_fit: bool,
-    /// Whether the region is the whole box, and the box has no other particles and no surfaces.
+    /// Whether the region is the whole box, without other particles and surfaces.
     pub has_box: bool,
     pub seed: u64,
-    /// Index of the group of particles, which selects its random numbers.
+    /// Index of the group of particles, which selects the random numbers.
     pub group: usize,
 }
 
 impl RandomFill<'_> {
-    /// Places particles one by one. If this fails, or if the packing is too dense to try, small spheres are inserted
-    /// and grow to full size (compression). Compression requires moving particles that are alone in a periodic box.
-    /// With `as_many_as_fit` there is no compression, and there may be fewer positions than `kinds`.
-    ///
-    /// # Errors
-    /// [`NoPlace`] if the particles do not fit; with `as_many_as_fit`, if not a single particle fits.
+    /// Places particles one by one. If this fails or is hopeless, small spheres are inserted and grow to full size
+    /// (compression). Compression requires a periodic box that contains only these particles, all of them moving. With
+    /// `as_many_as_fit` there is no compression, and some particles may have no position.
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, NoPlace> {
         let dense = if self.as_many_as_fit { None } else { self.compression() };
         if let Some(dense) = &dense
@@ -61,7 +58,7 @@ impl RandomFill<'_> {
         self.species[kind.0 as usize].diameter
     }
 
-    /// Compression instead of insertion; `None` unless all particles can move and are alone in a periodic box.
+    /// Compression; `None` unless a periodic box contains only these particles, all of them moving.
     fn compression(&self) -> Option<Compression<'_>> {
         let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {

@@ -1,27 +1,26 @@
-//! Distributions of diameters, divided into classes. Each class is a species.
+//! Divides distributions of diameters into classes. Each class is a species.
 //!
-//! With `n` classes, the class `k` covers the quantiles from `k/n` to `(k+1)/n`, and its diameter is the mean over this
-//! range. So all classes have equal shares, and their mean is exactly the mean of the distribution. Their variance is
-//! too small, because it lacks the variance within the classes.
+//! With `n` classes, class `k` covers the quantiles from `k/n` to `(k+1)/n`, so all classes have equal shares. The
+//! diameter of a class is the mean over its quantiles. The mean diameter is therefore exact. The variance is too small,
+//! because the spread within the classes is lost.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Class {
     pub diameter: f64,
-    /// The shares of all classes add up to 1 within round-off.
     pub share: f64,
 }
 
-/// Diameters of the classes of a uniform distribution `[length]`.
 pub(crate) fn uniform(lower: f64, upper: f64, classes: u64) -> Vec<f64> {
     let width = (upper - lower) / classes as f64;
     (0..classes).map(|k| lower + (k as f64 + 0.5) * width).collect()
 }
 
-/// Diameters of the classes of a Gaussian distribution that is truncated at 0 `[length]`. The classes are equal shares
-/// of the part above 0. The mean between the quantiles `a` and `b`, which enclose a share `w`, is `mean + deviation
-/// (g(a) - g(b)) / w` with the density `g`.
+/// Class diameters of a Gaussian distribution truncated at 0 `[length]`.
+///
+/// A class between `mean + a deviation` and `mean + b deviation` has the mean `mean + deviation (g(a) - g(b)) / w`.
+/// Here `g` is the standard normal density, and `w` is the integral of `g` from `a` to `b`.
 pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let cut = normal_distribution(-mean / deviation);
     let share = (1.0 - cut) / classes as f64;
@@ -34,11 +33,12 @@ pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     (0..classes).map(|k| mean + deviation * (edge(k) - edge(k + 1)) / share).collect()
 }
 
-/// Diameters of the classes of a lognormal distribution `[length]`.
+/// Class diameters of a lognormal distribution `[length]`.
 ///
-/// `mean` and `deviation` describe the diameter. Its logarithm has the variance `s^2 = ln(1 + deviation^2 / mean^2)`. A
-/// class between the quantiles `a` and `b` of the standard normal distribution has the mean `n mean [P(b - s) - P(a -
-/// s)]`, with the normal distribution function `P` and the number of classes `n`.
+/// `mean` and `deviation` describe the diameter. The logarithm of the diameter has the variance `s^2 = ln(1 +
+/// deviation^2 / mean^2)`. A class between the quantiles `a` and `b` of the standard normal distribution has the mean
+/// `n mean [P(b - s) - P(a - s)]`. Here `P` is the standard normal distribution function, and `n` is the number of
+/// classes.
 pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let width = libm::log1p((deviation / mean) * (deviation / mean)).sqrt();
     let edge = |k: u64| match k {
@@ -53,13 +53,13 @@ pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
     classes.iter().map(|class| class.share * class.diameter).sum()
 }
 
-/// The mass of a particle of a class, in proportion to its volume. A particle of the mean diameter has the mass `mass`.
+/// Mass of the particles of a class, proportional to their volume. Particles of the mean diameter have the mass `mass`.
 pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: usize) -> f64 {
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
-/// Returns the order in which `count` classes of diameters receive the particles that remain after an equal division.
-/// Classes at equal distances from the middle class follow each other, so that the mean diameter hardly changes.
+/// Returns the order in which classes receive the particles that remain after an equal division. Each class is followed
+/// by its mirror image about the middle, so that the mean diameter hardly changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =
@@ -71,14 +71,13 @@ pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Fraction of a Gaussian distribution of mean 0 and standard deviation 1 that is below `z`.
+/// Standard normal distribution function.
 fn normal_distribution(z: f64) -> f64 {
     0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
 }
 
-/// Inverse of [`normal_distribution`], by bisection down to adjacent floats.
+/// Inverse of [`normal_distribution`], found by bisection.
 fn normal_quantile(share: f64) -> f64 {
-    // Beyond 40 standard deviations, double precision cannot resolve the fraction.
     let (mut lower, mut upper) = (-40.0, 40.0);
     loop {
         let middle = 0.5 * (lower + upper);
@@ -116,12 +115,11 @@ mod tests {
             let diameters = of(2.0, 0.2, 64);
             assert!(diameters.windows(2).all(|pair| pair[0] < pair[1]));
             let (mean, deviation) = mean_and_deviation(&diameters);
-            // The mean has the rounding errors of a sum of 64 terms.
             assert!((mean - 2.0).abs() < 1e-13, "{mean}");
             // Upper bound of the variance within the `n` classes, relative to the total variance. The two outermost
-            // classes contribute most: a tail beyond `z` has at most the variance `1 / z^2` about its mean. All others
-            // share a range of `2 z`, with the variance `(2 z / n)^2 / 12`. The tails of a lognormal distribution are
-            // stretched by up to `exp(2 * 0.1 * z)`.
+            // classes start at `z` standard deviations, and their variance is at most `1 / z^2`. The other classes have
+            // the mean width `2 z / n` and the variance `(2 z / n)^2 / 12`. In a lognormal distribution, the tails are
+            // wider. The variance then grows by at most `exp(2 * 0.1 * z)`.
             let z: f64 = 2.15;
             let within = (2.0 / 64.0 / (z * z) + (2.0 * z / 64.0).powi(2) / 12.0) * libm::exp(2.0 * width * z);
             let lost = 1.0 - (deviation / 0.2) * (deviation / 0.2);
@@ -138,8 +136,7 @@ mod tests {
 
     #[test]
     fn a_gaussian_is_cut_at_zero() {
-        // With a mean near 0, truncation leaves half of the distribution, with a mean of sqrt(2 / pi) standard
-        // deviations.
+        // The upper half of a Gaussian distribution has the mean `sqrt(2 / pi)` and the variance `1 - 2 / pi`.
         let diameters = gaussian(1e-9, 1.0, 64);
         let (mean, deviation) = mean_and_deviation(&diameters);
         assert!((mean - (2.0 / PI).sqrt()).abs() < 1e-8, "{mean}");

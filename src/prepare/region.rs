@@ -9,7 +9,7 @@ use crate::model::space::{Boundary, Space};
 use crate::prepare::composition;
 use crate::prepare::packing::insertion;
 
-/// Rounding tolerance: how far a site may lie outside a region, relative to the sizes of the region and the particle.
+/// Relative rounding tolerance of positions at the edge of a region.
 const ROUNDING: f64 = 1e-12;
 
 /// A region to fill. In two dimensions a cylinder is a strip, a cone a trapezium and a sphere a disk.
@@ -31,14 +31,13 @@ pub enum FillRegion {
     },
     /// The interior of a sphere.
     Sphere {
-        /// Its centre `[length]`.
+        /// Centre of the sphere `[length]`.
         centre: Vector,
-        /// Its radius `[length]`.
+        /// Radius of the sphere `[length]`.
         radius: f64,
     },
 }
 
-/// Volume of a ball in 0 to 3 dimensions.
 fn ball(radius: f64, dimensions: usize) -> f64 {
     match dimensions {
         0 => 1.0,
@@ -49,7 +48,7 @@ fn ball(radius: f64, dimensions: usize) -> f64 {
 }
 
 impl FillRegion {
-    /// Volume, area or length of the region in 3, 2 or 1 dimensions `[length^D]`.
+    /// Volume in the `D` dimensions of space `[length^D]`.
     pub(crate) fn volume(&self, space: &Space) -> f64 {
         let dimensions = space.dimensions();
         match self {
@@ -74,7 +73,7 @@ impl FillRegion {
             Self::Cone { base, axis, radii, length } => {
                 let axis = axis.normalize();
                 [0, 1, 2].map(|k| {
-                    // Half the extent along the axis `k` of a disk of radius 1 perpendicular to the cone's axis.
+                    // Half-width along the axis `k` of a unit disk perpendicular to the cone's axis.
                     let reach = (1.0 - axis[k] * axis[k]).max(0.0).sqrt();
                     let places = [base[k], base[k] + length * axis[k]];
                     let low = (places[0] - radii[0] * reach).min(places[1] - radii[1] * reach);
@@ -85,7 +84,7 @@ impl FillRegion {
         Region { lower: Vector::from(ends.map(|end| end[0])), upper: Vector::from(ends.map(|end| end[1])) }
     }
 
-    /// Whether a particle of radius `particle` lies entirely inside the region. For a box, only its centre is checked.
+    /// Whether a particle of radius `particle` lies inside the region. A box only has to contain the particle's centre.
     pub(crate) fn holds(&self, position: &Vector, particle: f64) -> bool {
         match self {
             Self::Box(region) => (0..3).all(|k| (region.lower[k]..=region.upper[k]).contains(&position[k])),
@@ -103,19 +102,18 @@ impl FillRegion {
         }
     }
 
-    /// Distance from the axis of a cone to the centre of a particle that touches the side from inside; negative where
-    /// the cone is too narrow `[length]`.
+    /// Distance from the axis of a cone to the centre of a particle that touches the side from inside `[length]`. The
+    /// distance is negative where the cone is too narrow.
     fn room_at(&self, along: f64, particle: f64) -> f64 {
         let Self::Cone { radii: [a, b], length, .. } = self else { return 0.0 };
         a + (b - a) * along / length - particle * libm::hypot(1.0, (b - a) / length)
     }
 
-    /// Returns the range of heights along a cone's axis at which a particle fits; `None` if it fits nowhere.
+    /// Returns the lowest and highest position along a cone's axis at which a particle fits; `None` if it fits nowhere.
     fn stretch(&self, particle: f64) -> Option<[f64; 2]> {
         let Self::Cone { radii: [a, b], length, .. } = self else { return None };
         let ends = [particle, length - particle];
         let room = ends.map(|end| self.room_at(end, particle));
-        // At this height, a particle on the axis touches the side. It limits the range at an end that is too narrow.
         let slope = (b - a) / length;
         let apex = ends[0] - room[0] / slope;
         let [low, high] = [if room[0] < 0.0 { apex } else { ends[0] }, if room[1] < 0.0 { apex } else { ends[1] }];
@@ -130,8 +128,7 @@ impl FillRegion {
         }
     }
 
-    /// Draws a uniformly distributed position of a particle that is entirely inside the region. The particle must fit,
-    /// see [`Self::has_room`].
+    /// Draws a uniformly distributed position inside the region. The particle must fit, see [`Self::has_room`].
     pub(crate) fn draw(&self, space: &Space, particle: f64, random: &mut Random) -> Vector {
         match self {
             Self::Box(region) => insertion::draw(region, space, particle, random),
@@ -151,7 +148,7 @@ impl FillRegion {
                 loop {
                     let along = low + (high - low) * random.uniform();
                     let across = disk(&axis, space, random) * widest;
-                    // At least a third of the attempts succeed, because a cone has a third of the volume of a cylinder.
+                    // At least a third of the attempts succeed: a cone has a third of the volume of a cylinder.
                     if across.norm() <= self.room_at(along, particle).max(0.0) || widest == 0.0 {
                         return base + axis * along + across;
                     }
@@ -232,7 +229,6 @@ mod tests {
                     assert!(shape.holds(&place, particle), "{shape:?}: {place}");
                     even += place.x;
                 }
-                // The mean of x must equal its mean over points of the bounding box that lie inside the shape.
                 let bounds = FillRegion::Box(shape.bounds(&space));
                 let (mut sum, mut inside) = (0.0, 0.0);
                 while inside < f64::from(count) {
@@ -243,8 +239,7 @@ mod tests {
                     }
                 }
                 let (even, expected) = (even / f64::from(count), sum / inside);
-                // Four standard errors of the difference of two means of 4000 values, with a standard deviation of at
-                // most 3.
+                // Four standard errors of the difference of the means. The standard deviation of x is at most 3.
                 assert!(
                     (even - expected).abs() < 4.0 * 3.0 * (2.0 / inside).sqrt(),
                     "{shape:?}: {even} {expected} {middle}"
@@ -260,8 +255,8 @@ mod tests {
         let cone = |radii, length| FillRegion::Cone { base: Vector::zeros(), axis: Vector::z(), radii, length };
         assert!(cone([1.0, 1.0], 5.0).has_room(1.0) && !cone([1.0, 1.0], 5.0).has_room(1.01));
         assert!(cone([3.0, 3.0], 1.0).has_room(0.5) && !cone([3.0, 3.0], 1.0).has_room(0.51));
-        // A section through the axis of the cone is a triangle of base 6 and height 4. The largest particle has the
-        // radius of its inscribed circle: the area, 12, divided by half the perimeter, 8.
+        // A section through the axis is a triangle of base 6 and height 4. The inscribed circle has the radius `area /
+        // half the perimeter = 12 / 8`.
         assert!(cone([3.0, 0.0], 4.0).has_room(1.499) && !cone([3.0, 0.0], 4.0).has_room(1.501));
         assert!(cone([0.0, 3.0], 4.0).has_room(1.499) && !cone([0.0, 3.0], 4.0).has_room(1.501));
     }

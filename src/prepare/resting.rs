@@ -1,8 +1,8 @@
-//! Particles at rest in contact at the start of a scene, pushed by their weight against something immobile.
+//! Finds particles that rest on a wall, a surface or a static particle at the start of a scene.
 //!
-//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2 v / a`.
-//! For a sphere at rest this time is zero, so its events would never end. For a sphere almost at rest, events are so
-//! frequent that time hardly advances, and the TC model makes all of them elastic.
+//! A sphere that leaves the ground with the speed `v` falls back after the time `2 v / a`, where `a` is the
+//! acceleration. At rest, this time is zero and the number of events is infinite. Almost at rest, events are so
+//! frequent that time hardly advances.
 
 use crate::Vector;
 use crate::base::numbers::id;
@@ -12,11 +12,9 @@ use crate::model::{ParticleId, Scene, SpeciesId, SurfaceLaw};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Ground {
-    /// A wall of the box: its axis, and whether it is the upper wall.
+    /// A wall of the box. The number is the axis; the flag is true for the upper wall.
     Wall(u8, bool),
-    /// A surface of the scene, given by its name.
     Surface(String),
-    /// A static particle.
     Particle(ParticleId),
 }
 
@@ -24,23 +22,21 @@ pub(crate) enum Ground {
 pub(crate) struct Resting {
     pub particle: ParticleId,
     pub ground: Ground,
-    /// Time until the particle is in contact again `[time]`.
+    /// Time until the next contact `[time]`.
     pub bounce: f64,
     /// Acceleration towards the ground `[length / time^2]`.
     pub acceleration: f64,
 }
 
-/// Relative rounding error of coordinates. A smaller gap counts as contact.
+/// Relative rounding error of coordinates. Smaller gaps are contacts.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// A particle is at rest if it is in contact again within this fraction of the contact time of the TC model.
+/// A particle is at rest if it bounces for less than this fraction of the contact time of the TC model.
 const OF_CONTACT_TIME: f64 = 1e-4;
 
-/// Without a contact time, a particle is at rest if it is in contact again within this fraction of the time in which it
-/// falls by its diameter.
+/// Without a contact time, the limit is this fraction of `sqrt(diameter / acceleration)`.
 const OF_FALL: f64 = 1e-8;
 
-/// Particles at rest on something immobile, each listed once.
 pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
     let rows: Vec<SpeciesId> = (0..scene.species.len()).map(|row| SpeciesId(id(row))).collect();
     let surfaces = Surfaces::of(scene, &rows);
@@ -180,16 +176,16 @@ mod tests {
 
     #[test]
     fn particles_rest_on_walls_surfaces_and_static_particles() {
-        // The centre of this particle is half a diameter from the slope, the plane z = x - 15.
+        // A particle at this x and at `z = 1` touches the slope, the plane `z = x - 15`.
         let on_slope = 15.0 + 1.0 - libm::sqrt(0.5);
         let scene = scene(
             &[
                 ([2.0, 2.0, 0.5], REST),
                 ([on_slope, 9.0, 1.0], REST),
                 ([5.0, 5.0, 6.5], REST),
-                // This particle lies on a particle that can move, so it is not at rest on anything fixed.
+                // This particle lies on a particle that can move.
                 ([2.0, 2.0, 1.5], REST),
-                // One particle touches the ceiling. Two touch the static particle, from below and from the side.
+                // Gravity does not press these particles against the ceiling or the static particle.
                 ([9.0, 9.0, 19.5], REST),
                 ([5.0, 5.0, 3.5], REST),
                 ([6.5, 5.0, 5.0], REST),

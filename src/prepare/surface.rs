@@ -1,11 +1,11 @@
 //! Surfaces made of static spheres, arranged so that they do not leak.
 //!
-//! A moving sphere with the contact distance `s` passes through a hole only if `s` is less than the circumradius `R` of
-//! the hole, the distance from its middle to the nearest static spheres.
+//! A moving sphere passes through a hole only if its contact distance is less than the circumradius `R` of the hole.
+//! `R` is the distance from the middle of the hole to the nearest static spheres.
 //!
-//! If spheres in a row are at most `d` apart, and adjacent rows at most `h`, all holes have `R <= sqrt(d^2 + h^2) / 2`,
-//! for any shift of the rows: a circle without sphere centres has a chord of at most `d` along each row, and its centre
-//! is at most `h / 2` from the nearer row.
+//! Spheres are placed in rows, with the spacing `d` in a row and the distance `h` between rows. All holes then have `R
+//! <= sqrt(d^2 + h^2) / 2`, for any shift of the rows. Proof: the middle of a hole is at most `h / 2` from the nearest
+//! row, and the circle of radius `R` around it cuts this row in a chord of at most `d`.
 
 pub(crate) mod curve;
 pub(crate) mod leak;
@@ -18,11 +18,11 @@ use crate::base::numbers::trunc_to_usize;
 use crate::model::{Space, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 
-/// Default ratio of a hole to the contact distance. A particle's centre sinks between static spheres by at most `1 -
-/// sqrt(1 - 0.65^2) = 24 %` of the contact distance, so the surface is smooth as well as tight.
+/// Default circumradius of the holes, relative to the contact distance. Particles sink into the surface by at most `1 -
+/// sqrt(1 - 0.65^2) = 24 %` of the contact distance.
 const HOLE_TO_CONTACT: f64 = 0.65;
 
-/// Default spacing of a square grid for a surface of this species. No moving species can pass its holes `[length]`.
+/// Default spacing of a square grid for a surface of this species `[length]`. No moving particle fits through a hole.
 pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &Contacts) -> f64 {
     // The species with the shortest contact distance would leak first.
     let moving = (0..species.len()).filter(|&other| !species[other].is_static());
@@ -72,7 +72,7 @@ pub enum Surface {
         lower: Vector,
         /// Upper corner.
         upper: Vector,
-        /// Sides of the box that are left out.
+        /// Open sides of the box, without spheres.
         open: Vec<BoxSide>,
     },
     /// A conical frustum without ends: a funnel, or a cylinder if the radii are equal.
@@ -88,21 +88,21 @@ pub enum Surface {
     },
     /// A hollow sphere.
     Sphere {
-        /// Its centre.
+        /// Centre of the sphere.
         centre: Vector,
-        /// Its radius.
+        /// Radius of the sphere.
         radius: f64,
     },
     /// A straight line of disks in a plane, from one end to the other.
     Line {
-        /// Its two ends.
+        /// The two ends of the line.
         ends: [Vector; 2],
     },
     /// A closed circle of disks in a plane.
     Ring {
-        /// Its centre.
+        /// Centre of the circle.
         centre: Vector,
-        /// Its radius.
+        /// Radius of the circle.
         radius: f64,
     },
     /// The sides of a rectangle of disks in a plane, except the open ones.
@@ -111,7 +111,7 @@ pub enum Surface {
         lower: Vector,
         /// Upper corner.
         upper: Vector,
-        /// Sides of the rectangle that are left out.
+        /// Open sides of the rectangle, without spheres.
         open: Vec<BoxSide>,
     },
     /// Spheres at given positions.
@@ -128,8 +128,7 @@ pub(crate) struct Layout {
 }
 
 impl Surface {
-    /// Approximate number of spheres of the surface, at least half of the actual number. It allows a surface with too
-    /// many spheres to be rejected before it is created.
+    /// Approximate number of spheres, at least half of the true number, to reject very large surfaces early.
     pub(crate) fn estimate(&self, spacing: f64) -> f64 {
         let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
         match self {
@@ -152,7 +151,7 @@ impl Surface {
     }
 
     /// Spacing at which the holes of this surface are as large as the holes of a square grid with the spacing
-    /// `of_grid`. Holes have the radius `d / 2` along a curve with the spacing `d`, and `d / sqrt(2)` in a grid.
+    /// `of_grid`. The radius of a hole is `d / 2` in a curve with the spacing `d`, and `d / sqrt(2)` in a grid.
     pub(crate) fn spacing(&self, of_grid: f64) -> f64 {
         if self.is_plane_curve() { SQRT_2 * of_grid } else { of_grid }
     }
@@ -173,7 +172,7 @@ impl Surface {
     }
 }
 
-/// Number of equal intervals, each at most `spacing` long, into which a length is divided.
+/// Number of equal intervals of at most `spacing` in a length.
 fn intervals(length: f64, spacing: f64) -> usize {
     // If the length is a multiple of the spacing, rounding must not add an interval.
     trunc_to_usize((length / spacing - 1e-9).ceil()).max(1)
@@ -197,8 +196,9 @@ fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {
     layout
 }
 
-/// Circumradius of the holes in a grid of parallelograms: of the triangle of the edges and the shorter diagonal, `R
-/// = |a| |b| |a - b| / (2 |a x b|)`, which is not obtuse if both diagonals are longer than the edges.
+/// Circumradius of the holes in a grid of parallelograms with the edges `a` and `b`. The shorter diagonal `a - b`
+/// divides each parallelogram into two triangles. If the triangles are not obtuse, the result is the circumradius of a
+/// triangle, `R = |a| |b| |a - b| / (2 |a x b|)`.
 fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     let b = if a.dot(b) < 0.0 { -b } else { *b };
     let diagonal = a - b;
@@ -207,8 +207,8 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     if diagonal.norm_squared() + a.norm_squared().min(b.norm_squared()) >= longest * longest {
         circumradius
     } else {
-        // The grid is so slanted that the distance `h` between rows is less than the edge `b`. So the bound for shifted
-        // rows, `sqrt(d^2 + h^2) / 2`, also holds with `|b|` in place of `h`.
+        // Bound for shifted rows, `sqrt(d^2 + h^2) / 2`, with the edge `|b| >= h` in place of the distance `h` of the
+        // rows.
         0.5 * libm::hypot(a.norm(), b.norm())
     }
 }
@@ -225,7 +225,7 @@ fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layo
                 let mut site = [0; 3];
                 site[side.axis] = if side.is_upper { cells[side.axis] } else { 0 };
                 (site[u], site[v]) = (i, j);
-                // The order is from bottom to top, so that ids increase with height.
+                // Sites are sorted from bottom to top, so that ids increase with height.
                 sites.insert([site[2], site[1], site[0]]);
             }
         }
@@ -249,8 +249,8 @@ fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layo
     layout
 }
 
-/// A ring of spheres, turned by a fraction of a step. Every second ring is turned by half a step, which makes most
-/// holes smaller than the bound.
+/// Returns a ring of spheres and the distance between neighbours. The ring is turned by `turn` times this distance.
+/// Most holes are smaller if every second ring is turned by half the distance.
 fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: f64) -> (Vec<Vector>, f64) {
     let count = if radius > 0.0 { intervals(TAU * radius, spacing) } else { 1 };
     let points = (0..count)
@@ -303,7 +303,6 @@ fn sphere(centre: &Vector, radius: f64, spacing: f64) -> Layout {
     let mut widest: f64 = 0.0;
     for row in 0..=rows {
         let angle = 0.5 * TAU * row as f64 / rows as f64;
-        // Each pole is a single sphere. Its radius is set to 0, because the computed sine of pi is not exactly 0.
         let across = if row == 0 || row == rows { 0.0 } else { radius * libm::sin(angle) };
         let height = Vector::z() * (radius * libm::cos(angle));
         let (points, step) = ring(&(centre + height), &directions, across, spacing, 0.5 * (row % 2) as f64);

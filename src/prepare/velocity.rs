@@ -1,7 +1,4 @@
-//! Velocities at the start: Maxwell velocities, or equal speeds in random directions.
-//!
-//! Maxwell velocities have normal components of variance `T / m`, no net momentum along axes where it is conserved, and
-//! exactly the requested temperature. Equal speeds have exactly the requested value and no net momentum.
+//! Initial velocities: Maxwell velocities, or equal speeds in random directions.
 
 mod anew;
 
@@ -13,7 +10,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Particle, Scene, Species};
 
-/// Draws velocities of the moving particles without net momentum, at the exact temperature `T = 2 K / (D (N - 1))`.
+/// Draws Maxwell velocities without net momentum, scaled to exactly the temperature `T = 2 K / (D (N - 1))`.
 pub(crate) fn maxwell(
     particles: &mut [Particle],
     species: &[Species],
@@ -27,29 +24,27 @@ pub(crate) fn maxwell(
     settle(particles, &[all], species, &Cloud { temperature, conserved, dimensions: space.dimensions() });
 }
 
-/// Particles of one temperature around a common velocity, from one or more groups of the scene.
+/// Particles of one or more groups with the same temperature and the same common velocity.
 struct Cloud {
     temperature: f64,
-    /// Axes along which the momentum of these particles is conserved.
     conserved: [bool; 3],
     dimensions: usize,
 }
 
-/// The initial velocities of a group: Maxwell velocities or equal speeds, around a common velocity.
 pub(crate) struct Drawn {
     pub ids: Range<usize>,
-    /// Index of the group, which selects its random numbers.
+    /// Index of the group. Each group has its own random numbers.
     pub group: usize,
-    /// Temperature `[energy]`. Without a temperature or a speed, particles have only the common velocity.
+    /// Temperature `[energy]`. Without temperature and speed, all particles have the common velocity.
     pub temperature: Option<f64>,
     /// Speed of every particle `[length / time]`, used if there is no temperature.
     pub speed: Option<f64>,
-    /// Common velocity, which is added to all drawn velocities `[length / time]`.
+    /// Common velocity, added to all drawn velocities `[length / time]`.
     pub velocity: Vector,
 }
 
-/// Sets the velocities of groups: thermal velocities, the common velocity, and the streaming velocity of a sheared box.
-/// Particles of several groups form one cloud if they have the same temperature and common velocity.
+/// Sets the velocities of groups, including the streaming velocity of a sheared box. Groups with the same temperature
+/// and the same common velocity are corrected together.
 pub(crate) fn set_velocities(groups: &[Drawn], scene: &mut Scene) {
     let (conserved, dimensions) = (scene.conserved_axes(), scene.space.dimensions());
     let Scene { particles, species, space, seed, shear_rate, .. } = scene;
@@ -98,10 +93,10 @@ fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperat
 
 /// Gives all moving particles the same speed, in random directions without net momentum.
 ///
-/// Subtracting the velocity of the centre of mass would make speeds differ. Instead, directions are opposite in
-/// randomly chosen pairs of particles of one species. If a species has an odd number of particles, three of them are at
-/// 120 degrees to each other in a random plane. The momentum is zero for any masses, with two exceptions: a single
-/// particle of a species, and the last of an odd number of particles on a line, each in a direction of its own.
+/// Subtracting the velocity of the centre of mass would make the speeds differ. Instead, random pairs of one species
+/// move in opposite directions. If a species has an odd number of particles, three of them move at 120 degrees to each
+/// other. A particle without partners keeps its momentum: the only particle of a species, or the odd particle in one
+/// dimension.
 fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, speed: f64, random: &mut Random) {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); species.len()];
     for (index, particle) in particles.iter().enumerate().filter(|(_, particle)| mass(particle, species).is_finite()) {
@@ -126,7 +121,7 @@ fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, 
     }
 }
 
-/// Returns three directions at 120 degrees to each other, in a random plane. At least two axes must not be flat.
+/// Returns three directions at 120 degrees to each other, in a random plane. Needs at least two dimensions.
 fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     let first = random.direction(space);
     let across = loop {
@@ -141,11 +136,11 @@ fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     [first, across * sine - first * cosine, -across * sine - first * cosine].map(|direction| direction.normalize())
 }
 
-/// Removes the total momentum along the axes on which it is conserved. Then scales velocities to the exact temperature,
-/// `T = 2 K / f`.
+/// Removes the total momentum along axes where momentum is conserved. Then scales the velocities to exactly the
+/// temperature `T = 2 K / f`.
 ///
-/// `N` moving particles have `f = D N - c` degrees of freedom, where `c` counts the conserved components of the
-/// momentum. A single particle keeps its momentum, with `T = 2 K / D`.
+/// `N` moving particles have `f = D N - c` degrees of freedom, where `c` is the number of conserved components of the
+/// momentum. A single particle keeps its momentum and has `f = D`.
 fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Species], cloud: &Cloud) {
     let moving = || members.iter().cloned().flatten();
     let (mut momentum, mut total_mass, mut count) = (Vector::zeros(), 0.0, 0_usize);
@@ -207,7 +202,6 @@ mod tests {
         let mass = |p: &Particle| species[p.species.0 as usize].mass;
         let momentum: Vector = particles.iter().map(|p| p.velocity * mass(p)).sum();
         let twice_kinetic: f64 = particles.iter().map(|p| p.velocity.norm_squared() * mass(p)).sum();
-        // The tolerances cover the rounding of sums of a thousand terms of about 1.
         assert!(momentum.norm() < 1e-11);
         assert!((twice_kinetic / (2.0 * 999.0) - 1.5).abs() < 1e-13);
         assert!(particles.iter().all(|p| p.velocity.z == 0.0));
@@ -221,7 +215,7 @@ mod tests {
         assert!((particles[1].velocity.norm_squared() - 4.5).abs() < 1e-13);
     }
 
-    /// Masses and velocities of particles of speed 1.3. `numbers` are the numbers of particles of mass 0.7, 3 and 11.
+    /// Returns masses and velocities at the speed 1.3. `numbers` counts the particles of mass 0.7, 3 and 11.
     fn equal(numbers: [usize; 3], boundary: [Boundary; 3], seed: u64) -> Vec<(f64, Vector)> {
         let species: Vec<Species> = [0.7, 3.0, 11.0]
             .iter()
@@ -245,7 +239,6 @@ mod tests {
                 let started = equal(numbers, boundary, 1);
                 assert_eq!(started.len(), numbers.iter().sum::<usize>());
                 for (_, velocity) in &started {
-                    // The tolerance covers the rounding of a normalized and scaled direction.
                     assert!((velocity.norm() / 1.3 - 1.0).abs() < 4.0 * f64::EPSILON, "{velocity}");
                     assert!((0..3).all(|k| boundary[k] != flat || velocity[k] == 0.0));
                 }
@@ -254,7 +247,7 @@ mod tests {
                 assert!(momentum.norm() < 4.0 * f64::EPSILON * 1.3 * largest, "{numbers:?}: {momentum}");
             }
         }
-        // An odd number of particles on a line, or a single particle, cannot have zero momentum.
+        // A single particle cannot have zero momentum, nor can an odd number of particles on a line with equal speeds.
         let momentum =
             |numbers, boundary| equal(numbers, boundary, 1).iter().map(|(m, v)| v * *m).sum::<Vector>().norm();
         assert!((momentum([5, 0, 0], [flat, periodic, flat]) / (0.7 * 1.3) - 1.0).abs() < 1e-14);
@@ -274,8 +267,8 @@ mod tests {
                     count += 1.0;
                 }
             }
-            // The component u_x of a random unit vector in D dimensions has <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D +
-            // 2)). Half of the paired directions are independent, each with a standard deviation below 0.36.
+            // A random unit vector in D dimensions has <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D + 2)). Only half of the
+            // directions are independent. The standard deviation of u_x^2 and u_x^4 is about 0.36 or less.
             let error = 4.0 * 0.36 / (0.5_f64 * count).sqrt();
             assert!((square / count - 1.0 / dimensions).abs() < error, "{}", square / count);
             assert!((fourth / count - 3.0 / (dimensions * (dimensions + 2.0))).abs() < error, "{}", fourth / count);
@@ -298,11 +291,11 @@ mod tests {
         assert!(scene.particles[..31].iter().all(|p| ((p.velocity - velocity).norm() / 0.5 - 1.0).abs() < 1e-14));
         assert!(
             speeds[31..].iter().any(|speed| (speed - speeds[31]).abs() > 0.1),
-            "the second fill has a temperature, not one speed"
+            "the speeds in the second fill are equal"
         );
     }
 
-    /// Total momentum and twice the kinetic energy of two fills: 10 particles of mass 0.7 and 6 particles of mass 3.
+    /// Returns the total momentum and twice the kinetic energy of 10 particles of mass 0.7 and 6 particles of mass 3.
     fn two_fills(boundary: [Boundary; 3]) -> (Vector, f64) {
         let hard = || Potential::hard_sphere(1.0).unwrap();
         let scene = SceneBuilder::new("two_fills")

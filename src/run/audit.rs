@@ -1,8 +1,7 @@
 //! Audit of a run: checks the conservation laws and the overlaps.
 //!
-//! Energy and momentum are compared with exact sums. The energy dissipated by restitution is added up at every contact,
-//! and so is the energy supplied from outside. Kinetic plus potential plus dissipated energy, minus supplied energy, is
-//! therefore constant within round-off.
+//! The dissipated energy and the supplied energy are added up during the run. The sum
+//! `kinetic + potential + dissipated - supplied` is therefore constant within round-off.
 
 use std::convert::Infallible;
 
@@ -15,29 +14,27 @@ use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Overlap, Simulation};
 use crate::model::AuditPlan;
 
-/// Upper bound for the number of roundings in a physical event. Each is relative to the energy (or momentum) of the
-/// particles involved. Roundings occur when two particles are streamed, in `B = v . r`, in `|r|^2`, in the quotient of
-/// these, and in the new velocities. Each vector has three components.
+/// Upper bound for the number of roundings in a physical event: in the positions, in `v . r`, `|r|^2` and their ratio,
+/// and in the new velocities.
 const ROUNDINGS: f64 = 32.0;
 
-/// Largest relative error that round-off explains in a sum over all particles and events.
+/// Largest relative error that round-off explains after a number of events.
 ///
-/// Each rounding has a relative error of at most `eps / 2` with a random sign. The roundings of `n` events add up to a
-/// random walk with a standard deviation below `ROUNDINGS eps / 2 sqrt(n)`, even if every event involved the total
-/// energy. The limit is four times this bound, plus `4 ROUNDINGS eps / 2` for the sums themselves.
+/// Each rounding has a relative error of at most `eps / 2` with a random sign. The errors of `n` events add up to a
+/// random walk with a standard deviation below `s = ROUNDINGS eps / 2 sqrt(n)`. The limit is `4 s`, plus
+/// `4 ROUNDINGS eps / 2` for the sums themselves.
 fn round_off(events: u64) -> f64 {
     4.0 * ROUNDINGS * 0.5 * f64::EPSILON * (1.0 + (events as f64).sqrt())
 }
 
-/// Largest errors that an audit accepts. They come from the scene or, if it gives none, from estimates of round-off.
+/// Largest errors that an audit accepts. The defaults are estimates of round-off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Largest accepted error of the energy balance, relative to the largest energy along the run.
+    /// Largest accepted error of the energy balance, relative to the largest energy during the run.
     pub energy: f64,
     /// Largest accepted drift of the total momentum, relative to the sum of `m |v|` over all particles.
     pub momentum: f64,
-    /// Largest accepted depth of an overlap, relative to the contact distance. `None` accepts only overlaps that the
-    /// round-off of the coordinates explains.
+    /// Largest accepted overlap, relative to the contact distance. `None` only accepts overlaps within round-off.
     pub overlap: Option<f64>,
 }
 
@@ -59,8 +56,7 @@ impl Limits {
 pub struct Initial {
     /// Number of pairs that overlap at the start by more than round-off.
     pub overlaps: usize,
-    /// Simulated time from the start until the last initial overlap was resolved `[time]`. `None` if some are left, or
-    /// if there were none.
+    /// Time from the start until no particles overlapped `[time]`. `None` if overlaps remain, or if there were none.
     pub resolved_after: Option<f64>,
 }
 
@@ -73,12 +69,12 @@ pub struct Audit {
     pub energy: Energy,
     /// Kinetic energy that contacts dissipated by restitution `[energy]`.
     pub dissipated: f64,
-    /// Change of the sum of kinetic, potential and dissipated energy minus supplied energy. It is relative to the
-    /// largest of these energies along the run.
+    /// Change of `kinetic + potential + dissipated - supplied` energy, relative to the largest of these energies during
+    /// the run.
     pub ledger_error: f64,
-    /// Change of the total momentum, relative to the largest sum of `m |v|` over all particles. The reference momentum
-    /// is set again after each growth stage, and the largest change counts. `None` if walls, gravity or static
-    /// particles change the momentum.
+    /// Change of the total momentum, relative to the largest sum of `m |v|` over all particles. A new balance starts
+    /// after each growth stage, and the largest change is reported. `None` if walls, gravity or static particles change
+    /// the momentum.
     pub momentum_drift: Option<f64>,
     /// Event counts of the whole run.
     pub event_counts: EventCounts,
@@ -139,7 +135,7 @@ pub enum AuditFault {
 }
 
 impl Audit {
-    /// Faults that the audit found; empty for a sound run.
+    /// Returns the faults that the audit found.
     #[must_use]
     pub fn faults(&self) -> Vec<AuditFault> {
         let mut faults = Vec::new();
@@ -167,22 +163,19 @@ impl Audit {
         faults
     }
 
-    /// Deepest overlap for the audit. If particles already overlap at the start, only the overlaps at the end count.
-    /// Otherwise, overlaps at any time count.
+    /// Deepest overlap at any time. If particles overlap at the start, only overlaps at the end are considered.
     fn deepest(&self) -> f64 {
         let last = self.deepest_final.map_or(0.0, |overlap| overlap.depth);
         if self.initial.overlaps == 0 { last.max(self.event_counts.deepest_overlap) } else { last }
     }
 }
 
-/// Sums for the audit, kept while the run is in progress.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     initial_energy: f64,
     /// Total momentum at the start, or after the last growth stage; `None` if the momentum is not conserved.
     initial_momentum: Option<Vector>,
-    /// Largest sum of `m |v|` since the start or the last growth stage. Rounding errors of the momentum are
-    /// proportional to it.
+    /// Largest sum of `m |v|` since the start or the last growth stage. Rounding errors are proportional to this sum.
     largest_momenta: f64,
     /// Largest relative drift of the momentum up to the end of the last growth stage.
     earlier_drift: f64,
@@ -194,7 +187,7 @@ impl Ledger {
     pub fn open(simulation: &Simulation, conserves_momentum: bool) -> Self {
         let energy = simulation.energy();
         let initial_energy = energy.kinetic + energy.potential;
-        // If the scene does not allow initial overlaps, its validation has found none.
+        // Without `allow_invalid_start`, scenes with overlaps were rejected.
         let is_valid = !simulation.scene().allow_invalid_start;
         let overlaps = if is_valid { 0 } else { simulation.real_overlaps().len() };
         Self {
@@ -207,8 +200,8 @@ impl Ledger {
         }
     }
 
-    /// Starts a new momentum balance after a growth stage. Growth and velocity scaling change the particle velocities,
-    /// and so the size of later rounding errors.
+    /// Starts a new momentum balance after a growth stage, because growth changes the speeds and thus the rounding
+    /// errors.
     pub fn start_again(&mut self, simulation: &Simulation) {
         if self.initial_momentum.is_some() {
             let momentum = simulation.energy().momentum;
@@ -221,7 +214,6 @@ impl Ledger {
     fn momentum_drift(&self, momentum: &Vector, simulation: &Simulation) -> Option<f64> {
         self.initial_momentum.map(|initial| {
             let drift = relative((momentum - initial).norm(), self.largest_momenta.max(sum_of_momenta(simulation)));
-            // A NaN drift is returned as NaN.
             if drift >= self.earlier_drift || drift.is_nan() { drift } else { self.earlier_drift }
         })
     }
@@ -236,8 +228,7 @@ impl Ledger {
         }
     }
 
-    /// Updates the largest energy and the largest sum of momenta at times without a row: before velocities are scaled,
-    /// and at the end of a stage.
+    /// Updates the largest energy and the largest sum of momenta at times without a row.
     pub fn note(&mut self, simulation: &Simulation, energy: &Energy) {
         self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
         if self.initial_momentum.is_some() {
@@ -350,7 +341,7 @@ mod tests {
         assert_eq!(deep.faults(), []);
         let half =
             Limits::new(&AuditPlan::default(), 10_000).energy / Limits::new(&AuditPlan::default(), 40_000).energy;
-        assert!((half - 0.5).abs() < 0.01, "a random walk grows with the square root");
+        assert!((half - 0.5).abs() < 0.01, "a random walk grows with the square root of the number of events");
     }
 
     #[test]

@@ -28,11 +28,11 @@ pub enum RunError<E> {
     Instrument(#[from] InstrumentError),
 }
 
-/// Runs a scene as planned, and passes rows and frames to a recorder. It does the same as [`Run::execute`] without
-/// custom instruments.
+/// Runs a scene as planned, and passes rows and frames to a recorder. The result is the same as with [`Run::execute`]
+/// without custom instruments.
 ///
 /// # Errors
-/// The errors of the recorder. A simulation that cannot continue is not an error here, but an [`Ending`].
+/// The errors of the recorder. If the simulation cannot continue, [`Finished::ending`] contains the reason.
 pub fn run<R: Recorder>(
     scene: Scene,
     recorder: &mut R,
@@ -42,17 +42,15 @@ pub fn run<R: Recorder>(
     drive(simulation, state, Registry::default(), recorder, watch)
 }
 
-/// How a run was created. This decides which registered instruments are expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Origin {
     Scene,
     Checkpoint,
-    /// A run that continues after a pause. Its instruments have already been registered.
+    /// A paused run, whose instruments were checked before the pause.
     Pause,
 }
 
-/// A run of a scene with everything that it plans (stages, equilibration, thermostat, instruments), from its
-/// start or from a checkpoint.
+/// A run of a scene with all its stages and instruments, from the start or from a checkpoint.
 ///
 /// ```
 /// use carom::model::{RunPlan, Until};
@@ -89,9 +87,9 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), origin: Origin::Scene }
     }
 
-    /// Creates a run from the start of a scene and frees the initial positions and velocities to save memory (56 bytes
-    /// per particle). `simulation.scene().particles()` of the [`Finished`] run is then empty. Scenes with static
-    /// particles or a growth stage need the initial particles and keep them.
+    /// Creates a run from the start of a scene and frees the initial positions and velocities, which saves 56 bytes per
+    /// particle. Afterwards, `simulation.scene().particles()` is empty. Scenes with static particles or a growth stage
+    /// keep the initial particles.
     pub fn without_start(scene: Scene) -> Self {
         let keeps_start =
             scene.species.iter().any(Species::is_static) || scene.run.stages.iter().any(|stage| stage.growth.is_some());
@@ -108,27 +106,25 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), origin: Origin::Checkpoint }
     }
 
-    /// Sets the number of threads, instead of the number in the scene. The results are the same, bit for bit, for any
-    /// number of threads: see [`Simulation::set_threads`].
+    /// Sets the number of threads, which does not change the results: see [`Simulation::set_threads`].
     pub fn threads(mut self, threads: impl Into<Threads>) -> Self {
         self.simulation.set_threads(threads);
         self
     }
 
-    /// Plans rows, frames and instruments for the limit `end` instead of the limit in the scene. This is needed to
-    /// repeat a run whose limit was changed after its start.
+    /// Plans output for the limit `end`. A repeated run needs this if the limit of the original run was changed.
     pub(crate) fn planned_for(mut self, end: Option<Until>) -> Self {
         self.state.planned = end;
         self
     }
 
-    /// Returns the simulation in its present state.
+    /// Returns the simulation in its current state.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
     }
 
-    /// The present stage.
+    /// Returns the current stage.
     #[must_use]
     pub fn stage(&self) -> Stage {
         self.state.stage.stage
@@ -139,12 +135,11 @@ impl Run {
         &mut self.simulation
     }
 
-    /// Adds a custom instrument with a name. `begin` creates it at the start of the measurement; see [`Instrument`].
-    /// [`Finished::instrument`] and [`Finished::take_instrument`] return it after the run.
+    /// Adds a custom [`Instrument`]. `begin` creates the instrument at the start of the measurement. After the run,
+    /// [`Finished::instrument`] and [`Finished::take_instrument`] return it.
     ///
-    /// The state of the instrument is part of the checkpoints, under this name. Before a run continues from a
-    /// checkpoint, the instrument has to be registered again. `begin` is then called only if the measurement has not
-    /// begun.
+    /// Checkpoints contain the state of the instrument. Register the instrument again under the same name before a run
+    /// continues from a checkpoint. `begin` is then called only if the measurement has not begun.
     pub fn instrument<I>(mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static) -> Self
     where
         I: Instrument + Clone + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -153,16 +148,15 @@ impl Run {
         self
     }
 
-    /// Runs to the end, and passes rows, frames and events to a recorder, such as the [`Folder`](crate::io::Folder) of
-    /// a run.
+    /// Runs to the end, and passes rows, frames and events to a recorder, for example a [`Folder`](crate::io::Folder).
     ///
     /// `watch` is called every few hundredths of a second. When it returns `Break`, the run is interrupted and can be
     /// resumed. Neither `watch` nor the recorder changes the trajectory. A stage without an end condition is skipped.
     ///
     /// # Errors
     /// [`RunError::Recorder`] if the recorder fails, and [`RunError::Instrument`] if the registered instruments differ
-    /// from the instruments at the beginning of the run. A simulation that cannot continue is not an error here, but an
-    /// [`Ending`].
+    /// from the instruments at the start of the run. If the simulation cannot continue, [`Finished::ending`] contains
+    /// the reason.
     pub fn execute<R: Recorder>(
         self,
         recorder: &mut R,
@@ -186,10 +180,10 @@ impl Run {
         Ok(self)
     }
 
-    /// Runs to a simulated time or to a number of physical events since the start of the simulation, whichever comes
-    /// first, and pauses there. Returns the run and `None`. If the run is continued, its trajectory is the same, bit
-    /// for bit, as without the pause. If the run ends earlier, returns the run without its last row and frame, and the
-    /// reason for its end; [`Run::execute`] and [`Run::finish`] add the last row and frame.
+    /// Runs to a simulated time or a number of physical events since the start of the simulation, whichever comes
+    /// first. Then pauses and returns the run and `None`. A pause does not change the trajectory. If the run ends
+    /// earlier, returns the run and its ending. [`Run::execute`] or [`Run::finish`] then records the last row and
+    /// frame.
     ///
     /// ```
     /// # use carom::model::RunPlan;
@@ -221,9 +215,8 @@ impl Run {
         drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
     }
 
-    /// Repeats a run of the same scene up to the point at which it was interrupted: `events` physical events since the
-    /// start of the simulation, and the simulated time `time`, which may be a cell transition after the last event.
-    /// Then interrupts this run.
+    /// Repeats an interrupted run up to the point of the interruption: to the physical event with the number `events`
+    /// since the start of the simulation, then to the time `time`.
     ///
     /// `watch` is called as in [`Self::execute`]. If it returns `Break`, the run ends at once.
     pub(crate) fn execute_up_to<R: Recorder>(
@@ -239,10 +232,9 @@ impl Run {
         drive_in_steps(run, end, recorder).map_err(RunError::Recorder)
     }
 
-    /// Runs all stages before the last measurement, then pauses at its beginning, with the thermostat and the gravity
-    /// of the measurement set up. Returns the paused run and `None`. If the paused run is continued, its trajectory is
-    /// the same, bit for bit, as without the pause. If the run ends earlier, returns the run in its present state and
-    /// the reason for its end.
+    /// Runs all stages before the last measurement, and pauses at the start of the measurement. The thermostat and the
+    /// gravity of the measurement are set up. Returns the paused run and `None`. A pause does not change the
+    /// trajectory. If the run ends earlier, returns the run and its ending.
     ///
     /// `watch` is called as in [`Self::execute`]. Results of measured stages are not recorded.
     ///

@@ -12,23 +12,22 @@ use crate::scene::SceneError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ChangeError {
-    /// The text of the scene has an error, or does not fit the present state.
+    /// The text of the scene has an error, or does not fit the current state.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The diameters are growing or have grown, so they differ from the diameters in the scene.
+    /// The diameters are growing or have grown, and differ from the diameters in the scene.
     #[error("the scene cannot be changed after diameters have grown: start it again")]
     Grown,
 }
 
 impl Run {
-    /// Creates a run from `text`, a scene with changed values (gravity, interactions, wall temperatures, ...). The new
-    /// run starts at the beginning of the present stage, from the present positions and velocities. The present
-    /// particles, bonds and static meshes replace the particles, bonds and static meshes of the text. `overrides` have
-    /// the same form as in [`Scene::from_file_with`].
+    /// Creates a run from `text`, a scene with changed values, such as gravity or interactions. The new run starts at
+    /// the beginning of the current stage, with the current particles, bonds and static meshes. `overrides` have the
+    /// same form as in [`Scene::from_file_with`].
     ///
     /// # Errors
-    /// [`ChangeError::Scene`] if the text has an error, or does not fit the state (for example if the box has another
-    /// size or a diameter is larger). [`ChangeError::Grown`] if diameters grow or have grown.
+    /// [`ChangeError::Scene`] if the text has an error or does not fit the state, for example if the box has another
+    /// size. [`ChangeError::Grown`] if diameters grow or have grown.
     pub fn changed(&self, text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<Self, ChangeError> {
         if self.simulation.is_growing() || self.simulation.scale() != 1.0 {
             return Err(ChangeError::Grown);
@@ -38,7 +37,7 @@ impl Run {
         Ok(Self::new(scene))
     }
 
-    /// Removes the stages before the present one from the plan.
+    /// Removes the stages before the current stage.
     fn leave_out_what_is_over(&self, scene: &mut Scene) {
         let plan = &mut scene.run;
         let stage = self.state.stage.stage;
@@ -139,7 +138,6 @@ mod tests {
         assert_eq!((ending, run.stage()), (None, Stage::Measurement));
         let same = changed(&run, &[]).unwrap();
         assert_eq!(same.stage(), Stage::Equilibration);
-        // It ends immediately.
         assert_eq!(same.simulation().scene().run().equilibration, Until::default());
         assert_eq!(same.simulation().snapshot(), run.simulation().snapshot());
         let end = run.simulation().time() + 3.0;

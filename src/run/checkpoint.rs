@@ -1,5 +1,4 @@
-//! Checkpoints. A checkpoint is one file with everything needed to continue a run as if it had not been interrupted,
-//! bit for bit.
+//! Checkpoints: files from which a run continues as if it had not been interrupted, bit for bit.
 //!
 //! | bytes | content |
 //! |---|---|
@@ -10,10 +9,9 @@
 //! | 8 | n, little endian |
 //! | 4 | CRC-32 of all previous bytes, little endian |
 //!
-//! A checkpoint can only be read by a program of the same sources and dependencies. Another program may store the state
-//! differently, or round differently and obtain other results. The fingerprint is computed at build time from
-//! `Cargo.lock` and all sources, except sources that only report on runs. Checksums (CRC-32) of the output files show
-//! whether they belong to the checkpoint.
+//! A checkpoint can only be read by a program with the same fingerprint. Another program may store the state
+//! differently, or round differently. The fingerprint is computed at build time from `Cargo.lock` and all sources,
+//! except sources that only report on runs. Checksums (CRC-32) show whether the output files match the checkpoint.
 
 mod checked;
 mod error;
@@ -37,10 +35,10 @@ use crate::engine::{EngineError, Simulation};
 use crate::model::Until;
 use crate::run::RunState;
 
-/// Largest relative difference of two times that are equal within round-off.
+/// Relative tolerance for equal times.
 const NEAR: f64 = 1e-9;
 
-/// Checkpoint of a run: everything needed to continue it as if it had not been interrupted, bit for bit.
+/// A checkpoint, from which a run continues as if it had not been interrupted, bit for bit.
 #[derive(Debug, Deserialize)]
 pub struct Checkpoint {
     /// The simulation at the time of the checkpoint.
@@ -58,10 +56,6 @@ pub(crate) fn write(file: &File, content: &impl Serialize) -> io::Result<()> {
     durability::sync_all(file)
 }
 
-/// Reads the content of a checkpoint piece by piece, so that the file is never in memory as a whole.
-///
-/// # Errors
-/// [`CheckpointError`] if the file does not exist, was written by another version, or is damaged.
 pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
     let read = File::open(path).and_then(|file| read_sealed(file, Kind::Checkpoint));
     read.map_err(|source| CheckpointError::unreadable(path, source))?.map_err(|flaw| match flaw {
@@ -71,7 +65,7 @@ pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, Checkp
 }
 
 impl Checkpoint {
-    /// Reads a checkpoint piece by piece, so that the file is never in memory as a whole.
+    /// Reads a checkpoint.
     ///
     /// # Errors
     /// [`CheckpointError`] if the file does not exist, was written by another version, or is damaged.
@@ -84,8 +78,8 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// Reads the checksum stored at the end of a checkpoint, which identifies its content. The CRC-32 of the whole file
-    /// is the same for all checkpoints.
+    /// Reads the checksum at the end of a checkpoint. The CRC-32 of the whole file, including this checksum, would be
+    /// the same for all checkpoints.
     pub(crate) fn stated_checksum(path: &Path) -> Result<u32, CheckpointError> {
         let unreadable = |source| CheckpointError::unreadable(path, source);
         let mut file = File::open(path).map_err(unreadable)?;
@@ -98,11 +92,7 @@ impl Checkpoint {
         self.state.has_ended(&self.simulation)
     }
 
-    /// Advances the simulation to the exact end of the last stage. Due to rounding, the last checkpoint may be slightly
-    /// earlier.
-    ///
-    /// # Errors
-    /// If the simulation cannot continue.
+    /// Advances the simulation to the exact end of the last stage. The last checkpoint may be slightly earlier.
     pub(crate) fn go_to_end(&mut self) -> Result<(), EngineError> {
         match self.state.rest_of_stage(&self.simulation) {
             Some((end, left)) if left > 0.0 => self.simulation.advance(Until::time(end)).map(|_| ()),
@@ -114,10 +104,6 @@ impl Checkpoint {
         Kind::Checkpoint.is_that_of(path)
     }
 
-    /// Rejects a limit that the measurement has already passed. The run would otherwise end later than its scene says.
-    ///
-    /// # Errors
-    /// [`CheckpointError::Passed`].
     pub(crate) fn refuse_passed(&self, limit: Until) -> Result<(), CheckpointError> {
         let Some((time, events)) = self.state.measured_so_far(&self.simulation) else { return Ok(()) };
         let is_later = |asked: &f64| time - asked > NEAR * asked + f64::EPSILON * self.simulation.time();
@@ -130,7 +116,7 @@ impl Checkpoint {
         Err(CheckpointError::Passed { time: self.simulation.time(), measured, asked })
     }
 
-    /// Sets another limit of the measurement. If the measurement has already reached this limit, it ends at once.
+    /// Sets a new limit of the measurement. A limit that has already been reached ends the measurement at once.
     pub fn extend(&mut self, limit: Until) {
         self.simulation.set_limit(limit);
         self.state.extend(limit);
@@ -147,7 +133,7 @@ mod tests {
         let scene = SceneBuilder::new("full")
             .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
             .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
-            // The checkpoint has several megabytes, more than any buffer can hold.
+            // The checkpoint is larger than any buffer.
             .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(10_976).packing_fraction(0.3))
             .run(crate::model::RunPlan { limit: Until::events(1), ..Default::default() })
             .build()

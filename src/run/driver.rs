@@ -29,8 +29,8 @@ use crate::base::clock::Instant;
 use crate::engine::{Scaling, Simulation};
 use crate::model::Until;
 
-/// Initial and largest number of engine steps between two calls of `watch`. A step is slow if particles have very many
-/// neighbours, so the number is adapted to the wall time. It does not affect the trajectory.
+/// Initial and largest number of engine steps between two calls of `watch`. The number is adapted to the wall time and
+/// does not affect the trajectory.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
 const NEVER: Until = Until { time: None, events: None };
@@ -47,19 +47,17 @@ pub(super) fn drive<R: Recorder>(
     finished.map_err(|Failed| recorder.into_error())
 }
 
-/// Where the caller wants a run to pause.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Halt {
     Never,
     /// Pause at a simulated time, or after a number of physical events since the start of the simulation, whichever
     /// comes first.
     At(Until),
-    /// Pause at the beginning of the last measurement.
+    /// Pause at the beginning of the final measurement.
     Measurement,
 }
 
-/// Runs until the run ends or reaches `halt`. Returns the run and the reason for its end, which is `None` after a
-/// pause.
+/// Advances a run until it ends or reaches `halt`. Returns the run and its ending; the ending is `None` after a pause.
 pub(super) fn drive_to<R: Recorder>(
     run: Run,
     halt: Halt,
@@ -80,7 +78,7 @@ pub(super) fn drive_to<R: Recorder>(
     Ok((Run { simulation, state, registry, origin: Origin::Pause }, ending))
 }
 
-/// Continues a run one engine step at a time, and interrupts it as soon as it has reached a simulated time.
+/// Continues a run one engine step at a time, and interrupts the run at a simulated time.
 pub(super) fn drive_in_steps<R: Recorder>(run: Run, time: f64, recorder: &mut R) -> Result<Finished, R::Error> {
     let Run { simulation, state, registry, .. } = run;
     let mut recorder = KeepsError { recorder, error: None };
@@ -102,26 +100,22 @@ struct Driver<'a> {
     registry: Registry,
     recorder: &'a mut dyn Recorder<Error = Failed>,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    /// Wall time at which the present measurement began or was continued.
+    /// Wall time at which the current measurement began or was continued.
     started: Option<Instant>,
-    /// Whether the present stage has ended before its limit, because growing spheres have reached their target pressure
-    /// or an automatic equilibration has found no drift.
+    /// Whether growth or an automatic equilibration has reached its goal, which ends the stage.
     is_over: bool,
-    /// Whether a pilot run is being simulated on a copy that will be discarded.
+    /// Whether a pilot run is being simulated on a copy.
     is_pilot: bool,
-    /// Simulated time or number of physical events at which a pilot run pauses. The caller does not see this pause.
+    /// Point at which a pilot run pauses. The caller does not see this pause.
     pause: Until,
     halt: Halt,
-    /// Whether the run has reached the pause that the caller requested.
     is_halted: bool,
-    /// Number of events, cell transitions and Andersen collisions at which a pilot run gives up; no limit without a
-    /// pilot run.
+    /// Number of events, cell transitions and Andersen collisions at which a pilot run gives up.
     patience: u64,
     /// Number of engine steps until the next call of `watch`.
     steps: u64,
     most_steps: u64,
     blocked: Option<Blocked>,
-    /// Properties of the system that all volume moves use; `None` before the first move.
     scaling: Option<Scaling>,
 }
 
@@ -163,7 +157,7 @@ impl Driver<'_> {
         self.finish(ending)
     }
 
-    /// Runs the present stage and all later stages, until the run ends or pauses.
+    /// Runs the current stage and all later stages, until the run ends or pauses.
     fn stages(&mut self) -> Result<Ending, Failed> {
         loop {
             if !self.state.has_begun {
@@ -200,8 +194,7 @@ impl Driver<'_> {
         }
     }
 
-    /// Advances to a simulated time and returns `None`. If the run first reaches the number of events or another
-    /// ending, stops there and returns this ending.
+    /// Advances to a simulated time or to the end of the stage. Returns an ending if the run reaches `events` or ends.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         while self.simulation.time() < time {
             let done = self.simulation.event_counts().physical();
@@ -221,8 +214,7 @@ impl Driver<'_> {
             let most = events.min(self.next_check());
             let ending = self.go(until, most)?;
             match ending {
-                // Due to rounding, the simulation may have stopped slightly before `until`. Therefore times are
-                // compared with `until`, not with the time of the simulation.
+                // Due to rounding, the simulation may stop before `until`. Times are therefore compared with `until`.
                 Some(Ending::Time) => {
                     if scaling <= until {
                         self.rescale(scaling);
@@ -257,7 +249,7 @@ impl Driver<'_> {
         self.system = is_measured.then(|| SystemDescription::of_simulation(&self.simulation, applicable));
     }
 
-    /// Passes a checkpoint of the present state to the recorder.
+    /// Passes a checkpoint of the current state to the recorder.
     fn keep(&mut self) -> Result<(), Failed> {
         self.simulation.complete();
         let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
@@ -276,8 +268,7 @@ impl Driver<'_> {
         !self.is_pilot && self.agreed(self.recorder.is_checkpoint_due())
     }
 
-    /// Returns the value of the first process. All processes must make the same decisions, but their clocks, disks and
-    /// signals differ.
+    /// Returns the value of the first process, because all processes must make the same decisions.
     fn agreed(&self, found: bool) -> bool {
         self.simulation.agreed(u64::from(found)) != 0
     }
@@ -315,12 +306,12 @@ mod tests {
             .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.3, 0.2))
             .particle("A", Vector::new(1e10, 1.5, 1.5), Vector::new(-1.0, 0.1, 0.3))
             .run(RunPlan { limit: Until::events(100), ..RunPlan::default() })
-            // The intervals are given, so that no pilot run is needed to choose them.
+            // Without these intervals, a pilot run would be needed.
             .output(OutputPlan { thermo_interval: Some(1e15), frame_interval: Some(1e15), ..OutputPlan::default() })
             .build()
             .unwrap();
         let mut asked = 0;
-        // The eighth call of `watch` ends the run. Between two calls there are at most `STEPS[1]` engine steps.
+        // There are at most `STEPS[1]` engine steps between two calls of `watch`.
         let finished = run(scene, &mut (), &mut |_| {
             asked += 1;
             if asked < 8 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -356,7 +347,7 @@ mod tests {
         assert_eq!((bounces.ending, bounces.measurement.event_counts.wall), (Ending::Events, 100));
         let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
         assert_eq!(leaves.ending, Ending::Idle);
-        // The third disk passes the other two forever without a collision.
+        // The third disk passes the other two again and again, without a collision.
         let passes = finished(overlapping(Boundary::Periodic, [1.0, 0.0, 0.0]), limit(10), Some(0.01));
         assert_eq!(passes.ending, Ending::GaveUp);
     }

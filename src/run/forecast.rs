@@ -1,4 +1,4 @@
-//! Reasons why a run takes longer than a user may expect, estimated before it begins.
+//! Warns of runs that take longer than a user may expect.
 
 use super::stage::{Settings, Stage};
 use crate::analysis::published::{contact_value, contact_value_of_disks};
@@ -6,22 +6,20 @@ use crate::model::potential::Potential;
 use crate::model::space::Boundary;
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
 
-/// Typical number of steps of the event loop per second of wall time. A step is an event, a new velocity, or a test of
-/// a particle.
+/// Typical number of engine steps per second. A step is an event, a new velocity, or a test of a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
 
 /// Number of neighbours that can be tested in the wall time of one step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// A thermostat, a barostat, shear flow and moving surfaces cost computing time. This cost is reported before the run if
-/// it exceeds this wall time `[seconds]`: 10 minutes.
+/// The cost of a thermostat, a barostat, shear flow or a moving surface is reported above this wall time `[seconds]`:
+/// 10 minutes.
 const LONG: f64 = 600.0;
 
-/// The events of a run limited by time are reported before the run if they take longer than this wall time `[seconds]`:
-/// 3 hours.
+/// The number of events is reported above this wall time `[seconds]`: 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
-/// The work of a thermostat, a barostat or shear flow is reported only if it takes more than this many steps per event.
+/// The cost of a thermostat, a barostat or shear flow is reported only above this number of steps per event.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
 /// Scenes with more neighbours per particle than this are reported, because their events are slow.
@@ -38,8 +36,7 @@ pub struct Burden {
 
 /// Returns the reasons why a run takes much longer than a user may expect.
 ///
-/// Event rates follow from Enskog's kinetic theory at the initial speeds, or at the temperature of a thermostat or
-/// shear flow if this is higher. The list is empty for a scene without moving particles.
+/// Event rates are estimated from Enskog's kinetic theory. The list is empty for a scene without moving particles.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<Burden> {
     let mut burdens = Vec::new();
@@ -57,8 +54,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             continue;
         }
         let seconds = pace.events * duration / STEPS_PER_SECOND;
-        // The number of events is reported only if the scene limits the time, because a user who limits the number of
-        // events knows it.
+        // A user who limits the number of events knows this number.
         if seconds > VERY_LONG && by_time <= by_events {
             let cause = format!("a time of {duration} has about {:.0e} events", pace.events * duration);
             burdens.push(Burden { cause, seconds });
@@ -95,8 +91,8 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
         let events =
             plan.limit.events.map_or_else(|| plan.limit.time.unwrap_or(0.0) * pace.events, |events| events as f64);
         let cause = format!(
-            "cells are as large as the largest particle, so that some {crowd:.0} others are looked at for each, which takes some \
-             {:.1e} seconds an event",
+            "cells are as wide as the longest interaction range, so about {crowd:.0} particles are tested in each event, which \
+             takes about {:.1e} seconds",
             per_event
         );
         burdens.push(Burden { cause, seconds: events * per_event });
@@ -109,12 +105,10 @@ const STEPS_OF_PERIOD: f64 = 16.0;
 /// Wall time of a search step `[seconds]`.
 const SEARCH_STEP: f64 = 1e-7;
 
-/// Number of periods after which the rounding error of the time is a thousandth of a period. The phase of the surface
-/// is then too inaccurate.
+/// After this number of periods, the rounding error of the time is a thousandth of a period, which is too large.
 const MOST_PERIODS: f64 = 1e-3 / f64::EPSILON;
 
-/// Returns a reason for each surface that oscillates or turns so fast that the run takes a long time, or that the phase
-/// of the surface is lost in round-off.
+/// Reports surfaces that oscillate or turn so fast that the run is slow, or that the phase is lost in round-off.
 fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     let plan = &scene.run;
     let duration: f64 = Stage::all(plan).filter_map(|stage| stage.settings(plan).limit.time).sum();
@@ -134,7 +128,7 @@ fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
         let seconds = periods * STEPS_OF_PERIOD * SEARCH_STEP * moving;
         if seconds > LONG {
             let cause = format!(
-                "surface `{}` moves to and fro, or turns, some {periods:.0e} times, in steps for each particle near it; if all were near",
+                "surface `{}` oscillates or turns about {periods:.0e} times, and each period takes several search steps for each nearby particle; with all particles nearby",
                 surface.name
             );
             burdens.push(Burden { cause, seconds });
@@ -202,9 +196,9 @@ impl Pace {
     }
 }
 
-/// Collision cross section, averaged over all pairs of moving particles `[length^(D - 1)]`. It is the sum over all
-/// steps of the potential: the hard core is multiplied by Enskog's factor, and every other step counts twice, because a
-/// pair passes it inwards and outwards.
+/// Collision cross section, averaged over all pairs of moving particles `[length^(D - 1)]`. The cross section of the
+/// hard core is multiplied by Enskog's factor. Other steps of the potential are counted twice, because pairs pass them
+/// inwards and outwards.
 fn section(scene: &Scene) -> f64 {
     let dimensions = scene.space.dimensions();
     let factor = enskog_factor(scene.packing_fraction(), dimensions);
@@ -231,9 +225,8 @@ fn section(scene: &Scene) -> f64 {
     of_pairs.sum()
 }
 
-/// Enskog factor: the collision rate divided by the rate from the formula for a dilute gas. In a fluid of hard
-/// particles, it equals the radial distribution function at contact. Packing fractions above the highest density of the
-/// fluid are replaced by this density.
+/// Enskog factor, by which the collision rate exceeds the rate of a dilute gas. It equals the radial distribution
+/// function at contact. The packing fraction is limited to the densities of a fluid.
 fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     const DENSEST: [f64; 3] = [0.95, 0.8, 0.6];
     match dimensions {
@@ -243,8 +236,8 @@ fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Number of particles in the cells around a particle; `None` if it is at most [`CROWD`]. Cells are as large as the
-/// longest range of an interaction, which may be much longer than the distance between particles.
+/// Number of particles in the cells around a particle; `None` if the number is at most [`CROWD`]. Cells are as large as
+/// the longest interaction range.
 fn crowd(scene: &Scene) -> Option<f64> {
     let range = scene.longest_range();
     let part = |k: usize| {
@@ -295,7 +288,6 @@ mod tests {
         assert_eq!(causes(&[("space.shear_rate", "0.5")]), [] as [&str; 0]);
         let found = causes(&[("space.shear_rate", "1e6")]);
         assert!(found[0].starts_with("a time of 100 has about"), "{found:?}");
-        // A costly thermostat is also reported if the scene limits the number of events instead of the time.
         let events = [("run.until_events", "1000000"), ("run.thermostat", &bath("1e9"))];
         assert_eq!(causes(&events).len(), 1);
     }
@@ -318,6 +310,6 @@ mod tests {
         };
         assert_eq!(causes(&range("1.5")), [] as [&str; 0]);
         let found = causes(&range("50.0"));
-        assert!(found[0].contains("others are looked at"), "{found:?}");
+        assert!(found[0].contains("particles are tested in each event"), "{found:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Number of frames in a run whose scene gives no frame interval.
+//! Number of frames if the scene gives no frame interval.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,23 +7,21 @@ use crate::base::numbers::trunc_to_u32;
 use crate::model::Scene;
 use crate::trajectory::extended_xyz::frame_bytes;
 
-/// Target number of frames in a measurement if the scene gives no interval. There may be up to twice as many.
+/// Target number of frames in a measurement. There may be up to twice as many.
 const AIM: u32 = 20;
 
-/// Largest total size of the frames of a run if the scene gives no interval `[bytes]`. The last frame is always
-/// written, even if it is larger.
+/// Largest total size of all frames `[bytes]`. The last frame is always written.
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
-/// Text for the user if the total size of the frames limits their number, and text for a single frame above the limit.
 const REASON: &str = "limited to 200 MB, because output.frame_interval is not given";
-const REASON_BEYOND: &str = "only the last frame, because a single frame exceeds the limit of 200 MB that holds unless output.frame_interval is given";
+const REASON_BEYOND: &str = "only the last frame, because a single frame exceeds the limit of 200 MB that applies if output.frame_interval is not given";
 
-/// Limit on the number of frames in each measured stage, which keeps their size on disk small.
+/// Limits the number of frames in each measured stage, to keep the files small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameLimit {
     /// Maximum number of frames; `None` if the scene gives the interval.
     most: Option<u32>,
-    /// Whether a single frame exceeds the total size that is allowed for all frames.
+    /// Whether a single frame is larger than `MOST_BYTES`.
     is_beyond: bool,
 }
 
@@ -33,7 +31,6 @@ impl FrameLimit {
         Self::with(scene, frame_bytes(scene), measured)
     }
 
-    /// Returns the limit on the number of frames for each temperature of a replica exchange.
     pub fn of_replicas(scene: &Scene, temperatures: usize) -> Self {
         Self::with(scene, frame_bytes(scene) * temperatures as f64, 1.0)
     }
@@ -61,15 +58,13 @@ impl FrameLimit {
         AIM.min(self.between()).max(1)
     }
 
-    /// Returns the largest number of frames of a stage if the scene gives no interval, including the first and the last
-    /// frame.
+    /// Returns the largest number of frames of a stage, including the first and the last frame.
     pub fn most(self, stage: Stage) -> f64 {
         let ends = u32::from(self.has_first()) + u32::from(self.has_last(stage));
         f64::from(self.between().saturating_add(ends).min(2 * AIM))
     }
 
-    /// Returns the number of frames for each temperature of a replica exchange. There is a frame at its end, but none
-    /// at its start.
+    /// Returns the number of frames for each temperature of a replica exchange. The start has no frame.
     pub fn of_exchange(self) -> u32 {
         self.most.map_or(AIM, |most| most.clamp(1, AIM))
     }

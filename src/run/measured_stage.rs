@@ -9,8 +9,7 @@ use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::EventCountsBySpecies;
 use crate::model::VolumeMoves;
 
-/// Results of a measured stage of a scene. They correspond to the results of the last measurement in
-/// [`Finished`](super::Finished).
+/// Results of a measured stage of a scene. [`Finished`](super::Finished) contains the results of the last measurement.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MeasuredStage {
@@ -26,7 +25,7 @@ pub struct MeasuredStage {
     /// Whether each observable drifted or was stationary, by name.
     #[serde(with = "verdicts")]
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// Whether the system was in equilibrium or a steady state, and reasons to doubt it.
+    /// Whether the system was in equilibrium or in a steady state, and the reasons for any doubt.
     pub equilibrium: Equilibrium,
     /// Results of the instruments in this stage.
     pub measured: Measured,
@@ -36,8 +35,7 @@ pub struct MeasuredStage {
     pub volume_moves: Option<VolumeMoves>,
 }
 
-/// Stores a value for each observable. A checkpoint contains the index of the observable in `OBSERVABLES` instead of
-/// its name.
+/// Serializes the index of an observable in `OBSERVABLES` instead of its name.
 mod by_place {
     use serde::de::{Deserialize, Deserializer, Error};
     use serde::ser::{Serialize, Serializer};
@@ -65,8 +63,7 @@ mod by_place {
     }
 }
 
-/// Stores the stationarity of each observable in a checkpoint. The enum `Verdict` has the same variants as
-/// [`Stationarity`](crate::analysis::statistics::Stationarity). A checkpoint contains the index of the variant.
+/// Serializes [`Stationarity`](crate::analysis::statistics::Stationarity) as a variant of `Verdict`.
 mod verdicts {
     use serde::de::Deserializer;
     use serde::ser::Serializer;

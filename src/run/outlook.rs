@@ -7,22 +7,21 @@ use super::stage::{Settings, Stage};
 use crate::engine::Reason;
 use crate::model::{Scene, Until};
 
-/// Number of engine steps in a trial run of a scene whose event rate changes: in total, and between two records of the
-/// event count. The trial takes at most a few seconds.
+/// Number of engine steps of a trial run, in total and between two records of the event count. The trial takes at most
+/// a few seconds.
 const STEPS: u64 = 1_000_000;
 const STEPS_OF_PART: u64 = 10_000;
 
-/// Number of engine steps after which a trial is given up if it advances too slowly.
+/// A trial that advances too slowly is abandoned after this number of engine steps.
 const PATIENCE: u64 = 120_000;
 
-/// A trial is too slow if it would cover too little of the run even at a speed higher by this factor. The speed may
-/// increase, because a system that cools has fewer and fewer events.
+/// Trials of cooling systems may become faster by this factor, because events become rarer.
 const MARGIN: f64 = 4.0;
 
-/// The rates in two intervals count as equal if they differ by less than this factor.
+/// Rates that differ by less than this factor are considered equal.
 const STEADY: f64 = 1.5;
 
-/// A trial that covers this fraction of the duration of the run is representative of the rest.
+/// A trial that covers this fraction of the run is representative of the rest.
 const FAR: f64 = 0.125;
 
 /// Minimum number of events in an interval from which a rate is calculated.
@@ -51,9 +50,8 @@ pub enum NoRate {
 
 /// Estimates the mean number of events of a run per simulated time `[1 / time]`.
 ///
-/// A steady rate is taken from a short trial or, for many particles, from kinetic theory. Otherwise a longer trial is
-/// simulated. It has to reach the end of the run, or a steady rate after a representative part of the run. The result
-/// depends only on the scene, not on the speed of the machine.
+/// A steady rate follows from a short trial run, or from kinetic theory if there are many particles. Otherwise, a
+/// longer trial must reach the end of the run or a steady rate. The result does not depend on the speed of the machine.
 ///
 /// # Errors
 /// [`NoRate`] if the rate cannot be estimated within a factor of three.
@@ -90,7 +88,7 @@ fn duration(scene: &Scene) -> Option<f64> {
         _ => None,
     };
     let stages = Stage::all(plan).map(|stage| stage.settings(plan));
-    // A run without an equilibration still has an equilibration stage. This stage has no end condition and is skipped.
+    // Stages without an end condition are skipped.
     stages.filter(|settings| settings.has_end()).map(of_stage).sum()
 }
 
@@ -122,8 +120,7 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
     let is_steady = half - quarter >= FEWEST && later < STEADY * earlier && earlier < STEADY * later;
-    // Particles that fall without dissipation soon convert their potential energy to kinetic energy, and the rate
-    // becomes steady. A shorter trial is then sufficient.
+    // Particles that fall without dissipation soon have a steady rate, so a shorter trial is sufficient.
     let is_far = passed >= FAR * duration || why == NoRate::Falls;
     (is_steady && is_far).then(|| (events + later * (duration - passed)) / duration)
 }
@@ -173,7 +170,7 @@ mod tests {
         assert!((0.5e6..4.3e6).contains(&told), "{told}");
     }
 
-    /// The two grains bounce twice during the run, and their bounces become infinitely frequent long after its end.
+    /// Each of the two grains bounces once. Infinitely frequent bounces would occur only long after the run.
     #[test]
     fn an_estimate_does_not_go_beyond_the_end_of_the_run() {
         let two = scene(
@@ -204,8 +201,8 @@ mod tests {
 
     #[test]
     fn slow_cooling_is_not_mistaken_for_a_steady_rate() {
-        // This system cools within about 10^4 units of time, and the trial covers only a small part of this time. The
-        // initial rate would be twenty times too high for the whole run.
+        // The trial covers only a small part of the cooling. The initial rate is twenty times too high for the whole
+        // run.
         let slow = scene(
             "
             species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]

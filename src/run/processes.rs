@@ -14,9 +14,9 @@ impl Run {
     /// Shares the run between processes. Every process must have set up the same run with the same number of threads:
     /// see [`Simulation::set_communicator`].
     ///
-    /// All processes obtain the same results as a single process, bit for bit. Only the first process decides when to
-    /// write a checkpoint and when to stop, by its recorder and its `watch`. Recorders of other processes need not
-    /// record anything.
+    /// All processes obtain the same results as a single process, bit for bit. The recorder and the `watch` of the
+    /// first process decide when to write a checkpoint and when to stop. Recorders of other processes need not record
+    /// anything.
     pub fn communicator(mut self, communicator: Arc<dyn Communicator>) -> Self {
         self.simulation.set_communicator(communicator);
         self
@@ -113,7 +113,7 @@ mod tests {
         }
     }
 
-    /// A scene in which spheres first grow on one thread, and are then held at a temperature.
+    /// Spheres grow on one thread, and are then held at a temperature.
     fn scene() -> Scene {
         let growth = Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.4) };
         let grow = StagePlan { name: "growth".into(), growth: Some(growth), ..StagePlan::default() };
@@ -135,7 +135,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Runs the scene on several processes. The first process interrupts the run at the `asked`-th call of `watch`.
+    /// Runs the scene on several processes. The first process interrupts the run after `asked` calls of `watch`.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
         let mut results = in_processes(processes, |communicator| {
             let (mut all, mut left) = (All::default(), asked);

@@ -3,24 +3,24 @@
 use super::stage::Stage;
 use crate::model::Until;
 
-/// Progress of a run in its present stage.
+/// Progress of a run in its current stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {
     /// The stage.
     pub stage: Stage,
-    /// Present simulated time `[time]`.
+    /// Current simulated time `[time]`.
     pub time: f64,
     /// Simulated time since the start of the stage `[time]`.
     pub elapsed: f64,
     /// Physical events since the start of the stage.
     pub events: u64,
-    /// Time and number of events, since the start of the stage, at which the stage ends.
+    /// Limits of the stage, counted from the start of the stage.
     pub limit: Until,
 }
 
 impl Progress {
-    /// Completed fraction of the stage, from 0 to 1. If the stage has two limits, the larger fraction counts.
+    /// Completed fraction of the stage, from 0 to 1. If the stage has two limits, the larger fraction is returned.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         let by_time = self.limit.time.map_or(0.0, |limit| self.elapsed / limit);

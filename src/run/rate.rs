@@ -5,19 +5,19 @@ use crate::engine::surfaces::search_steps;
 use crate::engine::{Reason, Simulation, Until};
 use crate::model::Scene;
 
-/// Maximum number of moving particles for a trial simulation, which then takes a fraction of a second.
+/// Maximum number of moving particles in a trial. Such a trial takes a fraction of a second.
 pub(super) const MOST: usize = 3_000;
 
-/// Number of events in a trial: `EACH` per moving particle, but at least `LEAST`. The first half of them melts the
-/// initial lattice.
+/// Number of events in a trial: `EACH` per moving particle, but at least `LEAST`. The first half melts the initial
+/// lattice.
 const EACH: u64 = 10;
 const LEAST: u64 = 1_000;
 
 /// Maximum number of engine steps (events, cell transitions and new predictions) in each of the two halves of a trial.
 const STEPS: u64 = 500_000;
 
-/// Maximum number of search steps in a trial. Contacts with surfaces that oscillate or turn are found in search steps,
-/// and a single engine step may need very many of them. A trial with the maximum number takes one or two seconds.
+/// Maximum number of search steps in a trial, which take one or two seconds. Contacts with surfaces that oscillate or
+/// turn are found in search steps. A single engine step may need very many search steps.
 const SEARCH_STEPS: u64 = if cfg!(test) { 200_000 } else { 10_000_000 };
 
 /// Number of engine steps between two checks of the number of search steps.
@@ -26,11 +26,10 @@ const BETWEEN: u64 = 64;
 /// Minimum number of events from which a rate is calculated.
 const FEWEST: u64 = 10;
 
-/// Estimates the number of events per simulated time `[1 / time]`, from a trial in which each particle has a few
-/// events. If the scene has too many particles for a trial, or the trial has too few events, the rate follows from
-/// kinetic theory at the initial speeds. `None` if neither gives a rate.
+/// Estimates the number of events per simulated time `[1 / time]` in a short trial. If the scene has too many particles
+/// or the trial has too few events, the rate follows from kinetic theory. `None` if kinetic theory fails, too.
 ///
-/// The result depends only on the scene, not on the speed of the machine.
+/// The result does not depend on the speed of the machine.
 #[must_use]
 pub fn expected_rate(scene: &Scene) -> Option<f64> {
     let is_moving = |id: crate::model::SpeciesId| !scene.species[id.0 as usize].is_static();
@@ -42,7 +41,7 @@ pub fn expected_rate(scene: &Scene) -> Option<f64> {
 /// A trial: a short simulation of a scene with limited work.
 pub(super) struct Try {
     pub simulation: Simulation,
-    /// Number of search steps of the present thread at which the trial is given up; `None` if no surface moves.
+    /// Number of search steps of this thread at which the trial is abandoned; `None` if no surface moves.
     most: Option<u64>,
 }
 
@@ -125,14 +124,13 @@ mod tests {
             let truth = measured(small);
             let what = format!("{packing_fraction}: {tried} {theory} {truth}");
             assert!((tried / truth - 1.0).abs() < 0.35 && (theory / truth - 1.0).abs() < most, "{what}");
-            // Systems of this size are too large for a trial, so the rate follows from kinetic theory.
+            // This system is too large for a trial, so the rate follows from kinetic theory.
             let large = fluid(potential.clone(), 4_000, packing_fraction);
             assert!((expected_rate(&large).unwrap() / (8.0 * truth) - 1.0).abs() < most, "{what}");
         }
     }
 
-    /// The plate below the grains oscillates a million times per unit of time, so an engine step needs very many search
-    /// steps.
+    /// The plate oscillates so fast that an engine step needs very many search steps.
     #[test]
     fn trial_beside_a_fast_surface_stops_at_its_work_limit() {
         let scene = Scene::from_toml(

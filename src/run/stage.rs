@@ -61,8 +61,7 @@ impl Stage {
         std::iter::successors(Some(Self::first(plan)), |stage| stage.next(plan))
     }
 
-    /// Returns the first stage that belongs to entry `number` in the list of stages. If there is no such entry, returns
-    /// the equilibration before the last measurement.
+    /// Returns the first stage of `plan.stages[number]`. After the last entry, this is the final equilibration.
     fn listed(plan: &RunPlan, number: u32) -> Self {
         match plan.stages.get(number as usize) {
             Some(stage) if stage.measured.is_some() => Self::EquilibrationOf(number),
@@ -121,8 +120,7 @@ impl Stage {
         }
     }
 
-    /// Returns the name of the stage in the scene file, which is the same for its equilibration and its measurement.
-    /// The part of the run after all listed stages is called `measurement`.
+    /// Returns the name in the scene file. An equilibration has the name of its measurement.
     pub(crate) fn listed_name(self, plan: &RunPlan) -> &str {
         match self {
             Self::Preparation(number) | Self::EquilibrationOf(number) | Self::MeasurementOf(number) => {

@@ -1,4 +1,4 @@
-//! State of a run besides its simulation.
+//! State of a run, except its simulation.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,6 @@ use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::model::{Scene, Thermostat, Until};
 use crate::run::audit::Ledger;
 
-/// Simulated time and number of physical events at which a stage began, and its limit.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Start {
     pub stage: Stage,
@@ -29,23 +28,21 @@ impl Start {
         Self { stage, time: simulation.time(), events: simulation.event_counts().physical(), limit }
     }
 
-    /// Returns the simulated time and the number of physical events at which the stage ends. Events are counted since
-    /// the start of the simulation.
+    /// Returns the simulated time and the number of physical events at the end of the stage.
     pub fn end(&self) -> (f64, u64) {
         let time = self.limit.time.map_or(f64::INFINITY, |time| self.time + time);
         (time, self.limit.events.map_or(u64::MAX, |events| self.events.saturating_add(events)))
     }
 }
 
-/// Largest difference, relative to the duration of the stage, of a sampling time and an end of stage that coincide
-/// within round-off.
+/// Relative tolerance for times at the end of a stage.
 pub(super) const NEAR: f64 = 1e-9;
 
-/// Time of the first check for remaining initial overlaps, as a fraction of the crossing time of the box.
+/// Time of the first check for initial overlaps, relative to the crossing time of the box.
 const FIRST_CHECK: f64 = 1e-4;
 
-/// Number of physical events and simulated time until the next check for remaining initial overlaps. The check is made
-/// when either has passed.
+/// Interval until the next check for initial overlaps: a number of physical events or a simulated time, whichever comes
+/// first.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct OverlapCheck {
     pub events: u64,
@@ -53,16 +50,15 @@ pub(super) struct OverlapCheck {
 }
 
 impl OverlapCheck {
-    /// Increases the intervals between overlap checks by a tenth, so that persistent overlaps cost little. The time at
-    /// which the last overlap is resolved is then known to within about 10 %.
+    /// Increases the interval by a tenth, so that the time of the last overlap is known within about 10 %.
     pub fn grow(&mut self) {
         self.events = self.events.saturating_add(self.events.div_ceil(10));
         self.time *= 1.1;
     }
 }
 
-/// The next check of the run: a simulated time or a number of physical events, whichever comes first. Checkpoints
-/// contain it, so that pauses do not shift the checks.
+/// The next check of the run: a simulated time or a number of physical events, whichever comes first. It is stored in
+/// checkpoints, so that pauses do not shift the checks.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Aim {
     pub time: f64,
@@ -84,8 +80,7 @@ impl Aim {
 pub(super) struct Pilot {
     /// Number of physical events that the pilot run needs for its estimate.
     pub events: u64,
-    /// The pilot run gives up at this number of events, cell transitions and Andersen collisions, counted since the
-    /// start of the simulation.
+    /// The pilot run is abandoned at this number of events, cell transitions and Andersen collisions.
     pub patience: u64,
 }
 
@@ -103,15 +98,13 @@ pub struct RunState {
     pub(super) stage: Start,
     pub(super) observer: Observer,
     pub(super) ledger: Ledger,
-    /// Simulated time in which the fastest particle crosses the box `[time]`: see [`crossing_time`].
+    /// Result of [`crossing_time`] `[time]`.
     pub(super) crossing: f64,
-    /// Event rate at the start from kinetic theory `[1 / time]`; `None` if this theory does not apply.
+    /// Initial event rate from kinetic theory `[1 / time]`.
     pub(super) rate: Option<f64>,
-    /// Simulated time between two checks of the run. It doubles as long as nothing happens.
+    /// Simulated time between two checks of the run. It doubles while nothing happens.
     pub(super) wait: f64,
     pub(super) overlap_check: OverlapCheck,
-    /// The next check of the run, once it is planned. A continued run keeps the check that was planned before the
-    /// interruption.
     pub(super) aim: Option<Aim>,
     pub(super) pilot: Option<Pilot>,
     /// Number of checks of the run since the last event.
@@ -127,34 +120,28 @@ pub struct RunState {
     /// Event counts at the start of the measurement.
     pub(super) before: EventCounts,
     pub(super) counts_before: EventCountsBySpecies,
-    /// Wall time that the present measurement took before the run was last continued `[seconds]`.
+    /// Wall time of the current measurement before the last interruption `[seconds]`.
     pub(super) earlier_seconds: f64,
-    /// Whether the present stage has been set up.
+    /// Whether the current stage has been set up.
     pub(super) has_begun: bool,
-    /// Simulated time of the next scaling of velocities; infinite if the thermostat does not scale velocities.
+    /// Time of the next scaling of the velocities; infinite if there is none.
     pub(super) next_scaling: f64,
-    /// Simulated time of the next temperature sample between two scalings of the velocities; infinite if no sample is
-    /// due before the next scaling.
+    /// Time of the next temperature sample; infinite if no sample is due before the next scaling.
     pub(super) next_temperature: f64,
-    /// Volume moves of the present stage; `None` without a barostat.
     pub(super) moves: Option<Moves>,
     /// Last tuned amplitude of the volume moves; `None` before any tuning.
     pub(super) amplitude: Option<f64>,
     pub(super) monitor: Option<Monitor>,
-    /// Pressure of growing spheres; `None` if no spheres grow.
     pub(super) pressure_check: Option<PressureCheck>,
-    /// Detection of event storms; `None` if they are impossible.
     pub(super) storm_watch: Option<StormWatch>,
-    /// Original limit of the measurement, for which rows, frames and instruments were planned; `None` if the limit was
-    /// not changed.
+    /// Original limit of the measurement; `None` if the limit was not changed.
     pub(super) planned: Option<Until>,
     /// Names of the custom instruments with which the run began.
     pub(super) registered: Vec<String>,
     pub(super) measured_stages: Vec<MeasuredStage>,
 }
 
-/// Properties of a scene that depend on its initial particles. They are calculated in advance, because these particles
-/// may be freed later.
+/// Properties of the initial particles, which may be freed later.
 pub(crate) struct Beginning {
     observer: Observer,
     crossing: f64,
@@ -178,7 +165,7 @@ impl RunState {
         Self::begin(simulation, Beginning::of(simulation.scene()))
     }
 
-    /// The initial particles of the scene may already have been freed.
+    /// The initial particles may have been freed.
     pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing, rate, frames }: Beginning) -> Self {
         let moving = observer.applicable().moving as u64;
         Self {
@@ -218,8 +205,7 @@ impl RunState {
         }
     }
 
-    /// If the simulation has reached the end time of the present stage within round-off, returns this time and the time
-    /// left until then. Otherwise returns `None`.
+    /// Returns the end time of the current stage and the time left. `None` if the end is farther away than round-off.
     pub(super) fn rest_of_stage(&self, simulation: &Simulation) -> Option<(f64, f64)> {
         let duration = self.stage.limit.time?;
         let (end, _) = self.stage.end();
@@ -235,8 +221,7 @@ impl RunState {
         self.stage.stage == Stage::Measurement && self.has_begun && is_planned
     }
 
-    /// Changes the limit of the last measurement if the run is in this measurement. Before that, nothing changes: the
-    /// measurement takes its limit from the scene when it begins.
+    /// Changes the limit of the last measurement, if it has begun. Otherwise, the limit will come from the scene.
     pub(crate) fn extend(&mut self, limit: Until) {
         if self.stage.stage == Stage::Measurement {
             if self.measurement.is_some() && limit != self.stage.limit {
@@ -250,8 +235,8 @@ impl RunState {
         self.planned.filter(|_| self.stage.stage == Stage::Measurement).unwrap_or(self.stage.limit)
     }
 
-    /// Returns the simulated time and the number of physical events since the last measurement began; `None` if it has
-    /// not begun.
+    /// Returns the simulated time and the number of physical events since the last measurement began; `None` before the
+    /// last measurement.
     pub(crate) fn measured_so_far(&self, simulation: &Simulation) -> Option<(f64, u64)> {
         let is_measured = self.stage.stage == Stage::Measurement;
         let events = simulation.event_counts().physical().saturating_sub(self.stage.events);
@@ -276,9 +261,8 @@ impl RunState {
     }
 }
 
-/// Shortest simulated time in which a particle crosses the box; infinite if nothing moves. The particle has the highest
-/// initial speed, or the thermal speed at the highest temperature of a thermostat or wall, or starts from rest with its
-/// acceleration. The result is at most the time of [`MANY_COLLISIONS`] Andersen collisions.
+/// Shortest simulated time in which a particle crosses the box: at its initial speed, at the thermal speed, or in a
+/// fall from rest. Infinite if nothing moves. Limited to the time of [`MANY_COLLISIONS`] Andersen collisions.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
@@ -298,6 +282,5 @@ fn crossing_time(scene: &Scene) -> f64 {
     (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_COLLISIONS / collisions)
 }
 
-/// Largest number of Andersen collisions between two checks of the run. This number of collisions takes a few
-/// hundredths of a second.
+/// Largest number of Andersen collisions between two checks of the run, which take a few hundredths of a second.
 const MANY_COLLISIONS: f64 = 1e4;

@@ -1,11 +1,11 @@
-//! Times in a scene that are longer than their stage, so that they are never reached.
+//! Time settings of a scene that are never reached, because they exceed the duration of their stage.
 
 use super::driver::FEWEST_MOVES;
 use super::stage::{Settings, Stage};
 use crate::model::{Barostat, Scene, Thermostat};
 use crate::scene::measurement_times;
 
-/// A time in a scene that is too long to have any effect, or a barostat that cannot tune its amplitude.
+/// A setting that has no effect, because a stage is too short.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Unreached {
     /// An interval or a sampling time is longer than the stage or measurement.
@@ -21,7 +21,7 @@ pub enum Unreached {
     },
     /// There are too few volume moves to tune their amplitude.
     Amplitude {
-        /// Number of volume moves that tune the amplitude before the first measurement that uses it.
+        /// Number of volume moves that tune the amplitude.
         moves: f64,
         /// Minimum number of volume moves needed to tune the amplitude.
         fewest: f64,

@@ -1,4 +1,4 @@
-//! Access to the files that a scene reads, on disk or, in a browser, provided by the page.
+//! Reads the files of a scene, from disk or from the page in a browser.
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use std::fs::read;
@@ -27,6 +27,6 @@ mod brought {
 
     pub fn read(path: &Path) -> io::Result<Vec<u8>> {
         let content = BROUGHT.with_borrow(|files| files.get(path).cloned());
-        content.ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "it is not included in the page"))
+        content.ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "the page does not include this file"))
     }
 }

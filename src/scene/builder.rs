@@ -16,11 +16,10 @@ use crate::scene::unvalidated::{
     UnvalidatedStart,
 };
 
-/// Builder of a scene. It collects the parts; [`SceneBuilder::build`] validates them and places the
-/// particles.
+/// Collects the parts of a scene. [`SceneBuilder::build`] validates the parts and places the particles.
 ///
-/// Each method adds a part or sets a value, in any order. A method with the name `insert_...` also adds a part, and
-/// returns its id. Ids count from 0 in the order in which species or particles are added.
+/// Methods may be called in any order. Methods named `insert_...` return the id of the new part. Ids of species or
+/// particles count from 0 in the order of insertion.
 ///
 /// ```
 /// use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
@@ -37,32 +36,30 @@ use crate::scene::unvalidated::{
 #[derive(Debug, Clone, PartialEq)]
 #[must_use = "a builder does nothing until `build`"]
 pub struct SceneBuilder {
-    /// Parts of the scene that are set directly. Species, interactions, bonds, particles and the size of the box follow
-    /// from the other fields.
+    /// Parts that are set directly. The other fields determine the species, interactions, bonds, particles and box
+    /// size.
     pub(crate) parts: SceneParts,
     /// Size of the box; `None` if it follows from the only fill with a count and a density.
     pub(crate) size: Option<Vector>,
     pub(crate) gravity: Vector,
-    /// Temperature of the fills and chains that have neither a temperature nor a speed.
+    /// Default temperature of fills and chains without temperature and speed.
     pub(crate) temperature: Option<f64>,
-    /// Speed in the fills and chains that have neither a temperature nor a speed.
+    /// Default speed of fills and chains without temperature and speed.
     pub(crate) speed: Option<f64>,
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<LocatedGroup>,
-    /// Number of groups added so far to each table of a scene file, such as `particle` or `fill`. It is the index of
-    /// the next group of this table in config paths.
+    /// Number of groups in each table of a scene file, such as `particle` or `fill`.
     pub(crate) entries: BTreeMap<&'static str, usize>,
-    /// Id of the next particle; `None` after a group whose number of particles is not known yet.
+    /// Id of the next particle; `None` after a group of unknown size.
     pub(crate) next_id: Option<u64>,
-    /// First group whose ids the caller requested although the size of an earlier group is unknown. The scene is then
-    /// rejected.
+    /// First group whose ids were requested after a group of unknown size. Such a scene is rejected.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
-    /// Surfaces that were added, besides the surfaces that are already in `parts`.
+    /// Surfaces besides the surfaces in `parts`.
     pub(crate) surfaces: Vec<SurfaceDraft>,
     pub(crate) has_surfaces: bool,
-    /// The earlier run from whose end the scene starts, instead of from groups of particles.
+    /// Earlier run whose last state replaces the groups of particles.
     pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
 }
@@ -102,8 +99,7 @@ impl SceneBuilder {
         }
     }
 
-    /// Creates a builder from the parts of a scene. Only the species and the size of the box move to fields of the
-    /// builder; all other values remain in the parts.
+    /// Creates a builder from the parts of a scene.
     pub(crate) fn of_parts(parts: SceneParts) -> Self {
         let species = parts.species.iter().map(SpeciesDraft::of).collect();
         Self { size: Some(parts.space.size), species, parts, ..Self::new("") }
@@ -114,13 +110,13 @@ impl SceneBuilder {
         seed(seed: u64) => parts.seed;
         /// Sets the simulated time at the start `[time]`.
         start_time(time: f64) => parts.start_time;
-        /// Sets whether particles may overlap at the start. If they do, overlaps never grow deeper, and disappear unless
-        /// gravity or wells hold the particles together.
+        /// Sets whether particles may overlap at the start. Overlaps never grow deeper, and disappear unless gravity or
+        /// wells hold the particles together.
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
         /// Sets the boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;
-        /// Sets the gravity `[length / time^2]`: the acceleration of every moving species that has no acceleration of
-        /// its own.
+        /// Sets the gravity `[length / time^2]`: the acceleration of all moving species without an acceleration of
+        /// their own.
         gravity(gravity: Vector) => gravity;
         /// Sets the shear rate of the box `[1 / time]`. The streaming velocity is `v_x = rate (y - y_middle)`, and the
         /// periodic images above and below slide along x.
@@ -129,16 +125,14 @@ impl SceneBuilder {
         displacement(displacement: f64) => parts.displacement;
         /// Switches the TC model on and sets its contact time `[time]`.
         contact_time(time: f64) => parts.contact_time;
-        /// Sets the temperature of Maxwell velocities `[energy]` in all fills and chains that have neither a temperature
-        /// nor a speed.
+        /// Sets the temperature `[energy]` of all fills and chains without temperature and speed.
         temperature(temperature: f64) => temperature;
-        /// Sets the speed `[length / time]` of all particles in the fills and chains that have neither a temperature nor
-        /// a speed. The directions are random.
+        /// Sets the speed `[length / time]` of all particles in fills and chains without temperature and speed.
+        /// Directions are random.
         ///
-        /// Within a species, pairs of particles have opposite directions. If the number of particles is odd, three of
-        /// them have directions at 120 degrees to each other. Every particle therefore has exactly this speed, and the
-        /// total momentum is zero. There are two exceptions: a species of one particle, and an odd number of particles
-        /// in one dimension. One particle then has no partner, and its momentum remains.
+        /// Particles of a species move in pairs in opposite directions. If their number is odd, three of them move at
+        /// 120 degrees to each other. The total momentum is therefore zero. A particle without partners keeps its
+        /// momentum: the only particle of a species, or the odd particle in one dimension.
         speed(speed: f64) => speed;
         /// Sets what the live page shows during a run.
         live(live: LivePlan) => parts.live;
@@ -146,31 +140,29 @@ impl SceneBuilder {
         audit(audit: AuditPlan) => parts.audit;
         /// Sets the stages, limits and thermostats of the run.
         run(run: RunPlan) => parts.run;
-        /// Output plan.
+        /// Sets the output of the run.
         output(output: OutputPlan) => parts.output;
-        /// Measurement plan.
+        /// Sets the measurements.
         measure(plan: MeasurementPlan) => parts.measure;
         /// Plans a replica exchange at several temperatures, which [`Exchange`](crate::exchange::Exchange) runs.
         #[doc(alias = "parallel tempering")]
         exchange(plan: ExchangePlan) => parts.exchange;
     }
 
-    /// Sets the box. Without a box, the scene gets a periodic cube whose size follows from the only fill with a count
-    /// and a density.
+    /// Sets the box. Without a box, the only fill with a count and a density determines a periodic cube.
     pub fn space(mut self, space: Space) -> Self {
         self.size = Some(space.size);
         self.parts.space = space;
         self
     }
 
-    /// Makes both walls of an axis (0, 1, 2) thermal. Particles leave them with velocities of this temperature
-    /// `[energy]`.
+    /// Makes both walls of an axis (0, 1, 2) thermal, with a common temperature `[energy]`.
     pub fn wall_temperature(self, axis: usize, temperature: f64) -> Self {
         self.wall_temperatures(axis, [Some(temperature); 2])
     }
 
-    /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature `[energy]`. A
-    /// wall without a temperature reflects particles.
+    /// Sets the temperatures of the lower and the upper wall of an axis (0, 1, 2) `[energy]`. A wall without a
+    /// temperature reflects particles.
     pub fn wall_temperatures(mut self, axis: usize, temperatures: [Option<f64>; 2]) -> Self {
         if let Some(walls) = self.parts.wall_temperatures.get_mut(axis) {
             *walls = temperatures;
@@ -190,7 +182,7 @@ impl SceneBuilder {
         SpeciesId(id(self.species.len() - 1))
     }
 
-    /// Adds an interaction between two species, for bonds, or for both.
+    /// Adds an interaction between species or in bonds.
     pub fn interaction(mut self, interaction: InteractionDraft) -> Self {
         self.interactions.push(interaction);
         self
@@ -209,20 +201,19 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a particle and returns its id. The id is unknown after a fill or surface of unknown size; [`Self::build`]
-    /// then returns an error.
+    /// Adds a particle and returns its id. After a fill or surface with an unknown number of particles, the id is
+    /// unknown, and [`Self::build`] returns an error.
     pub fn insert_particle(&mut self, species: &str, position: Vector, velocity: Vector) -> ParticleId {
         self.insert("particle", Group::Listed(Listed::one(species, position, velocity)))
     }
 
-    /// Adds many particles. If no box is set, the number and density of the only fill determine its size.
+    /// Adds many particles. Without a box, the count and the density of the only fill determine the box.
     pub fn fill(mut self, fill: Fill) -> Self {
         self.push("fill", Group::Fill(fill));
         self
     }
 
-    /// Temperature and speed of the random velocities in a fill or chain. A fill without either takes both from the
-    /// scene.
+    /// Returns the temperature and the speed of a fill or chain, or else the defaults of the scene.
     pub(crate) fn motion(&self, own: (Option<f64>, Option<f64>)) -> (Option<f64>, Option<f64>) {
         if own == (None, None) { (self.temperature, self.speed) } else { own }
     }
@@ -233,8 +224,8 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds bonded chains and returns the id of the first particle. The ids of the other particles follow chain by
-    /// chain. [`Self::build`] returns an error in the same cases as for [`Self::insert_particle`].
+    /// Adds bonded chains and returns the id of the first particle. The other ids follow chain by chain.
+    /// [`Self::build`] returns the same error as for [`Self::insert_particle`].
     pub fn insert_chain(&mut self, chain: Chain) -> ParticleId {
         self.insert("chain", Group::Chain(chain))
     }
@@ -253,8 +244,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a group of particles as the next entry of a table in a scene file. Returns the id of its first particle, if
-    /// it is known.
+    /// Adds a group of particles. Returns the id of the first particle, if it is known.
     pub(crate) fn push(&mut self, table: &'static str, group: Group) -> Option<u64> {
         let number = self.entries.entry(table).or_default();
         let at = ConfigPath::entry(table, *number);

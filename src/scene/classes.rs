@@ -1,4 +1,4 @@
-//! Replaces species with distributed diameters by classes: species with one diameter each.
+//! Replaces a species with distributed diameters by classes. Each class is a species with one diameter.
 
 use crate::prepare::polydispersity::{Class, mass_of, mean_diameter, spread};
 use crate::scene::SceneBuilder;
@@ -8,11 +8,10 @@ use crate::scene::limits::positive;
 use crate::scene::unvalidated::{Fill, Group, InteractionDraft, LocatedGroup, Model, SpeciesDraft};
 use crate::scene::validate::measure;
 
-/// Maximum number of species with distributed diameters. Their 32,896 pairs may all be interactions, with 16-bit
-/// numbers.
+/// Maximum number of species in a scene with distributed diameters. Each of the `256 * 257 / 2` pairs may have an
+/// interaction, and interactions are numbered with 16 bits.
 const MOST_SPECIES: usize = 256;
 
-/// A species with a distribution of diameters.
 #[derive(Debug)]
 pub(crate) struct Distributed {
     /// Index of the species in the scene file.
@@ -164,8 +163,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
     Ok(())
 }
 
-/// Rejects an explicit contact distance for species with distributed diameters, which have one for each pair of
-/// classes.
+/// Rejects an explicit contact distance for species with distributed diameters.
 fn check_diameter(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
     let expected =
         "no lengths: with a distribution of diameters, they follow from the diameters of each pair of classes";
@@ -191,7 +189,7 @@ fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) ->
     Ok(())
 }
 
-/// For each species and interaction of a builder, its index in the scene file; empty if classes replace no species.
+/// The index of each species and interaction in the scene file; empty if no species is replaced by classes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Origins {
     species: Vec<usize>,
@@ -199,7 +197,7 @@ pub(crate) struct Origins {
 }
 
 impl Origins {
-    /// Replaces indices of expanded species and interactions in an error by their indices in the file.
+    /// Replaces the indices in an error by the indices in the file.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
         error.moved(|at| at.entry_moved("species", &self.species).entry_moved("interaction", &self.interactions))
     }

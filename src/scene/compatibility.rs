@@ -1,4 +1,4 @@
-//! Which features of a scene exclude each other: one table for validation, the JSON Schema and the documents.
+//! A table of features that exclude each other, for validation, the JSON Schema and the documents.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ use crate::scene::validate::start::Configuration;
 pub struct Feature {
     /// Name in messages and documents.
     pub name: &'static str,
-    /// Keys of a scene file that give a scene the feature, such as `space.shear_rate`. Indices are left out.
+    /// Keys of a scene file that enable the feature, such as `space.shear_rate`. Indices are left out.
     pub keys: &'static [&'static str],
     found: Search,
 }
@@ -33,15 +33,15 @@ impl fmt::Debug for Feature {
 /// Two features that exclude each other in a scene. Features of stages exclude each other only in the same stage.
 #[derive(Debug, Clone, Copy)]
 pub struct Exclusion {
-    /// The feature at whose value the error points.
+    /// The feature whose value is marked in the error.
     pub feature: Feature,
-    /// The feature that excludes it.
+    /// The feature that excludes `feature`.
     pub with: Feature,
     /// Words after the value in the error, such as "with gravity"; may be empty.
     pub circumstance: &'static str,
     /// What is expected instead; empty if the feature must be absent.
     cure: &'static str,
-    /// Why the features exclude each other; empty if the cure says it.
+    /// Why the features exclude each other; empty if `cure` already explains it.
     reason: &'static str,
 }
 
@@ -63,13 +63,12 @@ struct Subject<'a> {
     phase: Phase<'a>,
 }
 
-/// Config path of a feature, or `None` for its first key; and its value in the error.
+/// Config path of a feature (`None` for its first key), and the value for the error message.
 type Found = (Option<ConfigPath>, String);
 
-/// Finds a feature. It returns `None` if the scene does not have the feature in this stage.
+/// Finds a feature in a stage of a scene.
 type Search = fn(&Subject<'_>) -> Option<Found>;
 
-/// A stage of a run.
 pub(super) struct Phase<'a> {
     pub at: ConfigPath,
     pub thermostat: Option<&'a Thermostat>,
@@ -100,7 +99,6 @@ pub(super) fn phases(plan: &RunPlan) -> impl Iterator<Item = Phase<'_>> {
     }])
 }
 
-/// Rejects a scene with two features that exclude each other.
 pub(super) fn check(builder: &SceneBuilder, start: &Configuration<'_>) -> Result<(), SceneError> {
     let parts = &builder.parts;
     let subjects: Vec<_> = phases(&parts.run).map(|phase| Subject { builder, parts, start, phase }).collect();
@@ -120,17 +118,14 @@ fn path(key: &'static str) -> ConfigPath {
     key.split('.').fold(ConfigPath::root(), |at, key| at.key(key))
 }
 
-/// A feature at its first key, without a value to show.
 fn given(is_given: bool) -> Option<Found> {
     is_given.then(|| (None, "given".to_owned()))
 }
 
-/// A feature at its first key, with a value.
 fn shown(value: Option<impl fmt::Display>) -> Option<Found> {
     Some((None, value?.to_string()))
 }
 
-/// A feature at another place.
 fn given_at(is_given: bool, at: impl FnOnce() -> ConfigPath) -> Option<Found> {
     is_given.then(|| (Some(at()), "given".to_owned()))
 }
@@ -237,7 +232,7 @@ const STATIC: Feature = feature("static particles", &["species.static"], |it| {
     let is_static: Vec<bool> = it.start.interactions.species.iter().map(|species| species.is_static()).collect();
     given(is_static.contains(&true) && particles.iter().any(|particle| is_static[particle.species.0 as usize]))
 });
-/// Growth and shear also exclude a static species without particles.
+/// Growth and shear are incompatible with a static species, even if the species has no particles.
 const STATIC_SPECIES: Feature = feature("static particles", &["species.static"], |it| {
     given(it.start.interactions.species.iter().any(|species| species.is_static()))
 });
@@ -264,7 +259,7 @@ const EVENT_LOG: Feature = key(&["output.events"], |it| given(it.parts.output.ha
 const COUNTS: Feature = key(&["output.count"], |it| given(!it.parts.output.regions.is_empty()));
 const FORMATS: Feature = key(&["output.formats"], |it| given(!it.parts.output.formats.is_empty()));
 
-/// Iterates over the laws of walls and of surfaces, each with the config path of its keys.
+/// Iterates over the laws of walls and surfaces, with the config paths of their keys.
 fn laws(it: &Subject<'_>) -> impl Iterator<Item = (ConfigPath, SurfaceLaw)> {
     let space = &it.start.space;
     let temperatures = space.of_walls(it.parts.wall_temperatures);
@@ -272,7 +267,7 @@ fn laws(it: &Subject<'_>) -> impl Iterator<Item = (ConfigPath, SurfaceLaw)> {
         let Boundary::Bounded { lower, upper } = space.boundary[k] else { return Vec::new() };
         let axis = path("space").key(AXES[k]);
         let [below, above] = temperatures[k];
-        // If both walls of an axis have the same law, the scene gives it once for the axis.
+        // If both walls of an axis have the same law, the scene file contains a single law for the axis.
         let is_common = space.walls(k) < 2 || (lower, below) == (upper, above);
         let wall = |side: &'static str, face, temperature: Option<f64>| {
             let Face::Wall(law) = face else { return None };
@@ -293,7 +288,7 @@ fn losses(it: &Subject<'_>) -> Option<Found> {
         |(index, draft): (usize, &InteractionDraft)| lossy(ConfigPath::entry("interaction", index), draft.restitution);
     let of_interaction = |(index, interaction): (usize, &Interaction)| {
         let (at, restitution) = lossy(ConfigPath::entry("interaction", index), interaction.law.restitution)?;
-        // A scene that lists no interactions takes them from the run with which it starts.
+        // A scene without interactions takes the interactions of the run from which it starts.
         let of_run = || (Some(path("start.from")), format!("a run with an interaction of restitution {restitution}"));
         Some(if it.builder.start.is_some() { of_run() } else { (at, restitution) })
     };
@@ -317,7 +312,6 @@ const fn row(
     Exclusion { feature, with, circumstance, cure, reason }
 }
 
-/// The feature must be absent.
 const ABSENT: &str = "";
 const ONLY_TRAJECTORIES: &str = "it writes only trajectories and a row for each attempt to swap";
 const HARD_SPHERES: &str =
@@ -327,7 +321,7 @@ const CONSTANT_SIZE: &str = "surfaces need particles of constant size in a box w
 const ANDERSEN: &str = "a thermostat of the kind \"andersen\" in the same table";
 const OF_MOVES: &str = "it gives the temperature of the volume moves";
 
-/// The table. The first row that applies gives the error.
+/// Features that exclude each other. The first matching row determines the error.
 #[rustfmt::skip]
 pub const EXCLUSIONS: &[Exclusion] = &[
     row(STAGE, EXCHANGE, "", ABSENT, "prepare the particles with `carom run`, and start from the end of that run with start.from"),

@@ -1,4 +1,4 @@
-//! Config path: the keys and indices that lead to a value of a scene.
+//! Paths of keys and indices to the values of a scene.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -38,7 +38,7 @@ impl ConfigPath {
         self.step(PathStep::Index(index))
     }
 
-    /// Path of entry `index` of the top-level array of tables `table`, such as `interaction[0]`.
+    /// Path of an entry in a top-level array of tables, such as `interaction[0]`.
     #[must_use]
     pub fn entry(table: &'static str, index: usize) -> Self {
         Self::root().key(table).index(index)

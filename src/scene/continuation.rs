@@ -42,9 +42,8 @@ fn at_start() -> ConfigPath {
 }
 
 impl Scene {
-    /// Reads a scene that continues from the present state of a simulation. The particles, bonds and static meshes come
-    /// from the simulation, and everything else from `text` and `overrides`. Returns [`SceneError`] for the first error
-    /// in the text, or if the state does not fit the scene.
+    /// Reads a scene that continues a simulation. Particles, bonds and static meshes come from the simulation, and
+    /// everything else from the text and the overrides.
     pub(crate) fn from_toml_after(
         text: &str,
         name: &Path,
@@ -85,7 +84,7 @@ impl SceneBuilder {
         next.starting_from(&last).map_err(|error| next.origins.located(error))
     }
 
-    /// Returns a builder that takes the parts missing in the scene from the run.
+    /// Returns a builder whose missing parts are taken from the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
         (next.parts.start_time, next.parts.displacement) = (simulation.time(), simulation.displacement());
@@ -143,8 +142,8 @@ impl SceneBuilder {
             static_surfaces: static_surfaces(run, &particles, &species)?,
             starts: vec![(0, at_start())],
         };
-        // If a periodic side opens, pairs captured across it are suddenly far apart. If a side becomes periodic, pairs
-        // across it may suddenly be close. In both cases, the distances determine which pairs are captured.
+        // If a side opens or becomes periodic, distances across this side change. The new distances then determine
+        // which pairs are captured.
         let is_kept = if has_same_periods(&space, &run.space) {
             kept(run, &species, &interactions, &bonds)
         } else {
@@ -163,7 +162,7 @@ impl SceneBuilder {
         let displacement = self.parts.displacement;
         let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
-        // The positions need no check if interactions, walls and surfaces are the same as in the run.
+        // With the same interactions, walls and surfaces as in the run, the positions need no check.
         if !is_as_it_was {
             self.check_places(&start)?;
         }
@@ -203,7 +202,7 @@ fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> 
         surface.species = sphere.species;
         if !species[surface.species.0 as usize].is_static() {
             let value = format!("a run with static spheres of the mesh `{}`", surface.name);
-            return refuse(at_start(), value, "the species of these spheres to be static in the scene as well");
+            return refuse(at_start(), value, "the species of these spheres to be static in the new scene, too");
         }
     }
     Ok(surfaces)
@@ -214,7 +213,7 @@ fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneErr
     for (k, axis) in AXES.into_iter().enumerate() {
         let (here, there) = (word(boundary[k]), word(run.boundary[k]));
         if here != there {
-            let expected = format!("{there}, as in the run that [start] names");
+            let expected = format!("{there}, as in the run given by [start]");
             return refuse(ConfigPath::root().key("space").key(axis), here, expected);
         }
     }
@@ -224,7 +223,7 @@ fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneErr
 fn check_box(space: &Space, run: &Space) -> Result<(), SceneError> {
     for (key, here, there) in [("size", space.size, run.size), ("lower", space.lower, run.lower)] {
         if let Some(k) = (0..3).find(|&k| here[k] != there[k]) {
-            let expected = format!("{}, as in the run that [start] names; leave `{key}` out", there[k]);
+            let expected = format!("{}, as in the run given by [start]; leave `{key}` out", there[k]);
             return refuse(ConfigPath::root().key("space").key(key).index(k), here[k], expected);
         }
     }
@@ -294,8 +293,7 @@ fn are_alike(a: &Potential, b: &Potential) -> bool {
     a.radii() == b.radii() && a.is_bond() == b.is_bond() && are_finite(a) == are_finite(b)
 }
 
-/// For each interaction, whether its discontinuities are the same as in the earlier run, so that pairs keep their
-/// states.
+/// Whether the discontinuities of each interaction are the same as in the earlier run. Pairs then keep their states.
 fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds: &[Bond]) -> Vec<bool> {
     let in_run: HashMap<&str, usize> = run.species.iter().enumerate().map(|(k, it)| (it.name.as_str(), k)).collect();
     let mut is_kept = vec![true; interactions.len()];
@@ -321,7 +319,7 @@ fn has_same_periods(one: &Space, other: &Space) -> bool {
     periodic(one) == periodic(other)
 }
 
-/// Whether the walls of the box and the diameters are unchanged since the run, so that no particle overlaps a wall.
+/// Whether walls and diameters are unchanged, so that no particle overlaps a wall.
 fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
     let diameters: HashMap<&str, f64> = run.species.iter().map(|it| (it.name.as_str(), it.diameter)).collect();
     let walls = |space: &Space| [0, 1, 2].map(|axis| space.walled_sides(axis));

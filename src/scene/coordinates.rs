@@ -1,4 +1,4 @@
-//! Starts a scene from frames with bonds and a box, read from extended XYZ files or passed by a program.
+//! Starts a scene from frames in extended XYZ files or from a program.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -28,7 +28,7 @@ struct Start<'f> {
     has_box: bool,
     has_radii: bool,
     beside: Beside,
-    /// Line number, in the file, of the comment line of the frame. This line contains the box and the bonds.
+    /// Number of the line that contains the box and the bonds of the frame.
     comment: usize,
 }
 
@@ -37,7 +37,7 @@ struct Start<'f> {
 struct Origin {
     at: ConfigPath,
     path: Option<PathBuf>,
-    /// Name of the interaction for the bonds of the frame, if the scene gives one.
+    /// Name of the interaction for the bonds of the frame, if given in the scene.
     bond: Option<String>,
 }
 
@@ -58,8 +58,7 @@ pub(super) struct Frames<'a> {
     pub may_give_box: bool,
 }
 
-/// Adds the particles and bonds of frames to a scene. The first frame with a box also gives the box of the scene,
-/// unless the scene determines its size otherwise.
+/// Adds the particles and bonds of frames to a scene. The first frame with a box may also determine the box.
 pub(super) fn add(frames: &Frames<'_>, scene: &mut SceneBuilder) -> Result<Vec<RadiiAndMasses>, SceneError> {
     let mut sizes = Vec::with_capacity(frames.files.len());
     if let Some(given) = frames.given {
@@ -122,9 +121,8 @@ fn add_start(
     Ok(())
 }
 
-/// Takes the size of the box from a frame. Also takes the lower corner and the sides of the box if the scene does not
-/// give them. A frame cannot distinguish walls from open sides, so the scene must give the sides of an axis that is
-/// neither periodic nor flat.
+/// Takes the size of the box from a frame, and the lower corner and the sides if the scene does not give them. A frame
+/// cannot distinguish walls from open sides, so the scene must give sides that are neither periodic nor flat.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let boundary = scene.parts.space.boundary;
     scene.size = Some(Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { 0.0 } else { frame.size[k] }));
@@ -144,7 +142,7 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
     Ok(())
 }
 
-/// Adds the bonds of a frame, with the interaction that the scene names for all bonds, or else the file for each bond.
+/// Adds the bonds of a frame. The interactions are named in the scene or in the file.
 fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let frame = &*start.frame;
     if frame.bonds.is_empty() {
@@ -200,7 +198,7 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
     Ok(())
 }
 
-/// Returns the path and checksum of a file. If the scene states another checksum, returns an error.
+/// Returns the path and checksum of a file. If the scene contains another checksum, returns an error.
 pub(super) fn unchanged(
     path: &Path,
     text: &[u8],

@@ -52,7 +52,7 @@ pub enum SceneErrorKind {
     #[error("the name `{name}` is already taken by {first}")]
     Duplicate { name: String, first: ConfigPath },
     /// Two species that can meet but have no interaction.
-    #[error("species `{first}` and `{second}` can meet, but no [[interaction]] says what happens then")]
+    #[error("species `{first}` and `{second}` can meet, but no [[interaction]] is given for this pair")]
     NoInteraction { first: String, second: String },
     /// An invalid potential.
     #[error(transparent)]
@@ -81,7 +81,7 @@ pub enum SceneErrorKind {
     #[error("particles {first} and {second} are bonded twice")]
     BondedTwice { first: u32, second: u32 },
     /// A bond that is too short or too long at the start.
-    #[error("particles {first} and {second} start {distance} apart, but their bond holds from {shortest} to {longest}")]
+    #[error("particles {first} and {second} start {distance} apart, but their bond allows {shortest} to {longest}")]
     BondLength { first: u32, second: u32, distance: f64, shortest: f64, longest: f64 },
     /// A packing fraction above the densest packing.
     #[error("a packing fraction of {value} is impossible: equal spheres fill at most {limit}")]
@@ -92,10 +92,10 @@ pub enum SceneErrorKind {
     )]
     LatticeTooTight { count: usize, spacing: f64, contact: f64 },
     /// A fill whose region is smaller than a particle.
-    #[error("the region has no room for a particle of diameter {diameter}: expected a larger one")]
+    #[error("the region has no room for a particle of diameter {diameter}: expected a larger region")]
     RegionTooSmall { diameter: f64 },
     /// A fill or chain that finds no free position for a further particle.
-    #[error("only {placed} of {count} fitted: {attempts} random attempts found no place for the next one")]
+    #[error("only {placed} of {count} fitted: {attempts} random attempts found no place for the next particle")]
     NoRoom { placed: usize, count: usize, attempts: usize },
     /// A dense random start whose growing spheres jam before they reach their final diameters.
     #[error("a random packing fraction of {wanted:.4} was not reached: these particles jam at {reached:.4}")]
@@ -115,13 +115,13 @@ pub enum SceneErrorKind {
     /// A coordinate or mesh file whose checksum differs from the checksum in the scene.
     #[error("{} has changed: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },
-    /// A scene that starts from a run, where runs cannot be read.
-    #[error("the scene starts from the run in {}, expected one with particles of its own", path.display())]
+    /// A scene that starts from a run, in a context where runs cannot be read.
+    #[error("the scene starts from the run in {}, expected a scene with its own particles", path.display())]
     NeedsRun { path: PathBuf },
     /// A run whose last state cannot be the start of another run.
     #[error("nothing can start from {}: {problem}", path.display())]
     NoStart { path: PathBuf, problem: String, cure: String },
-    /// A run whose checkpoint no longer has the checksum that the scene states.
+    /// A run whose checkpoint no longer has the checksum in the scene.
     #[error("the run in {} has changed: the checksum of its checkpoint is {found}, expected {expected}", path.display())]
     RunChanged { path: PathBuf, found: String, expected: String },
     /// An override that cannot be applied, for example because an entry in its path does not exist.
@@ -189,7 +189,7 @@ impl SceneErrorKind {
     }
 }
 
-/// Explains that Carom lacks a feature of other programs, and suggests an alternative to its key.
+/// Suggests alternatives to keys of other programs.
 fn not_there(key: &str) -> Option<&'static str> {
     Some(match key {
         "inlet" | "inlets" | "outlet" | "outlets" | "insertion" | "recirculate" => {
@@ -202,7 +202,7 @@ fn not_there(key: &str) -> Option<&'static str> {
         | "tangential_restitution"
         | "rolling_friction"
         | "rolling_resistance" => {
-            "particles and surfaces are smooth, without friction: `restitution` sets the loss of a contact along its normal"
+            "particles and surfaces are smooth, without friction: `restitution` is the ratio of the normal speeds after and before a contact"
         }
         "spin" | "spins" | "angular_velocity" | "omega" | "inertia" | "moment_of_inertia" => {
             "particles are smooth and do not rotate: a sphere has a position and a velocity"
@@ -276,8 +276,8 @@ pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> 
         .map(|(_, candidate)| candidate.to_owned())
 }
 
-/// Error in a scene, with the config path of the value and its line in the file. Displays as one line. As a
-/// [`miette::Diagnostic`] it also shows the file, the line with the value underlined, and a suggestion.
+/// Error in a scene, with the config path of the value and its line in the file. As a [`miette::Diagnostic`], the error
+/// also shows the underlined value and a suggestion.
 #[derive(Debug)]
 pub struct SceneError(Box<Inner>);
 
@@ -338,7 +338,7 @@ impl SceneError {
         self
     }
 
-    /// Further errors in the same text, in its order: unknown keys, and values of the wrong type.
+    /// Further errors in the same text, from top to bottom: unknown keys, and values of the wrong type.
     #[must_use]
     pub fn others(&self) -> &[Self] {
         &self.0.others

@@ -1,7 +1,7 @@
-//! The file format of a scene: its TOML, key by key, before validation.
+//! The format of a scene file.
 //!
-//! The comments and ranges of the fields become the descriptions and limits of [`schema`](fn@crate::scene::schema),
-//! which editors show. Each comment therefore states the meaning of the key for a user, with its unit.
+//! The comments of the fields become the descriptions in [`schema`](fn@crate::scene::schema), which editors show. Each
+//! comment states the meaning of the key for a user, with its unit.
 
 mod diameter;
 mod drive;
@@ -31,8 +31,8 @@ use crate::model::Format;
 use crate::scene::names::{SCENE, WORD, WORDS};
 use crate::scene::parse::plan::AUTOMATIC;
 
-/// A scene of Carom: what is simulated, for how long, and what is measured and written. Units are reduced: the scene
-/// chooses the units of length, mass and energy, and Boltzmann's constant is 1.
+/// A scene of Carom: what is simulated, measured and written. The scene chooses the units of length, mass and energy.
+/// Boltzmann's constant is 1.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(title = "Carom scene", extend(
@@ -56,16 +56,16 @@ pub(crate) struct SceneFile {
     /// Whether particles may overlap at the start. Overlaps never grow deeper, and disappear unless gravity or wells
     /// hold the particles together.
     pub allow_invalid_start: bool,
-    /// The run whose last state is the start of this run, instead of particles in the scene.
+    /// Start from the last state of another run, instead of from particles in the scene.
     pub start: Option<StartFile>,
     /// The box and its sides.
     pub space: Option<SpaceFile>,
     /// Gravity, and the contact time of the TC model.
     pub dynamics: Option<DynamicsFile>,
-    /// Species of particles, at least one; with `start`, taken from the earlier run if not given.
+    /// Species of particles, at least one. If not given, a scene with `start` takes them from the earlier run.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// Interactions of pairs of species and of bonded particles; with `start`, taken from the earlier run if not given.
+    /// Interactions of species and of bonds. If not given, a scene with `start` takes them from the earlier run.
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
     pub particle: Vec<ParticleFile>,
@@ -77,18 +77,17 @@ pub(crate) struct SceneFile {
     pub fill: Vec<FillFile>,
     /// Surfaces made of static particles.
     pub mesh: Vec<MeshFile>,
-    /// Surfaces that particles collide with, besides the walls; with `start`, taken from the earlier run if not given.
+    /// Surfaces besides the walls. If not given, a scene with `start` takes them from the earlier run.
     pub surface: Option<Vec<SurfaceFile>>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
-    /// Limits of the audit of a run. They replace the limits that follow from round-off.
+    /// Limits of the audit of a run. The default limits follow from round-off.
     pub audit: AuditFile,
     /// Parts of the run before the final part, in order.
     pub stage: Vec<StageFile>,
     /// Settings of the run, such as its length.
     pub run: Option<RunFile>,
-    /// Replica exchange instead of a single run: replicas at several temperatures or distances are swapped at
-    /// intervals.
+    /// Replica exchange between several temperatures or distances, instead of a single run.
     pub exchange: Option<ExchangeFile>,
     /// Measurements.
     pub measure: MeasureFile,
@@ -113,8 +112,8 @@ impl SceneFile {
 pub(crate) struct StartFile {
     /// Folder of the run, relative to the folder of the scene.
     pub from: String,
-    /// Checksum at the end of the checkpoint of the other run: `crc32:` and eight hexadecimal digits. The new run adds
-    /// it to its copy of the scene.
+    /// Checksum of the checkpoint of the other run: `crc32:` and eight hexadecimal digits. The new run adds it to its
+    /// copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
@@ -140,7 +139,7 @@ pub(crate) struct SpeciesFile {
     pub name: String,
     /// Diameter or distribution of diameters `[length]`.
     pub diameter: DiameterFile,
-    /// Mass `[mass]`, which every moving species needs. With distributed diameters, it is given at the mean diameter.
+    /// Mass `[mass]`, required for moving species. With distributed diameters, it is the mass at the mean diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
     /// Whether the particles of the species never move.
@@ -150,7 +149,7 @@ pub(crate) struct SpeciesFile {
     pub acceleration: Option<[f64; 3]>,
 }
 
-/// `[audit]`: relative limits that replace the limits from round-off.
+/// `[audit]`: relative limits of the audit of a run.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AuditFile {
@@ -189,12 +188,12 @@ pub(crate) struct RunFile {
     pub until_events: Option<u64>,
     /// Gravity of the equilibration and the measurement `[length / time^2]`; the gravity of `[dynamics]` if not given.
     pub gravity: Option<[f64; 3]>,
-    /// Thermostat during the measurement; none if not given.
+    /// Thermostat during equilibration and measurement; none if not given.
     pub thermostat: Option<ThermostatFile>,
     /// Barostat during equilibration and measurement; none if not given. It needs a thermostat of the kind `andersen`.
     pub barostat: Option<BarostatFile>,
     /// Number of threads of the run; 1 if not given. `auto` uses one thread per core, or fewer if there are few
-    /// particles. The results are bit for bit the same for any number.
+    /// particles. The results do not depend on this number.
     pub threads: Option<ThreadsFile>,
 }
 

@@ -17,9 +17,8 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
-/// Maximum number of lattice sites in the bounding box of a region, unless at least a tenth of the sites are needed. A
-/// thin diagonal cylinder contains only a few of these sites. At the maximum, a fill takes a few seconds and about a
-/// gigabyte of memory.
+/// Maximum number of lattice sites in the bounding box of a region, unless at least a tenth of the sites are used. A
+/// fill with this number takes a few seconds and about a gigabyte of memory.
 const MOST_SITES: f64 = 2e7;
 
 /// Relative tolerance between the mean of two diameters and the contact distance.
@@ -44,14 +43,14 @@ impl Filling {
         Ok(filling)
     }
 
-    /// Number of particles of a fill; an upper bound if the fill has the key `as_many_as_fit`.
+    /// Number of particles of a fill; an upper bound with `as_many_as_fit`.
     pub(crate) fn count(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<u64, SceneError> {
         let (species, space) = (placing.species, placing.space);
         if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {
             return refuse(
                 at.key("as_many_as_fit"),
                 true,
-                "`arrangement = \"random\"`, or no such key: a lattice has all of its particles",
+                "`arrangement = \"random\"`, or no such key: a lattice always contains all particles of the fill",
             );
         }
         let region = region(fill, space, at)?;
@@ -80,7 +79,7 @@ impl Filling {
         Ok(count)
     }
 
-    /// Returns the species of each particle, sorted by species.
+    /// Returns the species of each particle, grouped by species.
     pub(crate) fn kinds(&self) -> Vec<SpeciesId> {
         self.shares.iter().flat_map(|&(species, count)| std::iter::repeat_n(species, count)).collect()
     }
@@ -204,7 +203,7 @@ fn volume_per_particle(
 }
 
 impl SceneBuilder {
-    /// Computes the edges of the box, a cube, square or line, from the only fill with a count and a density.
+    /// Computes the edges of the box from the only fill with a count and a density. Edges that are not 0 are equal.
     pub(crate) fn derived_size(&self, species: &[Species], space: &Space) -> Result<Vector, SceneError> {
         let mut deciding = self.groups.iter().filter_map(|placed| match &placed.group {
             Group::Fill(fill @ Fill { count: Some(count), amount: Some(amount), region: None, .. }) => {

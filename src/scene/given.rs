@@ -13,7 +13,7 @@ use crate::trajectory::extended_xyz::{WriteError, write_frame};
 use crate::trajectory::frame::FrameParticle;
 
 /// Particles that a program passes to a scene, treated like the particles of a `[[file]]`. Their ids follow the ids of
-/// `[[particle]]` and precede the ids of files.
+/// single particles and precede the ids of files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GivenParticles {
@@ -25,9 +25,9 @@ pub struct GivenParticles {
     pub has_box: bool,
     /// Whether the frame has radii, which must then equal the radii of the species.
     pub has_radii: bool,
-    /// Whether the positions have only x and y. The z axis must then be flat, and all particles have the same z.
+    /// Whether the positions have only x and y. The z axis must then be flat.
     pub is_plane: bool,
-    /// Name of the interaction for all bonds; `None` for the interactions that the frame names.
+    /// Name of the interaction for all bonds; `None` if the interactions are named in the frame.
     pub bond: Option<String>,
 }
 
@@ -82,7 +82,7 @@ impl GivenParticles {
         Ok(content)
     }
 
-    /// Position of a particle in the space of a scene. Two-dimensional positions get the z of the flat axis.
+    /// Position of a particle in a scene. Positions with only x and y get the z of the flat axis.
     pub(super) fn placed(&self, position: Vector, space: &Space) -> Vector {
         if self.is_plane { Vector::new(position.x, position.y, space.lower.z) } else { position }
     }
@@ -164,7 +164,7 @@ position = [0.5, 0.5, 0.5]
 until_time = 1.0
 "#;
 
-    /// Two beads, the second beyond a periodic side of the box.
+    /// Two beads. The second bead is beyond a periodic side of the box.
     fn given() -> GivenParticles {
         let particle = |id: u32, x: f64| FrameParticle {
             id: ParticleId(id),

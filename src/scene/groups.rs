@@ -108,7 +108,7 @@ impl Groups {
         counts
     }
 
-    /// Settings for the random velocities of fills and chains; all other particles have given velocities.
+    /// Settings for the random velocities of fills and chains.
     pub(crate) fn drawn(&self, scene: &SceneBuilder) -> Vec<Drawn> {
         let ends = self.starts.iter().skip(1).map(|(first, _)| *first).chain([self.particles.len()]);
         let ids = self.starts.iter().zip(ends).map(|((first, _), end)| *first..end);
@@ -142,7 +142,6 @@ fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) 
     let mut particles = Vec::with_capacity(listed.particles.len());
     for (row, particle) in listed.particles.iter().enumerate() {
         let found = known.get(particle.species.0 as usize).copied().flatten();
-        // Most particles are valid, so error messages are prepared only after a failed check.
         let Some(kind) = found.filter(|kind| is_right(particle, &species[*kind], space)) else {
             return Err(wrong(listed, row, (species, space), at));
         };

@@ -16,18 +16,18 @@ use crate::scene::unvalidated::{InteractionDraft, Model};
 /// Maximum number of steps of a stepped potential. More steps are probably a typing error.
 pub(crate) const MOST_STEPS: usize = 10_000;
 
-/// Maximum number of species, and of interactions, which the event loop numbers with 16 bits. An `[[interaction]]`
-/// counts once for each contact distance of its species.
+/// Maximum number of species and of interactions, which are numbered with 16 bits. An `[[interaction]]` needs a number
+/// for each of its contact distances.
 pub(crate) const MOST_KINDS: usize = 1 << 16;
 
-/// Interactions of a scene. One `[[interaction]]` gives several if its contact distances differ.
+/// Interactions of a scene. An `[[interaction]]` becomes several interactions if its contact distances differ.
 pub(crate) struct Interactions<'a> {
     drafts: &'a [InteractionDraft],
     pub species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
-    /// Interaction of each pair of species. `Some(None)` stands for the potential `none`: the particles pass through
-    /// each other. Pairs without an entry have no interaction in the scene.
+    /// Interaction of each pair of species. `Some(None)` is the potential `none`. Pairs without an interaction in the
+    /// scene have no entry.
     table: SpeciesPairs<Option<InteractionId>>,
 }
 
@@ -70,15 +70,15 @@ impl<'a> Interactions<'a> {
         if let Some(id) = id
             && self.list[id.0 as usize].potential.is_bond()
         {
-            let expected = "a potential that ends at some distance; a bond holds single pairs: give it a name instead \
-                            of species, and use it in [[bond]] or [[chain]]";
+            let expected = "a potential with a finite range; for bonds, give the interaction a name instead of species, \
+                            and use the name in [[bond]] or [[chain]]";
             return refuse(at.key("potential"), "a bond", expected);
         }
         self.table.set(a, b, id);
         Ok(())
     }
 
-    /// Returns the interaction of a pair of species, which pairs with the same contact distance share.
+    /// Returns the interaction of a pair of species. Pairs with the same contact distance share an interaction.
     fn make(&mut self, index: usize, a: usize, b: usize) -> Result<Option<InteractionId>, SceneError> {
         let draft = &self.drafts[index];
         let additive = 0.5 * (self.species[a].diameter + self.species[b].diameter);
@@ -120,7 +120,7 @@ impl<'a> Interactions<'a> {
         Ok(id)
     }
 
-    /// Uses existing interactions, such as the interactions of a run, and their table of species pairs.
+    /// Uses existing interactions and their table of species pairs.
     pub(crate) fn given(
         list: Vec<Interaction>,
         table: &SpeciesPairs<InteractionId>,

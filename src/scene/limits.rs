@@ -10,9 +10,7 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
-/// Memory per particle in a simulation, including its prediction and neighbour lists `[bytes]`. Hard spheres at a
-/// packing fraction of 0.5 need up to 250 bytes, 530 bytes with instruments that look ahead on a copy of the state, and
-/// 560 bytes with a random start.
+/// Memory per particle in a simulation `[bytes]`. Hard spheres at a packing fraction of 0.5 need up to 560 bytes.
 const BYTES_PER_PARTICLE: u64 = 600;
 
 /// Memory per ordered pair of species in the tables of the event loop `[bytes]`.
@@ -38,13 +36,13 @@ fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), S
     Ok(())
 }
 
-/// Rejects too many species with particles, which have 16-bit numbers and tables of pairs in memory.
+/// Rejects too many species with particles: species numbers have 16 bits, and tables of pairs must fit into memory.
 pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let (species, budget) = (species as u64, memory::total());
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
     if species > MOST_ROWS || bytes > budget {
         let expected = format!(
-            "at most {MOST_ROWS}, few enough that the tables of their pairs fit into memory: here they need {} of {} GiB",
+            "at most {MOST_ROWS}, and pair tables that fit into memory: here the tables need {} of {} GiB",
             bytes >> 30,
             budget >> 30
         );

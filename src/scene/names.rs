@@ -8,8 +8,8 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 const LONGEST_WORD: usize = 64;
 const LONGEST_WORDS: usize = 100;
 
-/// Regular expressions for names in the JSON Schema, in a syntax that all validators support. They accept every
-/// non-ASCII character, because it may be a letter.
+/// Regular expressions for names in the JSON Schema, in a syntax that all validators support. They accept all non-ASCII
+/// characters, because these may be letters.
 pub(crate) const WORD: &str = r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7f]{0,63}$";
 pub(crate) const WORDS: &str =
     r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";
@@ -25,8 +25,8 @@ impl<'n> Taken<'n> {
     }
 }
 
-/// Requires a one-word name for columns of trajectories, lists separated by spaces, and tables. It must begin with a
-/// letter or a digit, so that a spreadsheet does not take it for a formula.
+/// Requires a one-word name, for lists separated by spaces. Names begin with a letter or a digit, so that a spreadsheet
+/// does not read them as formulas.
 pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORD} letters, digits and any of `_ - + . ( )` that begins with a letter or a digit"

@@ -1,5 +1,4 @@
-//! Converts the tables of a scene file to an unvalidated scene. Words become enum variants, and each variant gets the
-//! keys that it needs.
+//! Converts the tables of a scene file to an unvalidated scene.
 
 mod count;
 pub(crate) mod diameter;
@@ -35,8 +34,7 @@ use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 /// Kinds of a table, such as `hard-sphere` for an interaction, and the keys that each kind allows.
 type Kinds = [(&'static str, &'static [&'static str])];
 
-/// Keys given in a table that has a kind, such as the potential of an interaction. The kind determines which keys are
-/// allowed.
+/// Keys of a table with a kind, such as the potential of an interaction. The kind determines which keys are allowed.
 pub(super) struct Keys<'k> {
     pub at: &'k ConfigPath,
     pub context: String,
@@ -45,8 +43,7 @@ pub(super) struct Keys<'k> {
 }
 
 impl<'k> Keys<'k> {
-    /// Looks up `word`, the value of the key `what`, among the kinds. Rejects an unknown kind, and keys that only other
-    /// kinds have.
+    /// Finds the kind `word`, the value of the key `what`. Rejects unknown kinds, and keys that only other kinds have.
     pub fn of_kind(
         kinds: &Kinds,
         what: &'static str,
@@ -57,8 +54,7 @@ impl<'k> Keys<'k> {
         let Some(&(word, known)) = kinds.iter().find(|(known, _)| *known == word) else {
             return Err(unknown(&at.key(what), what, word, words(kinds)));
         };
-        // Keys that are not given are absent from `values`. Serialization cannot fail, because the entry was read from
-        // TOML.
+        // This cannot fail, because the entry was read from TOML.
         let values = Table::try_from(entry).unwrap_or_default();
         let all = kinds.iter().flat_map(|(_, keys)| *keys).copied().collect();
         let keys = Self { at, context: format!("{what} = \"{word}\""), all, values };

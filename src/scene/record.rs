@@ -192,7 +192,7 @@ mod tests {
         let record = built.record(&scene, &[]).unwrap();
         let again = Scene::from_toml(record.clone(), "elsewhere/scene.toml").unwrap();
         assert_eq!(again, built);
-        // The record rejects the changed coordinate file. The original scene accepts it, because it has no checksum.
+        // The record rejects the changed coordinate file. The original scene has no checksum and accepts the file.
         std::fs::write(directory.path().join("start.xyz"), coordinates.replace("4 4 4 1", "4 4 4 2")).unwrap();
         let error = Scene::from_toml(record, "elsewhere/scene.toml").unwrap_err().to_string();
         assert!(error.contains("start.xyz has changed: its checksum is crc32:"), "{error}");

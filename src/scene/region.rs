@@ -37,7 +37,7 @@ fn check_box(region: &Region, space: &Space, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Whether a coordinate is beyond a side of the box. Along an axis that is open on both sides, no coordinate is.
+/// Whether a coordinate is beyond a side of the box; always false along an axis that is open on both sides.
 fn is_outside(value: f64, axis: usize, space: &Space, rounding: f64) -> bool {
     let (lower, upper) = (space.lower[axis] - rounding, space.upper()[axis] + rounding);
     space.boundary[axis] != Boundary::OPEN && !(lower..=upper).contains(&value)

@@ -10,12 +10,11 @@ use serde_json::{Map, Value, json};
 use crate::scene::compatibility::EXCLUSIONS;
 use crate::scene::file::SceneFile;
 
-/// The JSON Schema (draft 2020-12) of scene files, as JSON text: every key with its description and unit, type, range and
-/// default, and permitted words.
+/// Returns the JSON Schema (draft 2020-12) of scene files, as JSON text.
 ///
-/// A scene that violates the schema is invalid. A scene that satisfies it may still be invalid, because the schema does
-/// not include relations between parts of a scene; see [`Scene::from_toml`](crate::model::Scene::from_toml). JSON has
-/// no infinity, so an infinite energy is null.
+/// A valid scene satisfies the schema. The reverse is not true, because the schema does not describe relations between
+/// parts of a scene; see [`Scene::from_toml`](crate::model::Scene::from_toml). An infinite energy is null, because JSON
+/// has no infinity.
 ///
 /// ```
 /// assert!(carom::scene::schema().contains("\"seed\""));
@@ -41,7 +40,7 @@ pub(crate) fn schema_value() -> Value {
     schema
 }
 
-/// Adds a note to the description of a key, given with the tables around it, such as `space.shear_rate`.
+/// Adds a note to the description of a key. `key` includes the names of its tables, such as `space.shear_rate`.
 fn add_note(schema: &mut Value, key: &str, note: &str) {
     for places in ["items", "anyOf"] {
         match schema.get_mut(places) {
@@ -91,7 +90,7 @@ fn plain(schema: &mut Schema) {
 
 /// Removes null from the types and the default of a property. A key that is not given is absent in TOML, not null.
 fn given(property: &mut Map<String, Value>) {
-    // Lists of tables are empty by default, so the schema need not state it.
+    // Lists of tables are empty by default, so the schema omits this default.
     let has_tables = property.get("items").is_some_and(|items| items["type"] == "object");
     if property.get("default").is_some_and(|default| default.is_null() || has_tables) {
         property.remove("default");

@@ -1,6 +1,6 @@
 //! The text of a scene: the file and its overrides, with the position of every value.
 //!
-//! Overrides are treated as text after the file, so that one range of bytes identifies a position in either.
+//! Overrides are treated as text after the file, so that every value has its own range of bytes.
 
 mod mistakes;
 
@@ -22,7 +22,7 @@ struct Override {
     value: String,
     /// Position of the override in the whole text: the file, followed by all overrides.
     start: usize,
-    /// The text `v=value`, after spaces that put the value at its position in the whole text.
+    /// The text `v=value` after spaces, so that the value has the same position as in the whole text.
     padded: String,
 }
 
@@ -36,7 +36,7 @@ impl Override {
     fn parsed(&self) -> Spanned<DeValue<'_>> {
         if let Ok(document) = DeTable::parse(&self.padded) {
             let mut table = document.into_inner().into_iter();
-            // A value that contains line breaks and further keys is taken as a string.
+            // A value with further keys is a string.
             if let (Some((_, value)), None) = (table.next(), table.next()) {
                 return value;
             }
@@ -74,10 +74,6 @@ impl Source {
     }
 
     /// Reads the text, with the overrides, as a scene file.
-    ///
-    /// # Errors
-    /// [`SceneErrorKind::Syntax`], [`SceneErrorKind::UnknownKey`], [`SceneErrorKind::Empty`] or
-    /// [`SceneErrorKind::Override`].
     pub(crate) fn read(&self) -> Result<SceneFile, SceneError> {
         let tree = self.tree()?;
         if tree.get_ref().is_empty() {
@@ -100,10 +96,7 @@ impl Source {
         self.at(error, range)
     }
 
-    /// The parsed file with the overrides applied, without its particles if an override starts the scene from a run.
-    ///
-    /// # Errors
-    /// [`SceneErrorKind::Syntax`] or [`SceneErrorKind::Override`].
+    /// Returns the file with the overrides. An override that starts from a run removes the particles.
     pub(crate) fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
         let mut document = DeTable::parse(&self.text).map_err(|error| self.refused(&error))?;
         let is_started = self.is_started();
@@ -137,8 +130,8 @@ impl Source {
         BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()
     }
 
-    /// Splits a key into its parts, and replaces names of entries by indices. Two keys of the same value then have
-    /// equal parts. Parts that do not exist are kept as written.
+    /// Splits a key into its parts, and replaces names of entries by indices. Different keys of the same value then
+    /// have equal parts.
     pub(crate) fn place(&self, key: &str) -> Vec<String> {
         let tree = self.tree().ok();
         let mut parts = key.split('.').map(|part| part.trim().to_owned());
@@ -164,7 +157,7 @@ impl Source {
         self.at(SceneError::new(ConfigPath::root(), kind), range)
     }
 
-    /// Adds the text that contains `range` to an error: the file or an override.
+    /// Adds the file or the override that contains `range` to an error.
     fn at(&self, error: SceneError, range: Range<usize>) -> SceneError {
         match self.overrides.iter().rev().find(|this| range.start >= this.start) {
             Some(this) => {
@@ -181,7 +174,7 @@ impl Source {
     }
 }
 
-/// Sets a value at a path, which selects entries of arrays by their index or `name`.
+/// Sets a value at a path. Entries of arrays are selected by index or by `name`.
 fn set<'t>(
     table: &mut DeTable<'t>,
     keys: &[&str],
@@ -242,7 +235,7 @@ fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
     }
 }
 
-/// Range of bytes of the value at a config path; if it does not exist, of the deepest existing part of the path.
+/// Range of bytes of the value at a config path, or of the deepest part of the path that exists.
 fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     let mut found: Option<&Spanned<DeValue<'_>>> = None;
     for (depth, step) in at.steps().iter().enumerate() {

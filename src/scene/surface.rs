@@ -26,7 +26,7 @@ impl Surface {
                 finite_vector(&edges[0], &at.key("edge_1"))?;
                 finite_vector(&edges[1], &at.key("edge_2"))?;
                 let area = edges[0].cross(&edges[1]).norm();
-                // Round-off may make the area of parallel edges nonzero.
+                // The cross product of parallel edges may be nonzero because of round-off.
                 if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
                     return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
                 }

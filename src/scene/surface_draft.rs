@@ -2,7 +2,7 @@
 
 use crate::model::{ContactLaw, SurfaceLaw, SurfaceMotion, SurfaceShape};
 
-/// A surface that particles collide with, and the names of the species on which it acts.
+/// A surface that particles collide with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceDraft {
     pub(crate) name: String,
@@ -34,23 +34,23 @@ impl SurfaceDraft {
         Self { law: SurfaceLaw::Thermal { temperature }, ..self }
     }
 
-    /// Adds a stage of a run in which the surface is present; without stages, it is present in all. `measurement`
-    /// stands for everything after the stages that the scene lists.
+    /// Adds a stage of a run in which the surface is present. A surface without stages is present in the whole run.
+    /// `measurement` is the part of the run after all stages listed in the scene.
     #[must_use]
     pub fn during(mut self, stage: &str) -> Self {
         self.stages.push(stage.to_owned());
         self
     }
 
-    /// Adds a motion, which must begin after the previous one has ended.
+    /// Adds a motion. It must begin after the end of the previous motion.
     #[must_use]
     pub fn motion(mut self, motion: SurfaceMotion) -> Self {
         self.motions.push((None, motion));
         self
     }
 
-    /// Adds a motion with times relative to the beginning of a stage. `measurement` stands for everything after the
-    /// stages that the scene lists. All earlier stages must have a given duration.
+    /// Adds a motion with times relative to the beginning of a stage. `measurement` is the part of the run after all
+    /// stages listed in the scene. All earlier stages must have a given duration.
     #[must_use]
     pub fn motion_in(mut self, stage: &str, motion: SurfaceMotion) -> Self {
         self.motions.push((Some(stage.to_owned()), motion));

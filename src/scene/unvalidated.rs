@@ -54,8 +54,7 @@ pub struct Fill {
     pub as_many_as_fit: bool,
     /// Region that contains the particles entirely; the whole box if `None`.
     pub region: Option<FillRegion>,
-    /// Temperature of the Maxwell velocities of the particles `[energy]`. If neither it nor `speed` is given, the
-    /// particles have the temperature or the speed of the scene, or are at rest.
+    /// Temperature of the Maxwell velocities `[energy]`. Without temperature and speed, the scene determines them.
     pub temperature: Option<f64>,
     /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
@@ -132,8 +131,7 @@ pub struct Chain {
     pub spacing: Option<f64>,
     /// Position of the first particle and direction of a straight chain; `None` for random chains without overlaps.
     pub straight: Option<(Vector, Vector)>,
-    /// Temperature of the Maxwell velocities of the particles `[energy]`. If neither it nor `speed` is given, the
-    /// particles have the temperature or the speed of the scene, or are at rest.
+    /// Temperature of the Maxwell velocities `[energy]`. Without temperature and speed, the scene determines them.
     pub temperature: Option<f64>,
     /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
@@ -148,7 +146,7 @@ pub struct SurfaceFill {
     pub species: String,
     /// Shape of the surface.
     pub shape: Surface,
-    /// Largest distance between neighbouring spheres `[length]`; by default, moving particles cannot pass between them.
+    /// Largest distance between neighbouring spheres `[length]`. By default, no moving particle can pass between them.
     pub spacing: Option<f64>,
 }
 
@@ -209,8 +207,7 @@ impl Model {
     }
 }
 
-/// A species of a [`SceneBuilder`](crate::scene::SceneBuilder): moving particles with a mass and a diameter, or static
-/// ones.
+/// A species of a [`SceneBuilder`](crate::scene::SceneBuilder), moving or static.
 ///
 /// ```
 /// use carom::scene::SpeciesDraft;
@@ -229,7 +226,7 @@ pub struct SpeciesDraft {
 }
 
 impl SpeciesDraft {
-    /// Creates a species without mass and diameter.
+    /// Creates a species without a mass, and with a diameter of zero.
     #[must_use]
     pub fn new(name: &str) -> Self {
         Self { name: name.to_owned(), mass: None, diameter: 0.0, is_static: false, acceleration: None }
@@ -271,16 +268,16 @@ impl SpeciesDraft {
 
     pub(crate) fn check_mass(&self, at: &ConfigPath) -> Result<(), SceneError> {
         match self.mass {
-            None if !self.is_static => Err(missing(at, "mass", "every species that moves needs one")),
+            None if !self.is_static => Err(missing(at, "mass", "every species that moves needs a mass")),
             Some(mass) if self.is_static => refuse(at.key("mass"), mass, "no mass: static = true makes it infinite"),
             _ => Ok(()),
         }
     }
 }
 
-/// An interaction of a [`SceneBuilder`](crate::scene::SceneBuilder): for pairs of two species, for bonds, or for both.
+/// An interaction of a [`SceneBuilder`](crate::scene::SceneBuilder), between two species or in bonds.
 ///
-/// A [`Model`] takes its diameter from the two species. A [`Potential`] has its own.
+/// A [`Model`] takes the contact distance from the two species. A [`Potential`] has its own contact distance.
 ///
 /// ```
 /// use carom::model::Potential;
@@ -363,11 +360,11 @@ pub(crate) struct UnvalidatedBond {
     pub at: ConfigPath,
 }
 
-/// A start from the end of an earlier run. The flags state which parts the scene gives; the run gives the others.
+/// A start from the end of an earlier run. Parts that the scene does not give are taken from the run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedStart {
     pub from: PathBuf,
-    /// Expected checksum of the last checkpoint in `from`, if the scene gives one.
+    /// Expected checksum of the last checkpoint in `from`; `None` if not set in the scene.
     pub checksum: Option<String>,
     pub has_seed: bool,
     pub has_space: bool,

@@ -32,7 +32,7 @@ impl SceneBuilder {
     /// Validates the parts and places the particles.
     ///
     /// # Errors
-    /// [`SceneError`] for the first error: its kind, and the config path of the value.
+    /// [`SceneError`] for the first error.
     pub fn build(&self) -> Result<Scene, SceneError> {
         if let Some(at) = &self.unnumbered {
             let expected = "a place before that fill or surface, or a `count` in it: otherwise the ids of the particles are unknown";
@@ -131,7 +131,7 @@ impl SceneBuilder {
         finite(self.parts.displacement, ConfigPath::root().key("space").key("shear_rate"))?;
         if self.parts.displacement != 0.0 && self.parts.shear_rate.is_none() {
             let why = format!(
-                "images of this start are displaced by {} along x, as in a sheared box",
+                "the periodic images are displaced by {} along x, as in a sheared box",
                 self.parts.displacement
             );
             return Err(missing(&ConfigPath::root().key("space"), "shear_rate", why));

@@ -1,27 +1,26 @@
 use super::results::{Results, StageMeans};
 use crate::analysis::published::PublishedValue;
 
-/// Smallest number of means for meaningful deviations.
 const FEWEST: usize = 2;
 
-/// Quantity that distinguishes a crystal from a fluid of the same density.
+/// Quantity that distinguishes a crystal from a fluid of equal density.
 const FACTOR: &str = "compressibility_factor";
 
-/// Squared deviations of a quantity's means from published values, in units of their standard errors.
+/// Comparison of measured means with published values.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Agreement {
     /// Label of the published values, such as `mKLM`.
     pub label: String,
-    /// Sum of squared deviations in units of the standard error, `chi^2 = sum ((x - x_0) / error)^2`. The published
-    /// value `x_0` applies to the system size of the runs, see [`PublishedValue::at_size`].
+    /// `chi^2 = sum ((x - x_0) / error)^2`, where `x` is a mean, `error` its standard error, and `x_0` the published
+    /// value for the size of the system, see [`PublishedValue::at_size`].
     pub chi_square: f64,
     /// `chi^2` with published values for infinite systems; `None` if no published value depends on the system size.
     pub without_size: Option<f64>,
-    /// Number of means. It equals the degrees of freedom of `chi_square`, because nothing is fitted.
+    /// Number of means, which is also the number of degrees of freedom.
     pub freedom: usize,
-    /// Number of means that were left out because the system is in the other phase. If values of both phases are
-    /// published, the compressibility factor decides which phase is nearer.
+    /// Number of means that were left out because the system is in the other phase. If the compressibility factor is
+    /// published for both phases, the nearer value determines the phase.
     pub other_phase: usize,
     /// Whether the published values refer to a crystal.
     pub is_of_crystal: bool,
@@ -31,7 +30,7 @@ pub struct Agreement {
 type Pair<'p> = (f64, f64, &'p PublishedValue, bool);
 
 impl Agreement {
-    /// Describes the means that are left out: `, without 2 points that are crystals`; empty if there are none.
+    /// Describes the means that were left out, such as `, without 2 points that are crystals`; empty if there are none.
     #[must_use]
     pub fn left_out(&self) -> String {
         let phase = if self.is_of_crystal { "fluid" } else { "crystal" };
@@ -44,8 +43,8 @@ impl Agreement {
 }
 
 impl Results {
-    /// Compares the quantity with this index with published values. Returns an entry for each label with at least two
-    /// means.
+    /// Compares a quantity with published values. `quantity` is an index in [`Results::quantities`]. Labels with fewer
+    /// than two means are left out.
     #[must_use]
     pub fn agreements(&self, quantity: usize) -> Vec<Agreement> {
         let Some(name) = self.quantities.get(quantity).map(|it| &it.name) else { return Vec::new() };
@@ -67,8 +66,7 @@ impl Results {
         all.iter().filter(|(_, pairs)| pairs.len() >= FEWEST).map(|(label, pairs)| agreement(label, pairs)).collect()
     }
 
-    /// Whether the compressibility factor of a stage is nearer to the published crystal than to the published fluid;
-    /// `None` if it is not measured, or published for one phase only.
+    /// Whether the compressibility factor is nearer to the published crystal than to the published fluid.
     fn is_crystal(&self, means: &StageMeans) -> Option<bool> {
         let at = self.quantities.iter().position(|it| it.name == FACTOR)?;
         let measured = means.values.get(at).copied().flatten()?.mean;
@@ -123,7 +121,7 @@ mod tests {
         let groups = vec![
             group(5.0, 0.5, &[("A", 6.0, -0.5), ("B", 4.0, 0.0)]),
             group(7.0, 1.0, &[("A", 9.0, 0.0), ("B", 7.0, 0.0)]),
-            // A conserved quantity has a mean without an error, which is left out.
+            // Means without an error are left out.
             group(9.0, 0.0, &[("A", 1.0, 0.0), ("C", 1.0, 0.0)]),
             group(9.0, 1.0, &[("C", 8.0, 0.0)]),
         ];
@@ -165,7 +163,7 @@ mod tests {
             points: Vec::new(),
             groups: vec![
                 at(12.1, 37.0, fluid(12.0, 37.0)),
-                // A crystal and a fluid at a density with published values for both.
+                // A crystal and a fluid at a density with published values for both phases.
                 at(11.8, 33.0, both(16.0, 50.0, 11.7)),
                 at(16.1, 50.0, both(16.0, 50.0, 11.7)),
             ],

@@ -8,7 +8,7 @@
 //! | `1e-3..10/9/log` | a number of values with constant ratios, both ends included |
 //! | `1..3,10` | a list may contain ranges |
 //!
-//! `KEY=VALUES; KEY=VALUES` are keys that change together, value by value.
+//! `KEY=VALUES; KEY=VALUES` describes keys that change together, value by value.
 
 use std::fmt;
 use std::str::FromStr;
@@ -17,7 +17,7 @@ use thiserror::Error;
 
 use super::value::plain;
 
-/// Maximum number of values of an axis, and of points of a sweep.
+/// Maximum number of values of an axis. A sweep has the same maximum number of points.
 pub(super) const MOST: usize = 100_000;
 
 /// Significant digits of a value computed from a range. Rounding hides errors such as 0.30000000000000004.
@@ -49,7 +49,7 @@ pub enum AxisError {
     /// A range needs a number of values, because its ends are not integers.
     #[error("the range `{0}` does not say how many values it has: write {0}/5 for five, both ends included")]
     Uncounted(String),
-    /// An axis has too many values, or a range has a number of values that is not an integer of at least 2.
+    /// The number of values is too large, or is not an integer of at least 2.
     #[error("`{0}` has a number of values that is not a whole number from 2 to {MOST}")]
     Count(String),
     /// A logarithmic range has an end that is not positive.
@@ -72,9 +72,9 @@ pub enum AxisError {
         first: String,
         /// Number of values of the first key.
         expected: usize,
-        /// A key with another number of values.
+        /// A key with a different number of values.
         other: String,
-        /// Number of values of this other key.
+        /// Number of values of the other key.
         found: usize,
     },
 }
@@ -126,7 +126,7 @@ impl FromStr for Axis {
     }
 }
 
-/// Writes the axis as on the command line, with all its values.
+/// Writes the axis with all its values, as on the command line.
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (at, (key, values)) in self.keys.iter().zip(&self.values).enumerate() {
@@ -154,7 +154,7 @@ fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     Ok(values)
 }
 
-/// `low` is the text before the dots, and `rest` the text after them.
+/// Arguments: the whole text, the part before the dots, and the part after them.
 fn range(text: &str, low: &str, rest: &str) -> Result<Vec<String>, AxisError> {
     let owned = || text.to_owned();
     let mut parts = rest.split('/').map(str::trim);
@@ -202,7 +202,7 @@ fn rounded(x: f64) -> f64 {
     format!("{x:.*e}", DIGITS - 1).parse().unwrap_or(x)
 }
 
-/// Splits a text at separators that are outside brackets and quotes.
+/// Splits a text at separators outside brackets and quotes.
 fn split(text: &str, separator: char) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0_i64, None);
     for (at, c) in text.char_indices() {

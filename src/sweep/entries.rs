@@ -13,12 +13,12 @@ use super::value::value_of;
 pub struct Entry {
     key: String,
     name: String,
-    /// Place of the number in the value: `2`, or `0_1` in a list of lists; empty for a plain number.
+    /// Place of the number in the value: `2`, or `0_1` in a list of lists. It is empty for a plain number.
     place: String,
 }
 
 impl Entry {
-    /// Name of the column: the name of the key, then the place of the number in the value. It is unique in a sweep.
+    /// Unique name of the column: the name of the key, then the place of the number in the value.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -30,7 +30,7 @@ impl Entry {
         &self.key
     }
 
-    /// Returns the number at a point of the sweep; `None` if the value has no number at this place.
+    /// Returns the number at a point of the sweep, if the value at the point contains the number.
     #[must_use]
     pub fn of(&self, point: &Point) -> Option<f64> {
         let (_, value) = point.settings().iter().find(|(key, _)| *key == self.key)?;
@@ -45,8 +45,7 @@ impl Sweep {
         self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()
     }
 
-    /// Returns all variables for plots of state points, in the order of the keys: plain numbers, and numbers in lists
-    /// and tables.
+    /// Returns all numbers that vary, in the order of the keys. Plain numbers are included.
     pub(crate) fn numbers(&self) -> Vec<Entry> {
         let names = self.state_point_names();
         let keys = self.points().first().into_iter().flat_map(Point::state_point).map(|(key, _)| key);
@@ -69,7 +68,6 @@ impl Sweep {
     }
 }
 
-/// Finite numbers in a value, by their place.
 fn numbers(text: &str) -> BTreeMap<String, f64> {
     let mut all = BTreeMap::new();
     gather(&value_of(text), String::new(), &mut all);

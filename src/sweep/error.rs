@@ -30,15 +30,15 @@ pub enum SweepError {
         /// The repeated value.
         value: String,
     },
-    /// Two keys refer to the same value of the scene, or the second key to a table or list that contains the first.
-    #[error("`{first}` and `{second}` are the same value of the scene: the first one would have no effect")]
+    /// Two keys set the same value, or the second key replaces a table or list that contains the first key.
+    #[error("`{first}` and `{second}` set the same value of the scene: `{first}` would have no effect")]
     SamePlace {
         /// The earlier key, which would have no effect.
         first: String,
         /// The later key.
         second: String,
     },
-    /// Runs with different seeds would be identical, because nothing in them is random.
+    /// Runs with different seeds would be identical.
     #[error("the seed changes nothing here: {first} and {second} would be the same run twice")]
     SameRuns {
         /// Folder of the first point.
@@ -82,9 +82,9 @@ pub enum SweepError {
         folder.display()
     )]
     Input {
-        /// Path of the file, or of a run's checkpoint.
+        /// Path of the file or checkpoint.
         path: String,
-        /// Present checksum of the file.
+        /// Current checksum of the file.
         found: String,
         /// Checksum of the file when the sweep began.
         expected: String,
@@ -96,7 +96,7 @@ pub enum SweepError {
     Other {
         /// Path of the folder.
         folder: PathBuf,
-        /// Difference between the two sweeps, in words.
+        /// Difference between the two sweeps.
         why: String,
     },
     /// The folder is not empty, and contains no sweep.

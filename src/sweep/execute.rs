@@ -23,7 +23,7 @@ pub enum Fate {
     Kept,
     /// The run was executed to its end.
     Done,
-    /// The point cannot be run, or its run failed, for the given reason.
+    /// The run failed or could not start, for the given reason.
     Failed(String),
     /// Another process is running the point.
     Elsewhere,
@@ -44,7 +44,7 @@ impl Share {
     /// All points.
     pub const ALL: Self = Self { number: 1, of: 1 };
 
-    /// Whether the share contains the point with this index, from 0.
+    /// Whether the share contains a point, given by its index from 0.
     #[must_use]
     pub fn has(&self, place: usize) -> bool {
         place % self.of.max(1) + 1 == self.number
@@ -62,17 +62,17 @@ pub struct Orders<'o> {
     pub checkpoint_every: Duration,
     /// A run is interrupted once its files exceed this size `[bytes]`.
     pub most_bytes: f64,
-    /// Creates the text of `report.txt` in the folder of a run.
+    /// Creates the text of `report.txt` for a finished run.
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
-    /// Adds custom instruments to a run by [`Run::instrument`], in the thread of the run. A resumed run needs the same
-    /// instruments.
+    /// Adds custom instruments to a run by [`Run::instrument`]. It is called in the thread of the run. A resumed run
+    /// needs the same instruments.
     pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
-    /// Names of the custom instruments. A run that began with other instruments is rejected, and its folder is
-    /// unchanged.
+    /// Names of the custom instruments. A run that began with other instruments is rejected without changes to its
+    /// folder.
     pub instrument_names: &'o [String],
 }
 
-/// Progress of the run of a point, or its outcome.
+/// Progress or outcome of a run.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum News<'n> {
@@ -83,12 +83,12 @@ pub enum News<'n> {
 }
 
 impl SweepFolder {
-    /// Runs the points of a share that have not been run yet. Returns the outcomes, each with the index of its point in
-    /// [`Sweep::points`]. If the sweep is interrupted, points that have not started have no outcome. An interrupted run
-    /// continues from its last checkpoint, and gives the same bits as an uninterrupted run.
+    /// Runs the unfinished points of a share. Returns the outcomes, each with the index of its point in
+    /// [`Sweep::points`]. An interrupted run continues from its last checkpoint with the same results as an
+    /// uninterrupted run.
     ///
-    /// Calls `watch` from all threads, with the index of a point. If `watch` returns [`ControlFlow::Break`], this run
-    /// is interrupted, and no other run starts.
+    /// Calls `watch` with the index of a point, from all threads. If `watch` returns [`ControlFlow::Break`], the run is
+    /// interrupted and no further runs start. Points that have not started have no outcome.
     ///
     /// # Errors
     /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
@@ -111,7 +111,7 @@ impl SweepFolder {
                 if flow.is_break() || fate == Fate::Interrupted {
                     is_over.store(1, Ordering::Relaxed);
                 }
-                // A poisoned lock has valid content, because no thread panics while it holds the lock.
+                // No thread panics while it holds the lock.
                 fates.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((place, fate));
             }
             Ok(())
@@ -130,9 +130,8 @@ impl SweepFolder {
         Ok(fates)
     }
 
-    /// Runs a point that has not been run yet, and returns its outcome, like [`Self::execute`]. Ignores `jobs` and
-    /// `share`, so that the caller can schedule the points. If several processes request the same point, only one of
-    /// them runs it.
+    /// Runs one point, if it is unfinished, and returns its outcome, like [`Self::execute`]. Ignores `jobs` and
+    /// `share`. If several processes request the point, only one of them runs it.
     ///
     /// # Errors
     /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
@@ -176,7 +175,7 @@ impl SweepFolder {
                         folder.keep_scene(&record)?;
                         return finish(folder, Run::without_start(scene), orders, watch);
                     }
-                    // Another process has finished this run since the check of its state.
+                    // Another process has finished this run since its state was checked.
                     Err(OutputError::Finished(_)) => return Ok(Fate::Kept),
                     Err(OutputError::Unfinished(_)) => {}
                     Err(error) => return Err(error),
@@ -187,9 +186,9 @@ impl SweepFolder {
         finish(folder, Run::resume(checkpoint), orders, watch)
     }
 
-    /// Returns the outcome of a finished run, and repeats its missing conversions.
+    /// Returns the outcome of a finished run, and completes missing conversions.
     fn over(&self, point: &Point, path: &Path) -> Result<Fate, OutputError> {
-        // A run that was continued outside the sweep may have failed without a record in the folder of the sweep.
+        // A run that was continued outside the sweep has no record of its failure in the folder of the sweep.
         let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));
         let made = Folder::convert_missing(path)?;
         Ok(match made.failures.first() {
@@ -199,7 +198,6 @@ impl SweepFolder {
         })
     }
 
-    /// Returns the scene of a point, and its text as a scene file.
     fn scene(&self, sweep: &Sweep, point: &Point) -> Result<(Scene, String), SweepError> {
         let scene = sweep.scene_at(point)?;
         if let Some((path, found, expected)) = replaced(&scene, self.inputs()) {
@@ -226,7 +224,6 @@ fn finish(
         return Err(excess);
     }
     if finished.ending == Ending::Interrupted {
-        // The last checkpoint suffices to continue the run.
         return Ok(Fate::Interrupted);
     }
     let done = folder.complete(&finished, &(orders.report)(&finished))?;

@@ -20,31 +20,26 @@ use crate::scene::read_text;
 
 const SWEEP: &str = "sweep.toml";
 
-/// Name of the file with the text of the scene in the folder of the sweep, if the scene has no other file.
 const SCENE: &str = "scene.toml";
 
-/// Folder with the reasons for failures: one file per point, named after the point's folder.
+/// Folder with the reasons for failures: one file per point, named after the folder of the point.
 const FAILURES: &str = "failures";
 
 const HEADER: &str = "\
-# A sweep of carom: the scene, what replaces its values at all points, and the axes; each combination of their values is a run in a folder of its own.
+# A sweep of Carom: the scene, the overrides for all points, and the axes. Each combination of values on the axes is a run with its own folder.
 ";
 
-/// The content of `sweep.toml`, written by a user or by an earlier command.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SweepFile {
-    /// Path of the scene. A relative path starts at the folder of this file.
+    /// Path of the scene, relative to the folder of this file.
     scene: String,
-    /// Checksum of the text of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     checksum: Option<String>,
     /// Overrides for all points, written as `KEY=VALUE`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     set: Vec<String>,
-    /// The axes, written as on the command line.
     vary: Vec<String>,
-    /// Checksums of the input files of all scenes, by path.
     #[serde(default, skip_serializing_if = "Inputs::is_empty")]
     inputs: Inputs,
 }
@@ -61,7 +56,7 @@ impl SweepFile {
 }
 
 impl Sweep {
-    /// Reads a sweep from a file with the keys `scene`, `vary` and `set`, written as on the command line.
+    /// Reads a sweep from a file with the keys `scene`, `vary` and `set`.
     ///
     /// # Errors
     /// [`SweepError::Read`] or [`SweepError::File`] if the file cannot be read, [`SweepError::Changed`] if the checksum
@@ -71,7 +66,7 @@ impl Sweep {
         let file = SweepFile::read(path)?;
         let set: Vec<(&str, &str)> = file.set.iter().filter_map(|pair| pair.split_once('=')).collect();
         let scene = path.parent().unwrap_or(Path::new("")).join(&file.scene);
-        // Whether the scene is a copy in the folder of the sweep. Its path then moves with the folder.
+        // The scene is a copy in the folder of the sweep. The copy moves with the folder.
         let is_kept = file.checksum.is_some() && file.scene == SCENE && path.file_name() == Some(OsStr::new(SWEEP));
         let sweep = if is_kept {
             Self::of_text(read_text(&scene)?, scene, &set, file.axes()?)?
@@ -108,13 +103,13 @@ pub struct SweepFolder {
 }
 
 impl SweepFolder {
-    /// Creates the folder of a sweep, or opens an existing folder of the same sweep. The same sweep has the same scene
-    /// text, overrides and keys. If it has other values, existing runs are kept, and the tables show the points of
-    /// `sweep`. If several sweeps open a new folder at the same time, only one of them succeeds.
+    /// Creates the folder of a sweep, or opens an existing folder with the same scene text, overrides and keys. If the
+    /// keys have other values, existing runs are kept, and the tables show only the points of `sweep`. If different
+    /// sweeps open a new folder at once, only one of them succeeds.
     ///
     /// # Errors
-    /// [`SweepError::Occupied`] if the folder holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if
-    /// it holds another sweep, [`SweepError::Input`] if an input file of its scenes has changed since the sweep began,
+    /// [`SweepError::Occupied`] if the folder contains other files, [`SweepError::Changed`] or [`SweepError::Other`] if
+    /// it contains another sweep, [`SweepError::Input`] if an input file of a scene has changed since the sweep began,
     /// [`SweepError::Output`] if the folder cannot be created or written, or if one of its files is a link.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
@@ -129,7 +124,6 @@ impl SweepFolder {
         Ok(folder)
     }
 
-    /// Creates `sweep.toml`, or checks that the existing file describes the same sweep.
     fn claim(&mut self, sweep: &Sweep) -> Result<(), SweepError> {
         let (record, mut now) = (self.record(), sweep.file());
         let write = |now: &SweepFile, existing| {
@@ -141,7 +135,7 @@ impl SweepFolder {
                 break false;
             }
             let mut entries = fs::read_dir(&self.path).map_err(OutputError::write(&self.path))?.flatten();
-            // Another process may have created `sweep.toml` after the first check.
+            // Another process may have created `sweep.toml` since the first check.
             if entries.any(|entry| !is_draft(&entry.file_name())) && !record.exists() {
                 return Err(SweepError::Occupied(self.path.clone()));
             }
@@ -156,7 +150,7 @@ impl SweepFolder {
         if !is_new {
             let then = SweepFile::read(&record)?;
             self.refuse_other(sweep, &then, &now)?;
-            // Keeps the checksums of earlier runs' inputs, even if the sweep no longer contains these runs.
+            // Keeps the checksums of earlier inputs, even if the sweep no longer contains their runs.
             for (path, checksum) in then.inputs {
                 now.inputs.entry(path).or_insert(checksum);
             }
@@ -170,7 +164,7 @@ impl SweepFolder {
         &self.inputs
     }
 
-    /// Opens the folder of a sweep that another process has begun, without changing it.
+    /// Opens an existing folder of a sweep without changing it.
     ///
     /// # Errors
     /// [`SweepError::Read`] if the folder holds no sweep.
@@ -224,7 +218,7 @@ impl SweepFolder {
         self.path.join(point.folder())
     }
 
-    /// Treats an interrupted run as unfinished, even if it has written its summary.
+    /// An interrupted run counts as unfinished, even if it has a summary.
     pub(super) fn state_of(&self, point: &Point) -> Result<FolderState, OutputError> {
         let path = self.of(point);
         let state = Folder::state_of(&path)?;
@@ -241,13 +235,13 @@ impl SweepFolder {
         self.path.join(FAILURES).join(format!("{}.txt", point.folder()))
     }
 
-    /// Records why a run has failed. Without a message, deletes the record.
+    /// Records why a run has failed, or deletes the record if there is no message.
     pub(super) fn keep_failure(&self, point: &Point, message: Option<&str>) -> Result<(), SweepError> {
         let path = self.failure_file(point);
         refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
         let Some(message) = message else {
             remove(&path)?;
-            // Removing the folder fails if it contains records of other failures.
+            // The folder remains if it contains records of other failures.
             let _ = fs::remove_dir(self.path.join(FAILURES));
             return Ok(());
         };

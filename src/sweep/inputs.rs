@@ -1,4 +1,4 @@
-//! Input files of a sweep's scenes. All runs start from the content at the beginning of the sweep.
+//! Input files of a sweep. All runs must start from the content at the beginning of the sweep.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -12,12 +12,12 @@ use crate::scene::NamedInput;
 pub(super) type Inputs = BTreeMap<String, String>;
 
 impl Sweep {
-    /// Checksums of the input files at all points: files that the scenes name, and the last checkpoints of preceding
-    /// runs. Missing files are left out.
+    /// Checksums of the input files of all points: files named in the scenes, and checkpoints of earlier runs. Missing
+    /// files are left out.
     pub(super) fn inputs(&self) -> Inputs {
         let is_table = |table: &str| Scene::TABLES_WITH_INPUTS.contains(&table.trim());
         let is_naming = |key: &str| key.split('.').next().is_some_and(is_table);
-        // Unless a varied key names files or runs, all points have the same inputs.
+        // All points have the same inputs, unless a varied key names files or runs.
         let differing = if self.keys().into_iter().any(is_naming) { self.points().len() } else { 1 };
         let mut named: BTreeSet<(PathBuf, NamedInput)> = BTreeSet::new();
         for point in self.points().iter().take(differing) {
@@ -28,7 +28,7 @@ impl Sweep {
     }
 }
 
-/// Returns the first input of a scene that has changed since the sweep began: path, present and former checksum.
+/// Returns the first changed input: its path, current checksum and earlier checksum.
 pub(super) fn replaced(scene: &Scene, begun_with: &Inputs) -> Option<(String, String, String)> {
     scene.inputs().iter().find_map(|input| {
         let expected = begun_with.get(&input.path).filter(|expected| **expected != input.checksum)?;

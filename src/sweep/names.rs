@@ -7,20 +7,17 @@ use toml::Value;
 use super::value::value_of;
 use crate::base::checksum::checksum;
 
-/// Largest length of the name of a point's folder without its checksum.
 const LONGEST: usize = 120;
 
-/// Largest length of a list or a table in the name of a folder.
 const LONGEST_LIST: usize = 28;
 
-/// Last words of keys that are also names of measured quantities. The name of such a key includes the preceding word,
-/// as in `barostat_pressure`.
+/// Last words of keys that also name measured quantities. The preceding word is added, as in `barostat_pressure`.
 const MEASURED: [&str; 2] = ["pressure", "temperature"];
 
-/// Last words of keys that runs with a barostat also measure.
+/// Last words of keys that name measured quantities only in runs with a barostat.
 const MEASURED_AT_CONSTANT_PRESSURE: [&str; 3] = ["volume", "number_density", "packing_fraction"];
 
-/// Names of the keys in tables and folders; see [`Sweep::short_names`](super::Sweep::short_names).
+/// See [`Sweep::short_names`](super::Sweep::short_names).
 pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
     let is_word = |part: &str| part.starts_with(|c: char| c.is_ascii_alphabetic());
     let last = |key: &str| {
@@ -39,9 +36,9 @@ pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
     keys.iter().map(short).collect()
 }
 
-/// Returns the name of a point's folder, such as `packing_fraction-0.1_seed-2`. A list or table is written as in
-/// `size-12x12x9.5`, and a path as its last part. Characters that some file systems or shells reject are replaced. If
-/// the name is incomplete or taken, a checksum of the settings is appended.
+/// Returns the name of a point's folder, such as `packing_fraction-0.1_seed-2` or `size-12x12x9.5`. A path is shortened
+/// to its last part. Characters that some file systems or shells reject are replaced. A name that is shortened or taken
+/// ends with a checksum of the settings.
 pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_taken: bool) -> String {
     let (mut exact, mut is_whole) = (String::new(), true);
     for (at, (name, (_, value))) in names.iter().zip(settings).enumerate() {
@@ -59,7 +56,7 @@ pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_ta
     format!("{plain}-{:08x}", checksum(all.join(";").as_bytes()))
 }
 
-/// Shortens a value for the name of a folder. Also returns whether the short form is unambiguous.
+/// Shortens a value for a folder name. Also returns whether the short form is unambiguous.
 fn short_value(text: &str) -> (String, bool) {
     match value_of(text) {
         value @ (Value::Array(_) | Value::Table(_)) => {

@@ -1,4 +1,4 @@
-//! Plan of a sweep: a scene, the axes, and the points.
+//! Sweeps of a scene: axes and points.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -14,17 +14,16 @@ use crate::model::Scene;
 use crate::run::foreseen_rate;
 use crate::scene::{NamedInput, SceneError, read_text};
 
-/// Points that differ only in the seed repeat a state point.
 const SEED: &str = "seed";
 
-/// Runs with a barostat also measure quantities, such as the density, that other scenes prescribe.
+/// Scenes with a barostat also measure quantities that other scenes prescribe, such as the density.
 const BAROSTAT: &str = "barostat";
 
 /// Sweep of a scene: axes and points. The last axis varies fastest.
 #[derive(Debug, Clone)]
 pub struct Sweep {
     scene: PathBuf,
-    /// Whether the scene has its own file. Otherwise, the folder of the sweep keeps its text.
+    /// Whether the scene has its own file. Otherwise, its text is kept in the folder of the sweep.
     has_file: bool,
     text: String,
     set: Vec<(String, String)>,
@@ -46,13 +45,13 @@ impl Point {
         &self.settings
     }
 
-    /// Name of the point's folder, which contains the values.
+    /// Name of the folder of the point, made from the keys and values.
     #[must_use]
     pub fn folder(&self) -> &str {
         &self.folder
     }
 
-    /// Keys and values of the point except the seed, which identify a state point.
+    /// Keys and values that identify a state point: all except the seed.
     pub fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
         self.settings.iter().filter(|(key, _)| key != SEED)
     }
@@ -60,7 +59,7 @@ impl Point {
 
 impl Sweep {
     /// Creates a sweep of the scene in a file. `set` overrides values at all points, as in
-    /// [`read_scene`](crate::io::read_scene); an axis overrides the values of its own keys.
+    /// [`read_scene`](crate::io::read_scene). Axes override the scene.
     ///
     /// # Errors
     /// [`SweepError::Scene`] if the file cannot be read, [`SweepError::NoAxis`], [`SweepError::Twice`],
@@ -72,8 +71,8 @@ impl Sweep {
         Self::of(scene, true, text, set, axes)
     }
 
-    /// Creates a sweep of a scene that has no file. The folder of the sweep keeps the text. Messages and relative paths
-    /// in the text treat `name` as the path of the scene.
+    /// Creates a sweep of a scene without a file. The folder of the sweep keeps the text. `name` is used in messages,
+    /// and relative paths in the text start at its folder.
     ///
     /// # Errors
     /// The errors of [`Sweep::new`], except errors of reading the file.
@@ -109,7 +108,7 @@ impl Sweep {
         if let Some(key) = self.keys().into_iter().chain(set).find(|key| !known.insert(*key)) {
             return Err(SweepError::Twice(key.to_owned()));
         }
-        // Each setting overrides earlier settings of the same value or of a part of it.
+        // A later setting must not override an earlier one.
         let set: Vec<(&str, &str)> = self.set.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
         let keys: Vec<&str> = set.iter().map(|(key, _)| *key).chain(self.keys()).collect();
         let places = Scene::places(&self.text, &set, &keys);
@@ -145,7 +144,7 @@ impl Sweep {
             }
             let settings: Vec<_> = self.axes.iter().zip(places).flat_map(|(axis, at)| axis.settings(at)).collect();
             let mut folder = folder_name(&names, &settings, false);
-            // Some file systems ignore case in names.
+            // Some file systems ignore case.
             if !taken.insert(folder.to_lowercase()) {
                 folder = folder_name(&names, &settings, true);
             }
@@ -160,7 +159,6 @@ impl Sweep {
         &self.scene
     }
 
-    /// Text of the scene, if it has no file.
     pub(super) fn text_alone(&self) -> Option<&str> {
         (!self.has_file).then_some(&self.text)
     }
@@ -177,7 +175,7 @@ impl Sweep {
         &self.axes
     }
 
-    /// All combinations of the values of the axes. The last axis varies fastest.
+    /// Combinations of the values of all axes. The last axis varies fastest.
     #[must_use]
     pub fn points(&self) -> &[Point] {
         &self.points
@@ -190,8 +188,8 @@ impl Sweep {
     }
 
     /// Names of the keys in tables and folders. A name is the last word of a key with its indices, such as `gravity_1`.
-    /// If a measured quantity has the same name, the preceding word is included, as in `barostat_pressure`. If the name
-    /// is not unique, it is the whole key, such as `fill_0_packing_fraction`.
+    /// If this name is also a measured quantity, the preceding word is added, as in `barostat_pressure`. If names
+    /// coincide, the whole key is used, as in `fill_0_packing_fraction`.
     #[must_use]
     pub fn short_names(&self) -> Vec<String> {
         short_names(&self.keys(), self.has_barostat())
@@ -204,14 +202,14 @@ impl Sweep {
         scene || set || self.keys().into_iter().any(is_key)
     }
 
-    /// Names of all keys except the seed, see [`Self::short_names`]. They distinguish state points.
+    /// Names of all keys except the seed, see [`Self::short_names`].
     #[must_use]
     pub fn state_point_names(&self) -> Vec<String> {
         let names = self.short_names().into_iter().zip(self.keys());
         names.filter_map(|(name, key)| (key != SEED).then_some(name)).collect()
     }
 
-    /// Index of the axis of each name in [`Self::state_point_names`]. One axis may have several keys.
+    /// Index of the axis of each name in [`Self::state_point_names`].
     pub(crate) fn state_point_axes(&self) -> Vec<usize> {
         let keys = self.axes.iter().enumerate().flat_map(|(at, axis)| axis.keys().iter().map(move |key| (at, key)));
         keys.filter_map(|(at, key)| (key != SEED).then_some(at)).collect()
@@ -229,7 +227,7 @@ impl Sweep {
         read_scene_text(self.text.clone(), &self.scene, &self.overrides(point))
     }
 
-    /// Checks the keys and the types of values in the scene of a point. This is fast, because no particle is placed.
+    /// Checks the keys and the types of values at a point. This is fast, because no particles are placed.
     ///
     /// # Errors
     /// [`SceneError`] with the first error.
@@ -241,15 +239,14 @@ impl Sweep {
         Scene::inputs_named(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// Checks the sweep before anything is created: keys and types at all points, one complete scene, and the effect of
-    /// the seed. Returns the scene.
+    /// Checks the sweep before files are created: keys and types at all points, and one complete scene. Returns this
+    /// scene.
     ///
     /// # Errors
     /// [`SweepError::Scene`] with the first error, [`SweepError::SameRuns`] if the seed varies without effect.
     pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
-        // One end of an axis may be invalid, so it is enough if the first or the last point is valid. Every sweep has
-        // points.
+        // An axis may have one invalid end, so the first or the last point must be valid.
         let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
         let (point, scene) = match self.scene_at(first) {
             Ok(scene) => (first, scene),
@@ -259,13 +256,12 @@ impl Sweep {
         Ok(scene)
     }
 
-    /// Checks that different seeds give different runs.
     fn check_seeds(&self, point: &Point, scene: &Scene) -> Result<(), SweepError> {
-        // Replica exchanges are not checked, because a sweep rejects them.
+        // Replica exchanges are not checked, because sweeps reject them.
         let is_driven = scene.run().has_andersen() || scene.has_thermal_walls() || scene.exchange().is_some();
         let is_repetition = |other: &&Point| *other != point && other.state_point().eq(point.state_point());
         let Some(other) = self.points.iter().find(is_repetition).filter(|_| !is_driven) else { return Ok(()) };
-        // If the scene is invalid, the run of its point reports the error.
+        // If the scene is invalid, its run reports the error.
         let Ok(again) = self.scene_at(other) else { return Ok(()) };
         if again.particles() == scene.particles() {
             return Err(SweepError::SameRuns { first: point.folder.clone(), second: other.folder.clone() });
@@ -273,14 +269,13 @@ impl Sweep {
         Ok(())
     }
 
-    /// Expected total size of the files of all runs, if the runs resemble `scene` `[bytes]`. The size is accurate
-    /// within a factor of two, or a lower bound if the size of some files is unknown.
+    /// Expected size of the files of all runs, if the runs resemble `scene` `[bytes]`. The size is accurate within a
+    /// factor of two. If the size of some files is unknown, it is a lower bound.
     #[must_use]
     pub fn expected_bytes(&self, scene: &Scene) -> f64 {
         SizeEstimate::of(scene, foreseen_rate(scene).ok()).bytes * self.points.len() as f64
     }
 
-    /// Returns the scene at a point as the text of a scene file.
     pub(super) fn record_at(&self, point: &Point, scene: &Scene) -> Result<String, SceneError> {
         scene.record_of(self.text.clone(), &self.scene, &self.overrides(point))
     }

@@ -64,13 +64,13 @@ pub struct Value {
 pub struct Pooled {
     /// Mean over the runs, with equal weights.
     pub mean: f64,
-    /// Standard error of the mean from the errors `e_i` of the `n` runs, `sqrt(sum e_i^2) / n`; `None` if one is
-    /// unknown.
+    /// Standard error of the mean from the errors `e_i` of the `n` runs, `sqrt(sum e_i^2) / n`; `None` if an error of a
+    /// run is unknown.
     pub error: Option<f64>,
     /// Standard error of the mean from the scatter of the values `x_i` of the `n` runs,
     /// `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the scatter is round-off, `None` for a single run.
     pub scatter: Option<f64>,
-    /// Number of runs with a value. Other runs were too short, or had a curve that was not straight enough.
+    /// Number of runs with a value. Short runs may have no value.
     pub runs: usize,
 }
 
@@ -133,7 +133,7 @@ pub struct Group {
 pub struct StageMeans {
     /// Name of the measured stage; `measurement` for the last measurement.
     pub stage: String,
-    /// Number of completed runs with this measurement, without repeated runs.
+    /// Number of completed runs with this measurement. Repeated runs do not count.
     pub runs: usize,
     /// Means, in the order of [`Results::quantities`].
     pub values: Vec<Option<Pooled>>,
@@ -156,7 +156,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads the present results from the folder of a sweep. A point with unreadable files has failed.
+    /// Reads the results so far from the folder of a sweep. A point with unreadable files has failed.
     #[must_use]
     pub fn read(folder: &SweepFolder, sweep: &Sweep) -> Self {
         let mut quantities = Vec::new();
@@ -312,7 +312,6 @@ fn values_of(
     observables.chain(numbers).collect()
 }
 
-/// Groups the points that differ only in their seeds, in the order of their first points.
 fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: usize) -> Vec<Group> {
     let mut known: BTreeMap<Vec<&(String, String)>, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();
@@ -333,8 +332,8 @@ fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: 
             }
         }
         let means = stages.iter().map(|stage| means_of(stage, &done, quantities));
-        // Without completed runs, the stages of a state point are unknown, so it gets an entry for each stage of the
-        // sweep.
+        // Without completed runs, the stages of a state point are unknown. The state point then has an entry for each
+        // stage of the sweep.
         group.measurements = means.filter(|means| means.runs > 0 || done.is_empty()).collect();
     }
     groups

@@ -1,10 +1,10 @@
 //! Tables of a sweep: `sweep.csv` with a row for each run, `sweep-mean.csv` with means over the seeds for each state
 //! point, and `sweep-columns.csv` with the units. Each measured stage has its own row; a column names the stage.
 //!
-//! A column `x_error` gives the standard error of `x`. In `sweep-mean.csv`, it follows from the errors of the runs, and
-//! `x_scatter` follows from the scatter of their values; the two should agree. If some runs of a state point have no
-//! value of `x`, `x_runs` is the number of runs with a value. Unknown values are empty cells. Numbers that vary inside
-//! a list or table have their own columns, such as `size_0`.
+//! A column `x_error` is the standard error of `x`. In `sweep-mean.csv`, `x_error` follows from the errors of the runs,
+//! and `x_scatter` from the scatter of their values. These two errors should agree. If some runs have no value of `x`,
+//! `x_runs` is the number of runs with a value. Unknown values are empty cells. Numbers that vary inside a list or
+//! table have their own columns, such as `size_0`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ const COLUMNS: &str = "sweep-columns.csv";
 const STAGE: &str = "stage";
 
 impl SweepFolder {
-    /// Writes the tables of the present results, and returns their paths.
+    /// Writes the tables of the results so far. Returns the paths of the tables.
     ///
     /// # Errors
     /// [`SweepError::Output`] if a table cannot be written.
@@ -33,7 +33,6 @@ impl SweepFolder {
     }
 }
 
-/// Formats a value as in the scene, without quotes.
 fn typed(value: &str) -> String {
     text_cell(value.trim_matches(['"', '\'']))
 }
@@ -127,7 +126,6 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     text
 }
 
-/// Whether only some runs of a state point have a value of the quantity.
 fn is_partial(results: &Results, quantity: usize) -> bool {
     results
         .means()

@@ -1,23 +1,21 @@
-//! Parses the values of a scene, and compares their meaning.
-
 use toml::{Table, Value};
 
-/// Integers below `2^53` are exact as floating-point numbers.
+/// Integers up to `2^53` are exact as floating-point numbers.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Parses a value as TOML, or else as a word without quotes.
+/// Parses a value as TOML. A word without quotes becomes a string.
 pub(super) fn value_of(text: &str) -> Value {
     let table = format!("v = {text}").parse::<Table>().ok().filter(|table| table.len() == 1);
     table.and_then(|mut table| table.remove("v")).unwrap_or_else(|| Value::String(text.trim().to_owned()))
 }
 
-/// Returns the same text for all forms of a value, such as `1`, `+1`, `0x1` and `1.0`, or a word with and without
-/// quotes.
+/// Returns the same text for all notations of a value, such as `1`, `+1`, `0x1` and `1.0`, or a quoted and an unquoted
+/// word.
 pub(super) fn meaning(text: &str) -> String {
     spelled(&value_of(text))
 }
 
-/// Writes an integer in decimal digits, so that equal integers get the same folder. Other values are unchanged.
+/// Writes an integer in decimal digits, so that equal integers get the same folder name.
 pub(super) fn plain(text: &str) -> String {
     match value_of(text) {
         Value::Integer(number) => number.to_string(),

@@ -1,4 +1,4 @@
-//! Compressed text: gzip and Zstandard, recognized by the first bytes of a file, not by its name.
+//! Text files compressed by gzip or Zstandard. The first bytes of a file identify the format.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -19,15 +19,13 @@ pub(crate) fn is_compressed(start: &[u8]) -> bool {
     start.starts_with(&GZIP) || start.starts_with(&ZSTANDARD)
 }
 
-/// Opens a text file, compressed or not.
 ///
 /// # Errors
-/// If the file cannot be opened or read. Errors within a compressed file are reported when it is read.
+/// If the file cannot be opened or read. Errors in compressed data are reported when the text is read.
 pub(crate) fn open(path: &Path) -> io::Result<Box<dyn BufRead>> {
     unpacked(BufReader::with_capacity(BUFFER, File::open(path)?))
 }
 
-/// Returns a reader of a text, compressed or not.
 ///
 /// # Errors
 /// If the beginning of the text cannot be read.
@@ -42,7 +40,6 @@ pub(crate) fn unpacked<'a>(mut packed: impl BufRead + 'a) -> io::Result<Box<dyn 
     Ok(Box::new(packed))
 }
 
-/// Reads the consecutive Zstandard frames of a file as one text.
 struct Frames<R: BufRead> {
     /// State of the decoder; `None` after an error.
     state: Option<State<R>>,
@@ -127,7 +124,8 @@ mod tests {
             for cut in [5, 40, packed.len() / 2, packed.len() - 3] {
                 assert!(read(&packed[..cut]).is_err(), "{cut}");
             }
-            // A changed byte must not cause a panic. A format with a checksum must reject the file or keep the text.
+            // A changed byte must not cause a panic. The file has a checksum, so reading fails or the text is
+            // unchanged.
             for k in 0..60 {
                 let mut changed = packed.clone();
                 let at = 4 + k * 7_919 % (packed.len() - 4);

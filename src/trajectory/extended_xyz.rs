@@ -24,14 +24,13 @@
 //! | `bond_kind` | the index of the interaction of each bond; absent if there is only one |
 //! | `surfaces` | whether each surface of the scene is present; absent if all always are |
 //!
-//! The species is in the column `type`, because ASE accepts only chemical symbols in a column called `species`; the
-//! reader accepts both. `map_shift` holds the periods that a particle has travelled since the start, which OVITO calls
-//! *Periodic Image*. The position plus these multiples of the vectors of `Lattice` is the position without wrapping,
-//! also in a sheared box. `masses` holds the mass of each particle where ASE expects it, and 0 for static particles.
+//! The species is in the column `type`, because ASE accepts only chemical symbols in a column called `species`. The
+//! reader accepts both names. `map_shift`, which OVITO calls *Periodic Image*, counts the periods that a particle has
+//! travelled since the start. The unwrapped position is the position plus these multiples of the vectors of `Lattice`.
+//! The column `masses` is for ASE; the value is 0 for static particles.
 //!
-//! Numbers are written with the fewest digits that read back as the same `f64`, so that a frame is preserved bit for
-//! bit. The reader accepts the columns in any order and requires only positions. Without `Properties` it expects plain
-//! XYZ, a name and three coordinates per line.
+//! Numbers have the fewest digits that preserve all bits. The reader accepts the columns in any order and requires only
+//! positions. A file without `Properties` is read as plain XYZ, with a name and three coordinates per line.
 
 mod comment;
 mod error;
@@ -54,8 +53,8 @@ pub(crate) use write::{FrameWriter, Heading};
 
 use super::{Frame, compressed};
 
-/// Length of the longest accepted line, enough for about five million bonds. It saves memory for binary files
-/// `[bytes]`.
+/// Length of the longest accepted line `[bytes]`, enough for about five million bonds. The limit saves memory if a file
+/// is binary.
 const LONGEST_LINE: u64 = 1 << 26;
 
 /// A frame selected from a trajectory.
@@ -67,11 +66,11 @@ pub struct Pick {
     pub is_truncated: bool,
 }
 
-/// Reads one frame from a trajectory file: the frame nearest to `time` `[time]`, or the last frame if `time` is `None`.
-/// Of two equally near frames, the earlier in the file is returned. At most two frames are in memory.
+/// Reads the frame nearest to `time` `[time]` from a trajectory file, or the last frame if `time` is `None`. If two
+/// frames are equally near, the earlier one in the file is returned. At most two frames are in memory.
 ///
 /// # Errors
-/// [`ReadError::Open`] if the file cannot be opened, [`ReadError::NoFrame`] if it holds no frame,
+/// [`ReadError::Open`] if the file cannot be opened, [`ReadError::NoFrame`] if the file contains no frame,
 /// [`ReadError::Truncated`] if it ends within the first frame; any other [`ReadError`] if it is malformed.
 pub fn pick_frame(path: &Path, time: Option<f64>) -> Result<Pick, ReadError> {
     let text = compressed::open(path).map_err(|source| ReadError::Open { path: path.into(), source })?;

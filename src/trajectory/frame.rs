@@ -13,7 +13,7 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 #[cfg(test)]
 mod tests;
 
-/// Names that the output formats already use for columns, arrays and files.
+/// Names of columns, arrays and files in the output formats.
 const TAKEN: [&str; 46] = [
     "bond_kinds",
     "bond_names",
@@ -68,16 +68,16 @@ const TAKEN: [&str; 46] = [
 pub struct FrameSpecies {
     /// Name, unique in the frame.
     pub name: String,
-    /// Whether particles of this species never move, for example in a static surface.
+    /// Whether particles of this species never move.
     pub is_static: bool,
-    /// Mass of the particles, infinite for a static species; `None` if the trajectory file lacks it `[mass]`.
+    /// Mass of the particles, infinite for a static species `[mass]`; `None` if the trajectory file lacks it.
     pub mass: Option<f64>,
 }
 
 /// A particle in a frame: id, species, radius, position and velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FrameParticle {
-    /// Id of the particle, the same in all output.
+    /// Id of the particle, which is the same in all output.
     pub id: ParticleId,
     /// Index into [`Frame::species`].
     pub species: SpeciesId,
@@ -102,7 +102,8 @@ pub struct Frame {
     pub size: Vector,
     /// Whether each axis is periodic: a particle that leaves on one side enters on the other.
     pub periodic: [bool; 3],
-    /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]`; 0 without shear `[length]`.
+    /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]` `[length]`. It is 0 without
+    /// shear.
     pub displacement: f64,
     /// Species of the particles.
     pub species: Vec<FrameSpecies>,
@@ -112,15 +113,15 @@ pub struct Frame {
     pub bonds: Vec<[ParticleId; 2]>,
     /// Names of the interactions of the bonds.
     pub bond_names: Vec<String>,
-    /// For each bond, the index of its interaction in `bond_names`; empty if a file lacks it.
+    /// Index of the interaction of each bond in `bond_names`; empty if a file lacks it.
     pub bond_kinds: Vec<u32>,
-    /// Number of periods that each particle has travelled along each axis, in the order of the particles, for
-    /// [`Frame::unwrapped`]. Empty if a file lacks it.
+    /// Number of periods that each particle has travelled along each axis, see [`Frame::unwrapped`]. Empty if a file
+    /// lacks it.
     #[doc(alias = "image flags")]
     pub images: Vec<[i32; 3]>,
     /// Additional scalars of the particles, such as the bond order.
     pub scalars: Vec<Scalar>,
-    /// For each surface of the scene, whether it is present at this time; empty if all are present.
+    /// Whether each surface of the scene is present at this time; empty if all are present.
     pub surfaces: Vec<bool>,
 }
 
@@ -169,7 +170,7 @@ impl Frame {
         }
     }
 
-    /// Returns the names of the interactions of a scene's bonds, and the index of each bond into the names. Both are
+    /// Returns the names of the interactions of all bonds, and the index of each bond into the names. Both lists are
     /// empty if an interaction has no name.
     #[must_use]
     pub fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
@@ -189,8 +190,8 @@ impl Frame {
         kinds.map_or_else(Default::default, |kinds| (names, kinds))
     }
 
-    /// Position without wrapping of the particle with this index, or its position in the box if its images are unknown
-    /// `[length]`. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
+    /// Unwrapped position of the particle with index `place` `[length]`. The vectors of the box are `(L_x, 0, 0)`,
+    /// `(displacement, L_y, 0)` and `(0, 0, L_z)`. Without image numbers, returns the position in the box.
     #[must_use]
     pub fn unwrapped(&self, place: usize) -> Vector {
         let position = self.particles[place].position;
@@ -200,11 +201,10 @@ impl Frame {
         })
     }
 
-    /// Wraps a position into the box along periodic axes `[length]`.
     pub(crate) fn wrapped(&self, position: &Vector) -> Vector {
         let mut position = *position;
         if self.displacement != 0.0 {
-            // Shifting a position by the box height along y also displaces it along x.
+            // A shift by a period along y also displaces a position along x.
             position.x -= self.displacement * ((position.y - self.lower.y) / self.size.y).floor();
         }
         Vector::from_fn(|k, _| {
@@ -217,13 +217,13 @@ impl Frame {
         })
     }
 
-    /// Whether the box has no extent along an axis, so that all particles share one coordinate.
+    /// Whether the box has no extent along an axis.
     #[must_use]
     pub fn is_flat(&self, axis: usize) -> bool {
         self.size[axis] == 0.0
     }
 
-    /// The space of the frame. Axes that are neither periodic nor flat are open.
+    /// Axes that are neither periodic nor flat are open.
     pub(crate) fn space(&self) -> Space {
         let boundary = |axis: usize| match self.periodic[axis] {
             true => Boundary::Periodic,
@@ -249,7 +249,7 @@ impl Frame {
         if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }
     }
 
-    /// Lower and upper corner of the box `[length]`; flat axes extend by half the largest diameter to either side.
+    /// Corners of the box `[length]`. The box extends by half the largest diameter to either side of flat axes.
     pub(crate) fn thickened(&self) -> (Vector, Vector) {
         let half = 0.5 * self.thickness();
         let extent = |axis: usize| if self.is_flat(axis) { (-half, half) } else { (0.0, self.size[axis]) };
@@ -258,20 +258,20 @@ impl Frame {
         (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
     }
 
-    /// Whether a scalar can have this name in every format: a word that no format uses for anything else.
+    /// Whether every output format can use this name for a scalar.
     pub(super) fn is_name_of_scalar(name: &str) -> bool {
         let is_word = name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_');
         !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())
     }
 
-    /// The mass of each particle, 0 if static, so that sums stay finite; `None` if a mass is unknown.
+    /// The mass of each particle, if all masses are known. It is 0 for static particles, so that sums stay finite.
     pub(crate) fn masses(&self) -> Option<Vec<f64>> {
         let mass = |particle: &FrameParticle| self.species.get(particle.species.0 as usize)?.mass;
         let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };
         self.particles.iter().map(|particle| mass(particle).map(finite)).collect()
     }
 
-    /// Whether a particle never moves; also false if its species is not in the table.
+    /// Whether a particle is of a static species.
     #[must_use]
     pub fn is_static(&self, particle: &FrameParticle) -> bool {
         self.species.get(particle.species.0 as usize).is_some_and(|species| species.is_static)

@@ -3,18 +3,17 @@ use crate::base::text::{digits, tiny};
 use crate::io::Summary;
 use crate::model::Scene;
 
-/// A row of the audit: a conserved quantity or another check, with its verdict.
 pub(super) struct Row {
     pub what: &'static str,
     pub how: &'static str,
     pub value: String,
-    /// Whether `value` is a ratio. Then `how` names the divisor.
+    /// Whether `value` is a ratio. Its divisor is given in `how`.
     pub is_relative: bool,
-    /// Why the verdict is missing, if this is not obvious.
+    /// Reason why the verdict is missing.
     pub why: Option<String>,
-    /// Limit above which the audit fails; empty without a limit.
+    /// Limit above which the audit fails; may be empty.
     pub limit: String,
-    /// Whether the value is within the limit; `None` without a verdict.
+    /// Verdict: whether the value is within the limit.
     pub is_sound: Option<bool>,
 }
 
@@ -28,7 +27,7 @@ impl Row {
     }
 }
 
-/// Builds the rows. `scene` explains why momentum is not conserved, if the scene could be read.
+/// If `scene` is known, the rows explain why momentum is not conserved.
 pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let (energy, events) = (&summary.energy, &summary.events);
     let how = "relative error of the sum of kinetic, potential and dissipated energy, minus the supplied energy";
@@ -72,8 +71,8 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
     let (overlap, invalid) = (&summary.overlap, summary.events.in_invalid_state);
     let is_judged_by_rounding = overlap.limit.is_none() && overlap.initial == 0;
     let limit = overlap.limit.map_or_else(|| "round-off".to_owned(), |limit| format!("{limit:.1e}"));
-    // Without a limit, no overlap may exceed the round-off of its coordinates. There is no verdict if particles
-    // overlapped at the start.
+    // Without a limit, an overlap may not exceed the round-off of coordinates. If particles overlap at the start, there
+    // is no verdict.
     let is_sound = |depth: f64, number: u64| match overlap.limit {
         Some(limit) => Some(depth <= limit),
         None => is_judged_by_rounding.then_some(number == 0),
@@ -90,13 +89,13 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
         Row {
             limit: most,
             is_sound: is_judged_by_rounding.then_some(invalid == 0),
-            ..Row::told("events in invalid states", "overlaps deeper than round-off explains", invalid.to_string())
+            ..Row::told("events in invalid states", "overlaps too deep to be round-off", invalid.to_string())
         },
     ];
     if overlap.initial > 0 {
         let end = overlap.resolved_after.map_or_else(
             || format!("{} left at the end", overlap.r#final),
-            |time| format!("the last one resolved after a time of {}", digits(time)),
+            |time| format!("all resolved after a time of {}", digits(time)),
         );
         let value = format!("{}, {end}", overlap.initial);
         rows.push(Row::told("overlapping pairs at the start", "allowed by the scene", value));

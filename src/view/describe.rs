@@ -1,4 +1,4 @@
-//! Descriptions of a scene in words, and readable numbers, for the terminal and the page of a run.
+//! Descriptions of a scene in words.
 
 mod barostat;
 mod estimate;
@@ -54,8 +54,8 @@ pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     if of(true).is_empty() { moving } else { format!("{moving}; static: {}", of(true)) }
 }
 
-/// Returns the kind of potential of the moving particles, such as `hard ` or `square-well `, with a space at the end.
-/// Empty unless there is exactly one kind.
+/// Returns the potential of the moving particles, such as `hard ` or `square-well `, with a space at the end. The text
+/// is empty if the particles have several potentials.
 #[must_use]
 pub fn kind_of_potential(scene: &Scene) -> &'static str {
     let kind = |potential: &Potential| match potential.energies() {
@@ -122,7 +122,7 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
     } else if !scene.bonds.is_empty() {
         "there are bonds"
     } else if scene.table.iter().next().is_none() {
-        "particles do not meet each other"
+        "particles do not interact with each other"
     } else {
         "pairs can be captured in potential steps"
     };
@@ -165,7 +165,7 @@ fn potential(potential: &Potential) -> String {
     }
 }
 
-/// Describes the interactions, one per line: pairs of species that can meet, and bonds.
+/// Describes the interactions, with one line for each.
 #[must_use]
 pub fn interactions(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -228,7 +228,7 @@ fn equilibrates(equilibration: &Equilibration) -> String {
 }
 
 /// Describes a stage, such as
-/// `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor of 1000`.
+/// `growth: diameters grow by 0.05 of their initial values per unit of time, up to a packing fraction of 0.6`.
 #[must_use]
 pub fn stage(stage: &StagePlan) -> String {
     let mut parts = Vec::new();
@@ -273,7 +273,7 @@ pub fn thermostat(thermostat: &Thermostat) -> String {
     }
 }
 
-/// Lists why a whole run does not conserve momentum, such as `walls along x and y, acceleration along z`.
+/// Lists why a run does not conserve momentum, such as `walls along x and y, acceleration along z`.
 #[must_use]
 pub fn momentum_changes(scene: &Scene) -> String {
     let axes = |changed: &[bool; 3]| {
@@ -296,7 +296,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
-            // `redrawn` contains the axes of all Andersen thermostats.
+            // `redrawn` contains the axes of these collisions.
             Influence::AndersenCollisions => None,
         })
         .collect();
@@ -309,7 +309,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
     words.join(", ")
 }
 
-/// Describes the run from which a scene starts, and whether its engine continues; `None` without such a run.
+/// Describes the earlier run from which a scene starts, if there is one.
 #[must_use]
 pub fn start(scene: &Scene) -> Option<String> {
     let run = scene.predecessor()?;

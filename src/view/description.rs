@@ -30,7 +30,7 @@ pub fn line(label: &str, value: &str) -> String {
     format!("  {label:<14}{value}\n")
 }
 
-/// Warns of settings that are allowed but probably unintended.
+/// Warns of valid but probably unintended settings.
 #[must_use]
 pub fn warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -86,7 +86,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Lists unused parts of input files: columns, and bytes at the end of mesh files.
+/// Lists unused parts of input files, such as columns.
 #[must_use]
 pub fn unused_input(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -112,7 +112,7 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     let system = SystemDescription::of(scene);
     let pressure = plan.pressure_tensor.is_some() && !system.has_volume();
     let pressure = pressure.then(|| {
-        "measure.pressure_tensor gives event rates but no pressure: the volume that static particles leave to the others is unknown".to_owned()
+        "measure.pressure_tensor gives event rates but no pressure: the volume that is accessible to the moving particles between the static particles is unknown".to_owned()
     });
     let transport = plan.transport.as_ref().and_then(|_| system.obstacle_to_transport()).map(|obstacle| {
         format!(
@@ -149,7 +149,7 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
     run::unreached(scene).into_iter().map(told).collect()
 }
 
-/// Warns of particles that are at rest and in contact at the start.
+/// Warns of particles that start at rest and in contact.
 #[must_use]
 pub fn at_rest(scene: &Scene) -> Vec<String> {
     let all = resting(scene);
@@ -168,7 +168,7 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
     };
     let (cause, lift) = match (first.bounce, scene.contact_time()) {
         (0.0, contact_time) => (
-            "which needs infinitely many contacts: the run ends at once with a dynamical arrest".to_owned(),
+            "which needs infinitely many contacts: the run ends immediately with a dynamical arrest".to_owned(),
             contact_time.map(|contact_time| first.acceleration * contact_time * contact_time / 8.0),
         ),
         (bounce, Some(contact_time)) => (
@@ -190,7 +190,7 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
     vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
 }
 
-/// Lists what slows a run down apart from its events, with the wall time of each.
+/// Lists causes that slow a run down, apart from its events, with their wall times.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
     run::burdens(scene).into_iter().map(told).collect()
@@ -214,7 +214,7 @@ fn wall_time(seconds: f64) -> String {
     }
 }
 
-/// Describes the number density and packing fraction of moving particles; `None` unless all axes are periodic.
+/// Describes the number density and packing fraction, if all axes are periodic.
 fn density(scene: &Scene) -> Option<String> {
     if !scene.space().is_fully_periodic() {
         return None;
@@ -239,7 +239,6 @@ fn density(scene: &Scene) -> Option<String> {
     Some(format!("number density {number_density}, packing fraction {packing_fraction}{when}{temperature}"))
 }
 
-/// Kinetic temperature at the start.
 fn temperature(scene: &Scene) -> Option<f64> {
     let mut kinetic = 0.0;
     let mut momentum = Vector::zeros();
@@ -254,8 +253,8 @@ fn temperature(scene: &Scene) -> Option<f64> {
     ApplicableObservables::of(scene).temperature(kinetic, &momentum)
 }
 
-/// Warns if coordinates or pair energies are so large that round-off may cause overlaps. The audit accepts overlaps of
-/// up to a millionth of a diameter as round-off.
+/// Warns if round-off of large coordinates or energies may cause overlaps. The audit accepts overlaps of up to a
+/// millionth of a diameter.
 fn few_digits(scene: &Scene) -> Vec<String> {
     const ROUNDINGS: f64 = 32.0;
     const MOST: f64 = 1e-8;
@@ -303,7 +302,6 @@ mod tests {
         assert_eq!(of(90.4), "large cells: about 90 seconds of wall time");
     }
 
-    /// Returns warnings about times that a fluid with these `run` and `measure` tables never reaches.
     fn never(run: &str, measure: &str) -> Vec<String> {
         let text = format!(
             "species = [{{ name = \"A\", mass = 1.3, diameter = 1.0 }}]\n\
@@ -341,7 +339,7 @@ mod tests {
             never(run, measure),
             late.map(|it| format!("{it} is longer than the longest measurement, 8, so it is never reached"))
         );
-        // The duration of a run with a given number of events is unknown.
+        // The simulated time of these events is unknown.
         assert_eq!(never("run = { until_events = 100 }", measure), [""; 0]);
     }
 }

@@ -35,7 +35,7 @@ pub enum ViewError {
     /// The frame has no particles.
     #[error("the frame has no particles to draw")]
     Empty,
-    /// A particle has a position or velocity that is not finite, or a radius that is not positive and finite.
+    /// A particle has an invalid position, velocity or radius.
     #[error("particle {} cannot be drawn: expected a finite position and velocity and a positive finite radius", .0.0)]
     Particle(ParticleId),
     /// The particle that the camera should follow is not in the frame.
@@ -61,7 +61,7 @@ pub enum ViewError {
         name: &'static str,
         /// Value of the option.
         value: f64,
-        /// Expected value, in words.
+        /// Expected value.
         expected: &'static str,
     },
     /// The style lists no colour.
@@ -70,7 +70,7 @@ pub enum ViewError {
     /// The file extension does not belong to a movie format.
     #[error("`{}` is not a supported movie format: expected .mp4, .gif or .apng", ending(.0))]
     Format(PathBuf),
-    /// A GIF has too many images per second, and players would slow it down.
+    /// A GIF has too many images per second. Players would slow it down.
     #[error(
         "a GIF cannot show {0} images per second: an image lasts for whole hundredths of a second, and players show the shortest images ten times longer"
     )]
@@ -143,7 +143,7 @@ pub enum ViewError {
     Summary {
         /// Path of the summary.
         path: PathBuf,
-        /// Position and kind of the error in the file.
+        /// Error of the parser.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The target file already exists and must not be replaced.
@@ -159,7 +159,6 @@ pub enum ViewError {
     },
 }
 
-/// Returns the extension of a path with its dot, or the file name without an extension.
 fn ending(path: &Path) -> String {
     let extension = path.extension().map(|extension| format!(".{}", extension.display()));
     extension.unwrap_or_else(|| path.file_name().unwrap_or_default().display().to_string())
@@ -178,7 +177,7 @@ impl ViewError {
         move |source| Self::Trajectory { path: path.to_owned(), source }
     }
 
-    /// Returns a suggestion for the user, unless the remedy is obvious.
+    /// Returns a suggestion for the user, if there is one.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

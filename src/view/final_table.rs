@@ -1,4 +1,4 @@
-//! Final table of a run: the content of `report.txt`.
+//! Results of a run as text, the content of `report.txt`.
 
 use std::fmt::Write;
 
@@ -16,12 +16,12 @@ use crate::view::{audit, describe};
 
 type Means<T> = [(&'static str, T)];
 
-/// Largest number of lines for results of instruments, enough for one instrument of each kind with a few species.
+/// Maximum number of lines for the results of instruments.
 const MOST_NUMBERS: usize = 48;
 
 const MOST_RATES: usize = 12;
 
-/// Returns the table of results: the system, the end of the run, the means and the audit.
+/// Returns the results of a run: system, end of the run, means and audit.
 #[must_use]
 pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;
@@ -72,7 +72,8 @@ pub fn text(finished: &Finished) -> String {
     lines.text()
 }
 
-/// Describes numbers of events by kind, such as `12 core, 3 wall`. `counts` are core, capture, release, bounce, wall.
+/// Describes numbers of events, such as `12 core, 3 wall`. The order of `counts` is core, capture, release, bounce,
+/// wall.
 #[must_use]
 pub fn kinds(counts: [u64; 5], shown: fn(u64) -> String) -> String {
     let kinds = ["core", "capture", "release", "bounce", "wall"].into_iter().zip(counts);
@@ -84,9 +85,9 @@ fn ending(finished: &Finished) -> String {
     let time = digits(finished.simulation.time());
     let stage = if finished.stage == Stage::Measurement { "" } else { " before the measurement" };
     match &finished.ending {
-        Ending::Time => format!("at t = {time}, the time asked for"),
-        Ending::Events => format!("at t = {time}, after the number of events asked for"),
-        Ending::Condition => format!("at t = {time}, where an instrument ended it"),
+        Ending::Time => format!("at t = {time}, the requested time"),
+        Ending::Events => format!("at t = {time}, after the requested number of events"),
+        Ending::Condition => format!("at t = {time}, where an instrument ended the run"),
         Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
         Ending::GaveUp => {
             format!(
@@ -95,7 +96,7 @@ fn ending(finished: &Finished) -> String {
         }
         Ending::Unsettled => {
             format!(
-                "GAVE UP at t = {time}{stage}: the equilibration did not end by itself, because something never became stationary"
+                "GAVE UP at t = {time}{stage}: the equilibration did not end by itself, because at least one observable never became stationary"
             )
         }
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
@@ -108,7 +109,7 @@ fn ending(finished: &Finished) -> String {
     }
 }
 
-/// Lines of a table with names and values in two columns.
+/// Lines of text with names and values in two columns.
 #[derive(Debug, Clone, Default)]
 pub struct Lines(String);
 
@@ -150,7 +151,6 @@ impl Lines {
         }
     }
 
-    /// Results with too few data are listed too.
     fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
         let numbers = &measured.numbers;
         if numbers.is_empty() {

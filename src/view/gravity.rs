@@ -1,5 +1,3 @@
-//! Reads gravity from the scene file beside a trajectory.
-
 use std::fs;
 use std::path::Path;
 
@@ -8,7 +6,7 @@ use serde::Deserialize;
 use crate::Vector;
 use crate::io::Folder;
 
-/// Gravity in a scene file. Other keys are ignored, so scenes of other versions can be read.
+/// Other keys are ignored, so scenes of other versions can be read.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Scene {
@@ -21,8 +19,7 @@ struct Dynamics {
     gravity: Option<[f64; 3]>,
 }
 
-/// Reads `dynamics.gravity` from the scene file beside a trajectory `[length / time^2]`; `None` without gravity or
-/// file.
+/// Reads `dynamics.gravity` from the scene file beside a trajectory `[length / time^2]`; `None` without gravity.
 pub(super) fn gravity_beside(trajectory: &Path) -> Option<Vector> {
     let text = fs::read_to_string(Folder::scene_of(trajectory.parent().unwrap_or(Path::new("")))).ok()?;
     let scene: Scene = toml::from_str(&text).ok()?;

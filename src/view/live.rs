@@ -1,9 +1,8 @@
-//! A scene that runs in a browser: a self-contained page that needs no network.
+//! A self-contained page that runs a scene in a browser without network access.
 //!
-//! The page contains the engine as WebAssembly, the *module* built by `web/build`, and computes the same bits as the
+//! The page contains the engine as WebAssembly, the *module* built by `web/build`, which computes the same bits as the
 //! program. A worker runs the scene (`live/worker*.js`, `live/observables*.js`, `live/engine.js`). The page shows the
-//! picture with the renderer of the report player (`live/live*.js`), plots (`live/plots*.js`), sliders and the text of
-//! the scene (`live/editor*.js`).
+//! picture (`live/live*.js`), plots (`live/plots*.js`), sliders and the text of the scene (`live/editor*.js`).
 
 mod engine;
 mod head;
@@ -25,7 +24,7 @@ pub use engine::Engine;
 pub use head::Shown;
 pub use source::Source;
 
-/// Scripts of the page in the order of loading, after the scripts in `RENDERER`.
+/// Scripts of the page, loaded after the scripts in `RENDERER`.
 const PROGRAM: [&str; 24] = [
     include_str!("report/save.js"),
     include_str!("live/plots_axis.js"),
@@ -73,11 +72,10 @@ const WORKER: [&str; 13] = [
 const LINES: [(&str, &str); 2] =
     [("line.vert", include_str!("live/line.vert")), ("line.frag", include_str!("live/line.frag"))];
 
-/// Style sheets of the page, added to the style sheets of reports.
 const STYLE: [&str; 3] =
     [include_str!("live/live.css"), include_str!("live/editor.css"), include_str!("live/plots.css")];
 
-/// Content policy: the page runs only its own scripts.
+/// The page may run only its own scripts.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; \
                       worker-src blob:; img-src data: blob:";
 
@@ -99,14 +97,14 @@ fn element(page: &mut String, kind: &str, id: &str, text: &str) {
     page.push_str(&format!("<script type=\"{kind}\" id=\"{id}\">{text}</script>\n"));
 }
 
-/// Returns the comment at the start of a scene, which usually describes it.
+/// Returns the comment at the start of a scene.
 #[must_use]
 pub fn first_comment(text: &str) -> String {
     let lines = text.lines().map_while(|line| line.strip_prefix('#'));
     lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns the script of the page, and the shaders, the schema and the worker that it finds by id.
+/// Returns the script of the page, and the texts that it finds by id.
 fn scripts() -> String {
     let mut texts = Map::new();
     for (name, text) in SHADERS.iter().chain(&LINES) {

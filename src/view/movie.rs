@@ -1,8 +1,8 @@
 //! Movies of a trajectory as GIF, APNG or MP4. Each frame is drawn by [`render`].
 //!
-//! The framing is the same in all images: the box, or else all particles of all frames. The camera may move around the
-//! scene at constant speed. The scale of speeds is the same in all images. Each image shows the simulated time and a
-//! scale bar. In perspective, the scale bar applies at the middle of the scene.
+//! All images have the same framing and the same scale of speeds. The framing shows the box, or else all particles of
+//! all frames. The camera may move around the scene at constant speed. Each image shows the simulated time and a scale
+//! bar. In perspective, the bar is valid in the middle of the scene.
 //!
 //! | format | how | colours |
 //! |---|---|---|
@@ -10,9 +10,8 @@
 //! | [`MovieFormat::Apng`] | by the crate `png` | all |
 //! | [`MovieFormat::Mp4`] | by the program `ffmpeg`, which receives the images through a pipe | H.264, or MPEG-4 if ffmpeg lacks it |
 //!
-//! GIF and APNG store only the changes from image to image, and repeat for ever. The program first scans the file for
-//! its frames. Then it reads, draws and compresses each frame once, with as many frames at a time as cores and memory
-//! allow. The bytes do not depend on the number of cores (for MP4, as far as ffmpeg allows).
+//! GIF and APNG store only the changes from image to image, and repeat for ever. Frames are drawn and compressed in
+//! parallel. The number of cores does not affect the bytes of GIF and APNG.
 //!
 //! ```no_run
 //! use carom::io::Existing;
@@ -59,27 +58,25 @@ use index::{Index, Selection};
 use pipeline::Pipeline;
 use track::{Codec, Track};
 
-/// Largest memory for images drawn at the same time, unless a single image needs more `[bytes]`.
+/// Largest memory for images drawn at the same time `[bytes]`. A single image may need more.
 const MOST_MEMORY: u64 = 2 << 30;
 
-/// Memory per particle while its frame is drawn `[bytes]`: its line in the frame, its place in the image, and its
-/// entries in the lists for shading.
+/// Memory per particle while its frame is drawn `[bytes]`.
 const BYTES_PER_PARTICLE: u64 = 2000;
 
 const MOST_PER_SECOND: u32 = 120;
 
-/// Largest turn of the camera: ten full turns `[degrees]`.
 const LARGEST_TURN: f64 = 3600.0;
 
 /// File format of a movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MovieFormat {
-    /// Graphics Interchange Format: opens everywhere, with only 256 colours and at most 50 images per second.
+    /// Graphics Interchange Format. It opens everywhere, but has only 256 colours and at most 50 images per second.
     Gif,
-    /// Animated PNG: opens in browsers, with all colours, in large files.
+    /// Animated PNG. Files are large, have all colours, and open in browsers.
     Apng,
-    /// MPEG-4 with H.264: small files that open in players, browsers and slides. Needs ffmpeg.
+    /// MPEG-4 with H.264. Files are small and open in players, browsers and slides. Needs ffmpeg.
     Mp4,
 }
 
@@ -98,10 +95,10 @@ impl MovieFormat {
     }
 }
 
-/// Options of a movie: which frames, how fast, and the camera.
+/// Options of a movie.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Movie {
-    /// Style of each image, with its exact width and height. The azimuth applies to the first image.
+    /// Style of each image, with its exact width and height. The azimuth is for the first image.
     pub style: Style,
     /// Images per second, 1 to 120.
     pub frames_per_second: u32,
@@ -109,13 +106,13 @@ pub struct Movie {
     pub first: u64,
     /// Last frame, inclusive; `None` for all later frames.
     pub last: Option<u64>,
-    /// The movie shows every N-th frame from the first.
+    /// Only every N-th frame is shown.
     pub every: u64,
-    /// Angle by which the camera moves around the scene to the right, from the first image to the last `[degrees]`.
-    /// Flat and one-dimensional scenes are always seen from the front.
+    /// Angle by which the camera moves around the scene to the right during the movie `[degrees]`. Flat and
+    /// one-dimensional scenes are always seen from the front.
     pub turn: f64,
-    /// Point in the middle of all images, if any. Along periodic axes, particles are wrapped around the point. Along
-    /// other axes, the camera follows it.
+    /// Point that stays in the middle of all images, if any. Particles are wrapped around the point along periodic
+    /// axes. The camera follows the point along other axes.
     pub follow: Option<Follow>,
 }
 
@@ -133,21 +130,21 @@ pub struct WrittenMovie {
     pub frames: u64,
     /// Size of the file `[bytes]`.
     pub bytes: u64,
-    /// Whether the trajectory ends within a frame, for example after a kill. All earlier frames are complete.
+    /// Whether the trajectory ends within a frame, for example because the run was killed.
     pub is_truncated: bool,
 }
 
 /// Progress of a movie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovieProgress {
-    /// Whether the images of the movie are being drawn. Before this, the trajectory is scanned, and trial images are
-    /// drawn to choose the colours of a GIF.
+    /// Whether the images of the movie are being drawn. Earlier steps scan the trajectory, and draw trial images for
+    /// the colours of a GIF.
     pub is_drawing: bool,
     /// Number of frames scanned, trial images drawn, or images written.
     pub frames: u64,
     /// Simulated time of the last frame or image `[time]`.
     pub time: f64,
-    /// Completed fraction of the scan, the trial images or the writing, 0 to 1.
+    /// Completed fraction of the scan, the trial images or the movie, 0 to 1.
     pub fraction: f64,
 }
 
@@ -168,7 +165,7 @@ pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 ///   [`ViewError::Threads`] if no thread can be started;
 /// - [`ViewError::Interrupted`] if `watch` breaks.
 ///
-/// In all these cases, there is no new file, and an existing file is unchanged.
+/// After an error, there is no new file, and an existing file is unchanged.
 pub fn write(
     trajectory: &Path,
     path: &Path,
@@ -278,7 +275,7 @@ impl Reel<'_> {
             crew: at_once,
             is_stopped: &is_stopped,
         };
-        // Calls `watch` after each image, and while the next image is not ready.
+        // Calls `watch` after each image, and while the next image is drawn.
         let (watch, done) = (RefCell::new(watch), Cell::new(0));
         let ask = |written: usize| {
             done.set(written);
@@ -291,7 +288,7 @@ impl Reel<'_> {
         track.finish(&mut || ask(count)).map_err(|error| self.failed(error))
     }
 
-    /// Number of images drawn at the same time: one per core, if memory allows.
+    /// One image per core is drawn at the same time, if memory allows.
     fn at_once(&self) -> usize {
         let style = &self.movie.style;
         let pixels = u64::from(style.width) * u64::from(style.height);
@@ -315,7 +312,6 @@ impl Reel<'_> {
         shot.draw(&frame, (azimuth, focus), &time, team).map_err(fault)
     }
 
-    /// Chooses the colours of a GIF from a few small images.
     fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, ViewError> {
         let style = palette::pilot_style(&self.movie.style);
         let shot = self.index.shot(&self.surfaces, &style, self.movie.turn)?;
@@ -324,7 +320,6 @@ impl Reel<'_> {
         for (done, &place) in (1_u32..).zip(&pilots) {
             images.push(self.draw(place, &shot, &Team::whole())?);
             let time = self.index.places[place].time;
-            // Trial images belong to the preparation, because no image has been written.
             let fraction = f64::from(done) / pilots.len() as f64;
             if watch(&MovieProgress { is_drawing: false, frames: u64::from(done), time, fraction }).is_break() {
                 return Err(ViewError::Interrupted);

@@ -1,10 +1,9 @@
 //! Images of a frame: shaded spheres, bonds and the box, drawn without a display.
 //!
-//! The camera positions itself. Three-dimensional scenes are seen in perspective from a raised corner; flat and
-//! one-dimensional scenes are seen from the front. Light comes from the sky and from a sun with soft shadows, so that
-//! heaps look solid. With gravity, shadows fall on the ground. Static particles and [surfaces](Surfaces) are
-//! translucent and show their contents. The box is behind its contents. The same frame, surfaces and style give the
-//! same bytes on every machine.
+//! Three-dimensional scenes are seen in perspective from a raised corner. Flat and one-dimensional scenes are seen from
+//! the front. Light comes from the sky and from a sun with soft shadows. With gravity, shadows fall on the ground.
+//! Static particles and [surfaces](Surfaces) are translucent. The same frame, surfaces and style give the same bytes on
+//! every machine.
 //!
 //! ```
 //! use carom::trajectory::{Frame};
@@ -65,18 +64,17 @@ use shade::Scenery;
 use sheets::Sheets;
 use stroke::{Edge, Pen};
 
-/// Memory per pixel during drawing `[bytes]`.
 pub(super) const BYTES_PER_PIXEL: u64 = 40;
 
-/// Opacities of box edges, of box edges in front of the box, and of surface edges. `FINE` is the width of surface edges
-/// relative to box edges.
+/// Opacities of box edges, of box edges in front of the box, and of surface edges. `FINE` is the relative width of
+/// surface edges.
 const BOX_OPACITY: f32 = 0.6;
 const NEAR_OPACITY: f32 = 0.22;
 const FINE_OPACITY: f32 = 0.4;
 const FINE: f32 = 0.7;
 
-/// Draws the frame of a trajectory nearest to a time `[time]`, or the last frame, with the surfaces and gravity of the
-/// scene beside the file. An incomplete last frame is ignored.
+/// Draws a frame of a trajectory, with the surfaces and gravity of the scene beside the file. The frame is the one
+/// nearest to a time `[time]`, or the last one. An incomplete last frame is ignored.
 ///
 /// # Errors
 /// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a
@@ -94,7 +92,7 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
     draw_with(frame, &Surfaces::default(), style)
 }
 
-/// Draws a frame and surfaces. A surface much larger than the box and the particles is drawn only where visible.
+/// Draws a frame and surfaces. A surface much larger than the box does not enlarge the framed region.
 ///
 /// # Errors
 /// [`ViewError::Empty`], [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn;

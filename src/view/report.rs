@@ -1,9 +1,7 @@
-//! A page about a run for a browser: what was simulated, whether it can be trusted, the results, and the moving
-//! particles.
+//! The page of a run for a browser: the scene, the audit, the results, and the moving particles.
 //!
-//! The page is one file without external references, so it can be sent and kept, and needs no network. Of the files of
-//! a run, only `summary.json` is required; the page names other files that are missing or damaged. The same files
-//! always give the same bytes.
+//! The page is one file without external references, and needs no network. Only `summary.json` is required. The page
+//! names other files that are missing or damaged. The same files always give the same bytes.
 //!
 //! ```no_run
 //! use carom::io::Existing;
@@ -44,16 +42,16 @@ pub use sweep::{run_page_in, sweep_page, sweep_page_in, write_run_pages};
 
 use html::escape;
 
-/// Security policy: a page runs only its own scripts.
+/// A page may run only its own scripts.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 use inputs::Inputs;
 
 pub(super) const STYLE: &str = include_str!("report/page.css");
 
-/// Script of the figures. It shows values under the pointer, saves plots, and unfolds the page for printing.
+/// Script of the figures.
 const FIGURES: &str = concat!(include_str!("report/save.js"), include_str!("report/figures.js"));
 
-/// Largest trajectory file that a small page plays `[bytes]`. It takes about a third of this size on the page.
+/// Maximum size of a trajectory file for a small page `[bytes]`. The page contains about a third of this size.
 const MOST_OF_SMALL: u64 = 3_000_000;
 
 /// HTML report of a run.
@@ -62,11 +60,11 @@ const MOST_OF_SMALL: u64 = 3_000_000;
 pub struct Page {
     /// The whole document.
     pub html: String,
-    /// Notes on everything that the page leaves out, with reasons. The page shows the notes.
+    /// Notes on omitted content, with reasons. The page shows the notes.
     pub notes: Vec<String>,
 }
 
-/// Makes the page of a run from its files. Memory is limited to the size of the page, about 40 MB, and two frames.
+/// Makes the page of a run from its files. Memory is limited to two frames and the page, about 40 MB.
 ///
 /// # Errors
 /// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`] if
@@ -75,7 +73,7 @@ pub fn page(run: &Path) -> Result<Page, ViewError> {
     page_within(run, u64::MAX)
 }
 
-/// Makes a small page of a run. A trajectory larger than a few megabytes has no player.
+/// Makes a small page of a run. A trajectory of more than a few megabytes has no player.
 ///
 /// # Errors
 /// The errors of [`page`].
@@ -88,11 +86,10 @@ fn page_within(run: &Path, most_bytes: u64) -> Result<Page, ViewError> {
     Ok(Page { html: document(&inputs), notes: inputs.notes })
 }
 
-/// Writes a page to a file, which appears once it is complete.
+/// Writes a page to a file. The file appears once it is complete.
 ///
 /// # Errors
-/// [`ViewError::Exists`] if a different file exists and must be kept, [`ViewError::Write`] if the file cannot be
-/// written.
+/// [`ViewError::Exists`] if a file exists and must be kept, [`ViewError::Write`] if the file cannot be written.
 pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ViewError> {
     let written = write_atomically(path, existing, |file| file.write_all(page.html.as_bytes()));
     written.map_err(ViewError::write(path))?;
@@ -130,7 +127,7 @@ fn document(inputs: &Inputs) -> String {
     shell(&summary.scene, &heading, &notes(&inputs.notes), &sections)
 }
 
-/// Returns a document. A section has an id, a title and a body.
+/// A section has an id, a title and a body.
 fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, String)]) -> String {
     let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
     let body: String = sections

@@ -1,4 +1,4 @@
-//! Surfaces drawn with the particles: triangle meshes with the normals of the round shapes they approximate.
+//! Triangle meshes that are drawn with the particles.
 
 mod skin;
 
@@ -16,8 +16,8 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::{Pose, Timeline};
 use crate::trajectory::Frame;
 
-/// Largest distance by which a completely visible surface extends beyond the particles and the box, relative to the
-/// longest edge of their bounding box. Larger surfaces extend out of the picture, so that particles stay large.
+/// A surface that extends farther than this beyond the particles and the box is cut off, so that particles stay large.
+/// In units of the longest edge of the box around everything else.
 const REACH: f64 = 0.5;
 
 /// Surfaces to draw.
@@ -33,10 +33,7 @@ impl Surfaces {
         Self { skins: meshes.into_iter().map(Skin::of).filter(|skin| !skin.triangles.is_empty()).collect() }
     }
 
-    /// Reads the surfaces that a run wrote beside its trajectory; none if there are no files.
-    ///
-    /// # Errors
-    /// [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a surface cannot be read.
+    /// Reads the surfaces in the folder of a trajectory. Returns no surfaces if there are no files.
     pub fn beside(trajectory: &Path) -> Result<Self, ViewError> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let files = surface_files(folder);
@@ -44,10 +41,7 @@ impl Surfaces {
         Self::of_run(folder, meshes.collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// Gives meshes from the files of a run the presence and the motion in the run's list.
-    ///
-    /// # Errors
-    /// [`ViewError::SurfaceFile`] if the list exists but cannot be read.
+    /// Makes surfaces of the meshes of a run. Reads the index and the motions of each surface from the folder.
     pub(super) fn of_run(folder: &Path, meshes: Vec<(PathBuf, TriangleMesh)>) -> Result<Self, ViewError> {
         let list = listed_surfaces(folder).map_err(|(path, source)| ViewError::SurfaceFile { path, source })?;
         let skin = |(file, mesh): (PathBuf, TriangleMesh)| {
@@ -67,8 +61,8 @@ impl Surfaces {
         Cow::Owned(Self { skins: self.skins.iter().filter(is_there).map(|skin| skin.at(frame.time)).collect() })
     }
 
-    /// Returns the pose of each surface at a time, `R x + d`: the columns of the rotation `R`, then the displacement
-    /// `d`. `None` for an absent surface. The list is empty if all surfaces are present and at rest.
+    /// Returns the pose `R x + d` of each surface: the columns of the rotation `R`, then the displacement `d`. An
+    /// absent surface has no pose. The list is empty if all surfaces are present and at rest.
     pub(super) fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
         if self.skins.iter().all(|skin| skin.timeline.is_none() && skin.is_among(present)) {
             return Vec::new();
@@ -97,8 +91,8 @@ impl Surfaces {
         self.skins.is_empty()
     }
 
-    /// Corners of the bounding boxes of all surfaces that are small enough to be completely visible. The arguments are
-    /// the lower and upper corner of everything else in the picture.
+    /// Returns the corners of the bounding boxes of all surfaces that must be completely visible. The arguments are the
+    /// corners of the box around everything else.
     pub(super) fn framed(&self, [lower, upper]: [Vector; 2]) -> Vec<Vector> {
         let room = REACH * (upper - lower).max();
         let is_near =
@@ -107,7 +101,7 @@ impl Surfaces {
         near.flat_map(|[low, high]| super::render::corners(&low, &(high - low))).collect()
     }
 
-    /// Memory for drawing the surfaces, apart from the pixels `[bytes]`.
+    /// Memory for drawing the surfaces, without the pixels `[bytes]`.
     pub(super) fn image_bytes(&self) -> u64 {
         self.skins.iter().map(|skin| 24 * skin.vertices.len() as u64 + 28 * skin.triangles.len() as u64).sum()
     }

@@ -1,6 +1,5 @@
-//! Audits of random valid scenes whose coordinates have lost most digits to rounding: no audit may fail. `cargo bench
-//! --bench audits` runs any number of them. `src/engine/audit/drops.rs` tests that an audit finds contacts that were
-//! left out.
+//! Audits random valid scenes whose coordinates have lost most digits to rounding. No audit may fail. `cargo bench
+//! --bench audits` audits any number of scenes.
 
 #[path = "../../benches/audits/judge.rs"]
 mod judge;

@@ -5,13 +5,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-/// Folder with the cases and with the coordinate files of their scenes.
 pub const FOLDER: &str = "tests/bad_scenes";
 
-/// Scene with one mistake, and the error for it.
+/// A scene with one mistake, and the expected error.
 pub struct Case {
     pub scene: String,
-    /// Line number of the error, counted from 1.
     pub line: usize,
     pub message: String,
 }

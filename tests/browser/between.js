@@ -1,4 +1,4 @@
-// Tests the pictures that the player draws between frames and beyond periodic sides. Run it with Node.
+// Tests how the player draws particles between frames and across periodic sides. Run this test with Node.
 "use strict";
 
 const assert = require("node:assert");
@@ -16,7 +16,7 @@ const near = (found, expected, bound = 1e-5) => {
   found.forEach((x, k) => assert(Math.abs(x - expected[k]) <= bound, `${k}: ${[...found]} but ${expected}`));
 };
 
-/** A recording of places in frames at whole times. */
+/** Returns a recording with a frame at each whole time. */
 function recording(places, flights, { fall = [0, 0, 0], slide = 0, periodic = [false, false, false], displacements = [] }) {
   const frames = places.map((_, time) => ({ time, lower: [0, 0, 0], size: [10, 10, 10], displacement: displacements[time] ?? 0, fall: 0 }));
   const count = places[0].length / 3;
@@ -30,7 +30,7 @@ function recording(places, flights, { fall = [0, 0, 0], slide = 0, periodic = [f
 
 const states = {
   "a parabola is that of gravity"() {
-    // The particle starts at (1, 5, 5) with velocity (2, 0, 1), under gravity of 1 along -z.
+    // The particle starts at (1, 5, 5) with velocity (2, 0, 1). The acceleration of gravity is 1 along -z.
     const between = new Between(recording([[1, 5, 5], [3, 5, 5.5], [5, 5, 5]], [[1], [1]], { fall: [0, 0, -1] }));
     for (const s of [0, 0.25, 0.5, 0.9]) {
       near(between.state(0, s, -1).positions, [1 + 2 * s, 5, 5 + s - 0.5 * s * s]);
@@ -45,8 +45,8 @@ const states = {
     near(between.state(0, 0.75, -1).positions, [0.5, 9.5, 5]);
   },
   "a flight through a sliding side is straight where it starts, and displaced behind"() {
-    // The particle starts at (5, 9.5) with velocity (1, 1). The image of the box one period up along y is displaced
-    // along x by 3 + 2 t. At t = 0.5 the particle leaves at (5.5, 10), where the displacement is 4.
+    // The particle starts at (5, 9.5) with velocity (1, 1). It leaves through the upper side at t = 0.5 and (5.5, 10).
+    // Beyond this side, x is displaced by 3 + 2 t = 4.
     const sheared = { periodic: [true, true, true], slide: 2, displacements: [3, 5] };
     const between = new Between(recording([[5, 9.5, 5], [1, 0.5, 5]], [[1]], sheared));
     near(between.state(0, 0.25, -1).positions, [5.25, 9.75, 5]);
@@ -59,7 +59,7 @@ const states = {
     assert(Math.abs((x[1] - x[0]) / 0.01 - 1) < 0.05, "it comes with a speed of 1");
   },
   "what falls and then meets something leaves with the speed of its fall"() {
-    // The particle starts at rest at (5, 5, 9) under gravity of 1 along -z. After a unit of time its speed is 1.
+    // The particle starts at rest at (5, 5, 9). After a unit of time, its speed is 1.
     const between = new Between(recording([[5, 5, 9], [5, 5, 8.5], [5, 5, 7.4], [5, 5, 7]], [[1], [0], [0]], { fall: [0, 0, -1] }));
     const [start, soon] = [0, 0.01].map((s) => between.state(1, s, -1).positions[2]);
     assert(Math.abs((soon - start) / 0.01 + 1) < 0.05, `${(soon - start) / 0.01}`);

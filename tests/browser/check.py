@@ -31,8 +31,8 @@ PIXELS = """(() => {
   return [colours.size, hash, hues.filter((count) => count > 30).length];
 })()"""
 
-# Stores the pixels of the canvas. Returns the mean row, counted from below, of the pixels that have changed since the
-# last call, or -1 if no pixel has changed.
+# Stores the pixels of the canvas. Returns the mean row of the pixels that changed since the last call, counted from
+# below. Returns -1 if no pixel changed.
 ROW = """(() => {
   const canvas = document.getElementById('player-view');
   const gl = canvas.getContext('webgl2');
@@ -49,8 +49,8 @@ ROW = """(() => {
   return count ? sum / count : -1;
 })()"""
 
-# Waits until no drawing has been due for three frames in a row. One frame is not enough, because a resized canvas
-# requests another drawing.
+# Waits until no drawing is due for three frames in a row. One frame is not enough, because resizing requests another
+# drawing.
 DRAWN = """new Promise((done) => {
   let still = 0;
   const look = () => {
@@ -74,7 +74,7 @@ class Page:
         self.browser.open(self.path.as_uri())
         self.browser.until("document.getElementById('player').dataset.frame === '0'")
         self.browser.evaluate("document.getElementById('player').scrollIntoView()")
-        # On slow graphics, the player would switch the shadows off during the test.
+        # On slow graphics, the player could switch off the shadows during the test.
         self.browser.evaluate("(() => { const box = document.getElementById('player-shadows'); box.checked = false;"
                               " box.dispatchEvent(new Event('change')); })()")
         self.browser.evaluate(DRAWN)
@@ -354,11 +354,11 @@ def check_piston(browser, path, pictures):
     expect(abs(row(0) - start) < 1, "and back")
 
 
-# CSS classes of elements that are too wide for a printed A4 page, with 688 pixels between the margins.
+# CSS classes of elements that are wider than the 688 pixels between the margins of a printed A4 page.
 CUT = """[...document.querySelectorAll('table, pre, svg.plot, .wide')].filter((element) =>
   element.getBoundingClientRect().right > 689 || element.scrollWidth > element.clientWidth + 1).map((element) => element.className)"""
 
-# Screen position of the middle point of a line in a plot. The argument is the number of the line.
+# Screen position of the middle point of a line in a plot.
 POINT = """((figure, number) => {
   const plot = figure.querySelector('svg.plot');
   plot.scrollIntoView({ block: 'center', behavior: 'instant' });

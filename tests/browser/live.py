@@ -11,8 +11,8 @@ from pathlib import Path
 
 from devtools import Browser, Failure, expect, find
 
-# Counts animation frames and measures the longest time between two frames. Also records when the simulated time on the
-# page first changes.
+# Counts animation frames and measures the longest time between two frames. Records when the simulated time first
+# changes.
 WATCH = """
 window.watched = { frames: 0, longest: 0, moved: undefined, shown: undefined };
 (() => {
@@ -53,7 +53,7 @@ PIXELS = """(() => {
   return [hash, colours.size];
 })()"""
 
-# Waits for four frames in a row in which either the simulation is playing or the picture shows everything requested.
+# Waits for four frames in a row in which the simulation is playing or the picture is up to date.
 SETTLED = """new Promise((done) => {
   let still = 0;
   const look = () => {

@@ -1,4 +1,4 @@
-//! Rust code in the documents is taken from `examples/`, which are compiled and tested.
+//! Rust code in the documents is taken from the programs in `examples/`, which are compiled and tested.
 
 use std::fs;
 

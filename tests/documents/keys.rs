@@ -17,15 +17,14 @@ struct Key {
 
 const HEAD: [&str; 5] = ["key", "type", "unit", "default", "meaning"];
 
-/// Returns the names of the tables in a heading, which are marked as code. A heading without code describes the top
-/// level, whose name is empty.
+/// Returns the table names in a heading, which are formatted as code. A heading without code describes the top level.
 fn tables(heading: &str) -> Vec<String> {
     let names: Vec<String> =
         heading.split('`').skip(1).step_by(2).map(|name| name.trim_matches(['[', ']']).to_owned()).collect();
     if names.is_empty() { vec![String::new()] } else { names }
 }
 
-/// The documented keys by path, each with its row, its meaning and its line number.
+/// Returns the documented keys by path. Each has its description and its line number.
 fn documented() -> BTreeMap<String, (Key, String, usize)> {
     let page = Page::of("docs/scene.md");
     let mut keys = BTreeMap::new();
@@ -59,7 +58,7 @@ fn documented() -> BTreeMap<String, (Key, String, usize)> {
     keys
 }
 
-/// The keys of the schema by path, each with its own schema and whether it is required.
+/// Adds the keys of a schema by path. Each has its own schema and is marked if it is required.
 fn expected(schema: &Value, path: &str, keys: &mut BTreeMap<String, (Value, bool)>) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten().filter(|(_, rules)| rules.is_object())
     {
@@ -74,7 +73,7 @@ fn expected(schema: &Value, path: &str, keys: &mut BTreeMap<String, (Value, bool
     }
 }
 
-/// The limits of a number in the notation of the documents, such as `> 0, <= 1`.
+/// Returns the limits of a number in the notation of the documents, such as `> 0, <= 1`.
 fn range(rules: &Map<String, Value>) -> String {
     let limits = [("exclusiveMinimum", ">"), ("minimum", ">="), ("exclusiveMaximum", "<"), ("maximum", "<=")];
     let limits = limits.iter().filter_map(|(key, sign)| {
@@ -115,13 +114,13 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-/// The unit of a key, which its description in the schema gives in brackets.
+/// Returns the unit in brackets in the description of a key.
 fn unit(schema: &Value) -> String {
     let description = schema["description"].as_str().unwrap_or_default();
     description.split("`[").nth(1).and_then(|rest| rest.split("]`").next()).unwrap_or_default().to_owned()
 }
 
-/// The words allowed for a value, or for each value of a list.
+/// Returns the allowed words of a value, or of each item of a list.
 fn words(schema: &Value) -> Vec<&str> {
     let branches = schema["anyOf"].as_array().into_iter().flatten().flat_map(words);
     let own = schema["enum"].as_array().into_iter().flatten().filter_map(Value::as_str);
@@ -187,7 +186,7 @@ fn every_word_of_the_schema_is_documented() {
     expected(&schema(), "", &mut keys);
     let mut count = 0;
     for (path, (_, meaning, line)) in documented() {
-        // The words for `space.x` also apply to `space.y` and `space.z`.
+        // The words for `space.y` and `space.z` are documented at `space.x`.
         let Some((rules, _)) = keys.get(&path).filter(|_| !["space.y", "space.z"].contains(&path.as_str())) else {
             continue;
         };

@@ -64,7 +64,7 @@ fn plain(path: &Path) -> String {
     parts.join("/")
 }
 
-/// Lines of shell commands with their positions, from code blocks without a language and from code within the text.
+/// Returns the lines of code blocks without a language and of inline code, each with its position.
 fn lines() -> Vec<(String, String)> {
     let mut lines = Vec::new();
     for page in pages() {
@@ -77,7 +77,7 @@ fn lines() -> Vec<(String, String)> {
     lines
 }
 
-/// The arguments after a command on a line, up to a comment or a redirection. Returns `None` for another command.
+/// Returns the arguments of a command up to a comment or a redirection, or `None` if the line has another command.
 fn arguments<'a>(line: &'a str, command: &str) -> Option<Vec<&'a str>> {
     let words = line.strip_prefix(command)?.split_whitespace();
     Some(words.take_while(|word| !word.starts_with(['#', '>'])).collect())
@@ -90,8 +90,7 @@ fn every_documented_carom_command_is_valid() {
         let Some(words) = arguments(&line, "carom ").or_else(|| arguments(&line, "cargo run --release -- ")) else {
             continue;
         };
-        // KIND is a placeholder for one of several words. `--help` at the end prevents the program from executing the
-        // command.
+        // KIND is a placeholder. With `--help`, the program does not execute the command.
         let words: Vec<&str> = words.into_iter().filter(|word| *word != "KIND").collect();
         let output = Command::new(env!("CARGO_BIN_EXE_carom")).args(&words).arg("--help").output().unwrap();
         assert!(output.status.success(), "{place}: {line}\n{}", String::from_utf8_lossy(&output.stderr));
@@ -150,7 +149,7 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     for page in pages() {
         for (line, code) in page.spans() {
             let path = code.split_whitespace().next().unwrap_or_default();
-            // Paths of modules may be relative to `src`.
+            // Paths of modules may start in `src`.
             let is_module =
                 (path.ends_with(".rs") || LAYERS.iter().any(|layer| path.starts_with(layer))) && !path.contains("::");
             if is_module || FOLDERS.iter().any(|folder| path.starts_with(folder)) {
@@ -163,7 +162,7 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     assert!(count > 20, "{count} paths");
 }
 
-/// Pairs of a name and a file that a text mentions as "`name` in `file`".
+/// Returns the pairs of a name and a file in texts such as "`name` in `file`".
 fn names_in_files(text: &str) -> Vec<(&str, &str)> {
     let pairs = text.match_indices("` in `").filter_map(|(at, mark)| {
         let name = text[..at].rsplit('`').next()?;

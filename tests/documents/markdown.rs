@@ -11,10 +11,10 @@ pub struct Page {
 
 /// A code block, either fenced or indented by four spaces.
 pub struct Block {
-    /// Text after the opening fence, such as `toml`; empty for an indented block.
+    /// Text after the opening fence, such as `toml`. Empty for an indented block.
     pub info: String,
     pub text: String,
-    /// Line number of the first line of code, counted from 1.
+    /// Line number of the first line of code, from 1.
     pub line: usize,
 }
 

@@ -7,7 +7,7 @@ use toml::Table;
 use crate::markdown::pages;
 use crate::validator::{mistakes, schema};
 
-/// The scene to which the fragments in the documents are added.
+/// The fragments in the documents are added to this scene.
 const BASE: &str = r#"
 [[species]]
 name = "sphere"
@@ -29,7 +29,7 @@ temperature = 1.0
 until_events = 100
 "#;
 
-/// Replaces tables of the base scene by the tables of the fragment.
+/// Replaces tables of the base scene with tables of the fragment.
 fn completed(fragment: &str) -> Table {
     let mut scene: Table = BASE.parse().unwrap();
     let fragment: Table = fragment.parse().unwrap();
@@ -66,7 +66,7 @@ fn every_scene_and_every_part_of_one_is_valid() {
             };
             let value: Value = serde_json::to_value(&table).unwrap();
             assert_eq!(mistakes(&schema, &value), [""; 0], "{place}");
-            // Scenes that start from a coordinate file or a run are not built, because the file or run may not exist.
+            // A scene that starts from a file or a run is not built, because the file or the run may not exist.
             if !table.contains_key("file") && !table.contains_key("start") {
                 Scene::from_toml(toml::to_string(&table).unwrap(), "scene.toml")
                     .unwrap_or_else(|error| panic!("{place}: {error}"));

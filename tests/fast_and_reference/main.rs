@@ -17,17 +17,14 @@ mod surfaces;
 
 use surfaces::{motions, surfaces};
 
-/// Number of events compared in each scene. Each collision of a particle multiplies rounding errors by about ten, the
-/// ratio of the mean free path to the radius. With at least eight particles and forty events, a particle has about ten
-/// collisions.
+/// Number of events compared in each scene. Each collision multiplies rounding errors by about ten, the ratio of the
+/// mean free path to the radius. Each of at least eight particles has at most about ten collisions.
 const EVENTS: usize = 40;
 
-/// Tolerance for times and positions. Round-off of 1e-15 grows to about `1e-15 * 10^8` during the compared events,
-/// which is still far less than the time between two events.
+/// Tolerance for times and positions. Round-off grows from 1e-15 to about 1e-7 during the compared events.
 const TOLERANCE: f64 = 1e-7;
 
-/// Simulated time after which a comparison ends, because the particles of an open scene may disperse and never meet
-/// again.
+/// Simulated time after which a comparison ends. In an open scene, the particles may disperse and never meet.
 const LONGEST: f64 = 20.0;
 
 #[derive(Debug, Clone)]
@@ -35,7 +32,7 @@ struct Recipe {
     seed: u64,
     count: u64,
     potential: usize,
-    /// Depth of wells and height of shoulders, in units of the values in [`potential`].
+    /// Depth of wells and height of shoulders, relative to the values in [`potential`].
     depth: f64,
     masses: [f64; 2],
     boundary: [usize; 3],
@@ -45,7 +42,7 @@ struct Recipe {
     bonds: usize,
     contact_time: Option<f64>,
     box_length: f64,
-    /// Selects the surfaces, which exist only in boxes without periodic axes.
+    /// Selects the surfaces. Boxes with periodic axes have no surfaces.
     surfaces: usize,
     motion: usize,
 }
@@ -70,7 +67,7 @@ const PLAIN: Recipe = Recipe {
 fn recipe() -> impl Strategy<Value = Recipe> {
     (
         (0..1_000_000_u64, 8..24_u64, 0..6_usize, prop::array::uniform3(0..3_usize), any::<bool>()),
-        // These numbers are not powers of two, so products and quotients are rounded.
+        // Products of these numbers are rounded, because the numbers are not powers of two.
         (0.3..1.6_f64, prop::array::uniform2((-1.5..1.5_f64).prop_map(f64::exp))),
         (
             prop::sample::select(vec![1.0, 0.9, 0.5]),
@@ -149,13 +146,13 @@ impl Recipe {
         if let Some(time) = self.contact_time {
             builder = builder.contact_time(time);
         }
-        // Static particles and bonded pairs come first, in separate planes, so that their ids and distances are known.
+        // Static particles and bonded pairs come first, so that their ids are known.
         let at = |x: f64, y: f64, z: f64| Vector::new(x, y, z) * (self.box_length / 8.0);
         for k in 0..self.statics {
             builder = builder.particle("S", at(1.0 + 2.0 * k as f64, 1.0, 1.0), Vector::zeros());
         }
         for k in 0..self.bonds {
-            // The bonds have different positions and velocities. With symmetry, pairs would collide at the same time.
+            // The bonds have different velocities. Otherwise, pairs would collide at the same time.
             let (x, part) = (1.0 + 2.0 * k as f64, 0.07 * (k * k) as f64);
             let first = u32::try_from(self.statics + 2 * k).unwrap();
             builder = builder
@@ -188,7 +185,7 @@ fn pair(event: &Event) -> (u32, Option<u32>) {
     }
 }
 
-/// Kind of an event as a type of the reference engine.
+/// Converts the kind of an event to the type of the reference engine.
 fn kind(event: &Event) -> Option<reference::EventKind> {
     match event.kind {
         EventKind::Pair(Outcome::Core) => Some(reference::EventKind::Pair(reference::Outcome::Core)),
@@ -214,13 +211,13 @@ fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     events
 }
 
-/// A comparison ends before the first contact with a smaller normal velocity. Positions in the two engines may differ
-/// by up to [`TOLERANCE`], which shifts the time of such a slow contact by much more than the tolerance. In
-/// equilibrium, one event in `2 / v^2` is this slow; during an inelastic collapse, all events are.
+/// A comparison ends before the first contact with a smaller normal velocity `v`. The positions in the two engines may
+/// differ by [`TOLERANCE`], so the times of the contact may differ by `TOLERANCE / v`. In equilibrium, a fraction `v^2
+/// / 2` of all events is slower than `v`.
 const SLOWEST: f64 = 1e-3;
 
-/// Number of events that both engines executed alike. The comparison stops early if two events are too close in time to
-/// be ordered, or if a contact is too slow.
+/// A comparison is cut short if two events are too close in time to be ordered, or if a contact is slower than
+/// [`SLOWEST`].
 struct Compared {
     events: usize,
     is_cut_short: bool,
@@ -243,8 +240,7 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
             (ours.normal_impulse().abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE,
             "{ours:?} {theirs:?}"
         );
-        // The energy step of an event with a surface is the work done by the surface. It is computed from velocities,
-        // so it contains their rounding errors.
+        // The work done by a surface is computed from velocities, so it contains rounding errors.
         let rounding = if ours.kind == EventKind::Surface { 1e2 * TOLERANCE } else { 1e-12 };
         prop_assert!((ours.energy_step - theirs.energy_step).abs() < rounding, "{ours:?} {theirs:?}");
     }
@@ -254,15 +250,12 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
 
 const CASES: u32 = 400;
 
-/// Smallest total number of compared events. The largest possible number is 16,000. About 6 % of the scenes are open
-/// and disperse early, which costs 22 events each on average. Twelve runs compared 15,480 events on average, with a
-/// standard deviation of 110. The expected standard deviation is `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) = 120`, and the
-/// limit is five of these below the average.
+/// Smallest total number of compared events. The maximum is 16,000. Twelve runs compared 15,480 events on average, with
+/// a standard deviation of 110. The limit is five expected standard deviations of 120 below this average.
 const FEWEST: usize = 14_880;
 
-/// Largest number of scenes whose comparison may stop early because of rounding. The average is six of 400 scenes,
-/// always at a collapse on a wall or at the end of a bond. The limit is five standard deviations of a Poisson
-/// distribution above the average, `6 + 5 sqrt(6)`.
+/// Largest number of comparisons that rounding may cut short. The average is 6 of 400, always at a collapse on a wall
+/// or at the end of a bond. The limit is five Poisson standard deviations above the average, `6 + 5 sqrt(6)`.
 const MOST_CUT_SHORT: usize = 18;
 
 #[test]
@@ -320,8 +313,7 @@ fn both_engines_meet_walls() {
     assert_eq!(compare(&scene).expect("the engines agree").events, EVENTS);
 }
 
-/// The environment variable `CAROM_MOVING_SCENES` sets the number of scenes for each combination of surfaces and
-/// motion.
+/// `CAROM_MOVING_SCENES` sets the number of scenes for each combination of surfaces and motion.
 #[test]
 fn both_engines_meet_surfaces_of_every_kind() {
     let moving: usize = std::env::var("CAROM_MOVING_SCENES").map_or(4, |scenes| scenes.parse().unwrap());

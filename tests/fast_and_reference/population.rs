@@ -10,8 +10,8 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
 
-/// A change of the population: how long the engines run before it, the numbers that select the particles, and what
-/// else happens to the simulation.
+/// A change of the population. The field `after` is the time since the previous change. The simulation may be saved and
+/// restored, or its number of domains may change.
 #[derive(Debug, Clone)]
 struct Change {
     after: f64,
@@ -50,7 +50,7 @@ struct Tally {
     refused: usize,
 }
 
-/// The number of events that both engines executed alike; `None` if rounding ends the comparison.
+/// Returns the number of equal events, or `None` if rounding errors end the comparison.
 fn same_events(ours: &[Event], theirs: &[reference::Event], until: f64) -> Result<Option<usize>, TestCaseError> {
     for (k, expected) in theirs.iter().enumerate() {
         let next = theirs.get(k + 1).map_or(until, |next| next.time);

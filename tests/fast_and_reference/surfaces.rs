@@ -3,7 +3,7 @@ use carom::model::{MotionKind, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::scene::SurfaceDraft;
 use nalgebra::Rotation3;
 
-/// Motions of a surface: none, a single motion, or different motions one after the other.
+/// Returns no motion, one motion, or several motions in sequence.
 pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
     let always = |kind| vec![SurfaceMotion { from: 0.0, until: f64::INFINITY, kind }];
     let flies =
@@ -25,12 +25,11 @@ pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
     }
 }
 
-/// Surfaces around the box. They stop particles that leave through its open sides.
+/// Returns surfaces around the box. They stop particles that leave through open sides.
 pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(0.5 * length);
     let sphere = |radius: f64, is_inside| SurfaceShape::Sphere { centre: middle, radius, is_inside };
-    // All faces are tilted. Particles start on a lattice, and many would touch a face perpendicular to an axis at the
-    // same time.
+    // All faces are tilted. Particles on a lattice would touch an axis-aligned face at the same time.
     let turned = |mesh: TriangleMesh| {
         let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
         SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(middle - rotation * middle)))
@@ -53,8 +52,7 @@ pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft>
                 SurfaceShape::Plane { point: middle - normal.normalize() * length, normal }
             })
             .collect(),
-        // A cuboid around the box, with three bars and a sphere inside, so that particles also hit edges and round
-        // surfaces.
+        // A cuboid around the box, with three bars and a sphere inside. Particles also hit edges and round surfaces.
         _ => {
             let at = |x: f64, y: f64, z: f64| middle + Vector::new(x, y, z) * length;
             let bar = |a: Vector, b: Vector| SurfaceShape::Capsule { ends: [a, b], radius: 0.1 * length };

@@ -1,5 +1,5 @@
-//! Runs every command while the disk fails or the command is killed. No existing file may be lost, and unfinished work
-//! must continue to bitwise identical results. The fault is at one of the calls that change the disk (`shim.c`).
+//! Runs every command while the disk fails or the command is killed. No existing file may be lost, and interrupted work
+//! must continue to bitwise identical results. `shim.c` injects the faults.
 //!
 //! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` runs 1000 faults and prints counts.
 
@@ -32,7 +32,7 @@ fn no_fault_and_no_kill_loses_a_file_or_changes_a_bit() {
     for trial in 0..trials {
         let which = trial % SCENARIOS.len();
         let kind = (trial / SCENARIOS.len()) % Kind::ALL.len();
-        // The number of calls varies from run to run, because checkpoints are written at intervals of real time.
+        // The number of calls varies, because checkpoints are written at intervals of real time.
         let at = 1 + random.next_u64() % counts[which];
         met[kind] += usize::from(place.meet(&SCENARIOS[which], Kind::ALL[kind], at));
     }

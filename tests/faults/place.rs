@@ -1,4 +1,4 @@
-//! A folder with runs and other files of a user. Commands run with faults in copies of this folder.
+//! A folder with runs and other files of a user. Commands with faults run in copies of this folder.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use super::files::files;
 use super::scenarios::Scenario;
 
-/// A run with all kinds of output files. With 256 spheres, a separate thread writes the frames.
+/// A run with all kinds of output files. With 256 spheres, frames are written by a separate thread.
 const SCENE: &str = r#"
 [[species]]
 name = "A"
@@ -80,13 +80,12 @@ pub type Files = BTreeMap<String, Vec<u8>>;
 pub struct Place {
     folder: tempfile::TempDir,
     shim: PathBuf,
-    /// The folder from which each trial starts, prepared without faults.
+    /// Each trial starts with a copy of this folder.
     template: PathBuf,
 }
 
 impl Place {
-    /// Prepares finished runs (`one`, `two`, `whole`, `long`), a killed run (`cut`), exchanges (`pair`, and the longer
-    /// `later`), a sweep, and other files. Returns `None` if there is no C compiler.
+    /// Prepares the runs, exchanges and other files that the commands need. Returns `None` if there is no C compiler.
     pub fn new() -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let shim = folder.path().join("shim.so");
@@ -105,8 +104,7 @@ impl Place {
         for (seed, out) in [("1", "one"), ("2", "two"), ("3", "cut"), ("3", "whole"), ("1", "long")] {
             place.done(&place.template, &run(seed, out));
         }
-        // The run `long` is extended after its end. It could not start with the later end, because the sampling times
-        // of instruments depend on the first end.
+        // A run that starts with the later end would differ, because sampling times depend on the end.
         place.done(&place.template, &words("run -q --resume long --until-time 3.0"));
         place.cut();
         fs::write(place.template.join("one/notes.txt"), "my notes").unwrap();
@@ -124,7 +122,7 @@ impl Place {
         Some(place)
     }
 
-    /// Changes a finished run to the state after a kill just before its last files are renamed.
+    /// Changes a finished run as if it was killed just before its last files were renamed.
     fn cut(&self) {
         let cut = self.template.join("cut");
         fs::remove_file(cut.join("summary.json")).unwrap();
@@ -146,7 +144,7 @@ impl Place {
         output
     }
 
-    /// Returns the number of calls of a command that change the disk, such as writes and renames.
+    /// Returns how often a command changes the disk, for example by a write or a rename.
     pub fn calls_of(&self, scenario: &Scenario) -> u64 {
         let (folder, log) = (self.copy(), self.folder.path().join("log"));
         let mut command = self.command(&folder, &words(scenario.command));
@@ -165,8 +163,8 @@ impl Place {
         folder
     }
 
-    /// Runs a command with a fault at one call. Checks that existing files are kept and that the work can continue.
-    /// Returns whether the command failed.
+    /// Runs a command with a fault at one call. Checks that existing files are kept and that work can continue. Returns
+    /// whether the command failed.
     pub fn meet(&self, scenario: &Scenario, kind: Kind, at: u64) -> bool {
         let what = format!("{}, {kind:?} at call {at}", scenario.name);
         let folder = self.copy();

@@ -1,4 +1,4 @@
-//! Commands that run with a fault, and checks of the files that they leave.
+//! Commands that run with a fault, and checks of the files after the fault.
 
 use std::path::Path;
 
@@ -7,13 +7,13 @@ use super::place::{Files, Place};
 pub struct Scenario {
     pub name: &'static str,
     pub command: &'static str,
-    /// Files whose paths begin with one of these strings may change. All other files must be unchanged.
+    /// Paths of files that may change begin with one of these strings.
     pub touches: &'static [&'static str],
     /// Checks the files directly after the fault.
     pub kept: fn(&Files, &Files, &str),
     /// Runs the command with which a user would continue after the fault.
     pub go_on: fn(&Place, &Path, &str),
-    /// Checks the files after the user's next command.
+    /// Checks the files after the user has continued.
     pub check: fn(&Files, &str),
 }
 
@@ -52,8 +52,7 @@ pub const SCENARIOS: [Scenario; 12] = [
         command: "run scene.toml -q --seed 2 --out one --force --checkpoint-every 0.001",
         touches: &["one/"],
         kept: |before, after, what| {
-            // The existing run stays complete until the new run is complete. From then on, a note says that the run is
-            // being replaced.
+            // The existing run stays complete until the new run is complete. Then a note marks the replacement.
             let is_noted = String::from_utf8_lossy(&after["one/.carom"]).contains("replacement complete");
             if !is_noted && !is_new(after, "one", "two") {
                 for (name, bytes) in of(before, "one").filter(|(name, _)| *name != ".carom") {
@@ -126,7 +125,6 @@ pub const SCENARIOS: [Scenario; 12] = [
         touches: &["old.png"],
         kept: |before, after, what| {
             whole(before, after, "old.png", b"\x89PNG", what);
-            // The last chunk of a complete PNG.
             assert!(after["old.png"].ends_with(b"IEND\xaeB`\x82"), "{what}: half a picture");
         },
         go_on: |place, folder, what| succeed(place, folder, "render one --size 64x48 --out old.png --force", what),
@@ -210,7 +208,7 @@ fn same_run(files: &Files, expected: &str, found: &str, what: &str) {
     }
 }
 
-/// All files of an exchange except its checkpoint, which also contains the initial scene.
+/// Compares all files of an exchange except the checkpoint, which contains the initial scene.
 fn same_exchange(files: &Files, expected: &str, found: &str, what: &str) {
     let all = |folder| of(files, folder).filter(|(name, _)| *name != "exchange.checkpoint").collect::<Vec<_>>();
     let names = |folder| all(folder).into_iter().map(|(name, _)| name).collect::<Vec<_>>();

@@ -1,15 +1,13 @@
-//! The verifier and the reference engine check the engine, so they share no code with it. Both may import the scene.
-//! The verifier may also import the states that it checks, and parts of the reference engine: Algorithm 1 and the
-//! features of surfaces.
+//! The verifier and the reference engine check the engine, so they may import only what is listed here. The verifier
+//! uses parts of the reference engine.
 
 use super::imports::{Visitor, of_sources};
 
-/// Modules, each with the names that may be imported from it. An empty list allows all names.
+/// Modules and the names that may be imported from them. An empty list allows all names.
 type Allowed = [(&'static str, &'static [&'static str])];
 
 const OF_VERIFIER: &Allowed = &[
     ("Vector", &[]),
-    // Algorithm 1, and the features of surfaces (faces, edges and corners).
     (
         "check::reference",
         &[
@@ -26,15 +24,13 @@ const OF_VERIFIER: &Allowed = &[
             "next_event",
         ],
     ),
-    // The states that the verifier is given, and the errors with which a run stops.
     ("engine", &["Arrest", "Elapsed", "InvariantBroken", "States"]),
     ("engine::event", &[]),
     ("model", &[]),
     ("scene", &[]),
 ];
-/// The reference engine may import the scene and one number conversion, besides its own parts.
 const OF_REFERENCE: &Allowed = &[("Vector", &[]), ("base::numbers", &["id"]), ("model", &[])];
-/// File of the verifier that replays a run; only this file may import the engine.
+/// This file of the verifier replays a run, so it may import all of the engine.
 const REPLAY: &str = "check/verify/replay.rs";
 
 fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
@@ -51,7 +47,7 @@ fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
     })
 }
 
-/// Asserts that a module of `check` imports only what is allowed. Returns the number of imports.
+/// Asserts that a part of `check` imports only what is allowed. Returns the number of imports.
 fn assert_independent(module: &str, allowed: &Allowed) -> usize {
     let own = format!("check::{module}");
     let is_within = |path: &str| path.strip_prefix(&own).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));

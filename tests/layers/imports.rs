@@ -1,5 +1,4 @@
-//! All paths that the sources use, in `use` declarations, expressions, types, patterns and macros. Paths start at the
-//! root of the crate.
+//! Finds all paths in the sources. Paths start at the root of the crate.
 
 use proc_macro2::{TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -14,7 +13,7 @@ pub struct Used {
     pub paths: BTreeSet<String>,
 }
 
-/// The paths used by all sources below `src`, except unit tests, which may use everything.
+/// Returns the paths in all sources below `src`. Unit tests may import everything, so they are left out.
 pub fn of_sources() -> Vec<Used> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::new();
@@ -53,10 +52,10 @@ fn module(below: &Path) -> Vec<String> {
 
 #[derive(Debug)]
 pub struct Visitor {
-    /// The names of the current module, from the root of the crate.
+    /// The path of the current module in the crate.
     module: Vec<String>,
     pub paths: BTreeSet<String>,
-    /// Modules that are compiled for tests only.
+    /// Modules of unit tests.
     tests: BTreeSet<Vec<String>>,
 }
 
@@ -73,7 +72,7 @@ impl Visitor {
         let mut base = self.module.clone();
         let mut rest = names;
         match names.first().map(String::as_str) {
-            // The program uses the library by its name.
+            // The program names the library `carom`.
             Some("crate" | "carom") => base.clear(),
             Some("self" | "super") => {}
             _ => return,
@@ -188,7 +187,7 @@ impl<'ast> Visit<'ast> for Visitor {
     /// The path in `pub(in path)` is not an import.
     fn visit_visibility(&mut self, _: &'ast syn::Visibility) {}
 
-    /// The arguments of a macro are not parsed. Their paths are found in the tokens.
+    /// The arguments of a macro are not parsed. Paths are found in the tokens.
     fn visit_macro(&mut self, call: &'ast syn::Macro) {
         self.add_tokens(call.tokens.clone());
         visit::visit_macro(self, call);

@@ -1,5 +1,4 @@
-//! Tests every detection function on every family of hard cases. No verdict may be wrong, and no time may be off by
-//! more than rounding.
+//! Tests every detection function on every family of hard cases, within the limits of rounding.
 
 use crate::compare::largest_ratio;
 use crate::detection::Algorithm;

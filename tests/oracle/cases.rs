@@ -5,7 +5,7 @@ use super::hard_cases;
 use super::random::Random;
 use carom::Vector;
 
-/// Draws a state of a family, with or without a relative acceleration.
+/// Returns a random state of a family, with or without relative acceleration.
 pub type Family = fn(&mut Random, falling: bool) -> State;
 
 pub const FAMILIES: [(&str, Family); 21] = [
@@ -45,7 +45,7 @@ fn fluid(random: &mut Random, falling: bool) -> State {
     state(2.0 * random.vector(), random.vector(), if_falling(falling, acceleration), random.between(0.5, 1.5))
 }
 
-/// A vector whose length may differ from one by many decades. In half of the vectors, each component has its own scale.
+/// Returns a vector of any order of magnitude. Half of the vectors have a different scale in each component.
 fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     let own = random.chance(0.5);
     let scale = random.scale(-decades, decades);
@@ -53,7 +53,7 @@ fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     if own {
         Vector::from_fn(|k, _| vector[k].signum() * random.scale(-decades, decades))
     } else {
-        // A component may be much smaller than the scale, but its magnitude must be allowed in scenes.
+        // A component may be much smaller than the scale, so it is limited to the range that scenes allow.
         vector.map(|x| x.signum() * (x * scale).abs().clamp(SMALLEST, 1.0 / SMALLEST))
     }
 }
@@ -62,8 +62,7 @@ const SMALLEST: f64 = 1e-50;
 
 fn of_scales(random: &mut Random, falling: bool, decades: f64) -> State {
     let [position, velocity, acceleration] = [(); 3].map(|()| of_any_scale(random, decades));
-    // At random contact distances, most pairs would miss each other, so half of the contact distances are close to the
-    // distance of the pair.
+    // At random contact distances, most pairs would miss.
     let near = (position.norm() * random.scale(-1.0, 1.0)).clamp(SMALLEST, 1.0 / SMALLEST);
     let distance = if random.chance(0.5) { near } else { random.scale(-decades, decades) };
     state(position, velocity, if_falling(falling, acceleration), distance)
@@ -89,7 +88,7 @@ fn zeros(random: &mut Random, falling: bool) -> State {
     s
 }
 
-/// Separations whose length is a floating-point number.
+/// Separations with exact lengths.
 const EXACT_LENGTHS: [([f64; 3], f64); 6] = [
     ([1.0, 0.0, 0.0], 1.0),
     ([3.0, 4.0, 0.0], 5.0),
@@ -99,7 +98,7 @@ const EXACT_LENGTHS: [([f64; 3], f64); 6] = [
     ([2.0, 6.0, 9.0], 11.0),
 ];
 
-/// A separation and its length, which is exactly a floating-point number: along an axis, or from a table.
+/// Returns a random separation with an exact length, and this length.
 pub fn touching(random: &mut Random) -> (Vector, f64) {
     let (separation, length) = EXACT_LENGTHS[random.below(EXACT_LENGTHS.len())];
     let scale = if length == 1.0 { random.between(0.5, 2.0) } else { random.power_of_two(-8, 8) };
@@ -112,7 +111,7 @@ fn contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let mut velocity = random.vector() * random.scale(-8.0, 2.0);
     if random.chance(0.3) {
-        // Removes the velocity along the line of centres, exactly if the line is an axis.
+        // Removes the velocity along the line of centres. If this line is an axis, nothing is rounded.
         velocity -= position * (velocity.dot(&position) / position.norm_squared());
     }
     let acceleration = random.vector() * random.scale(-4.0, 2.0);
@@ -128,8 +127,7 @@ fn beside_contact(random: &mut Random, falling: bool) -> State {
     s
 }
 
-/// A pair whose distance differs from the contact distance by a fraction of 1e-16 to 1, in either direction. The
-/// particles approach or separate.
+/// The distance differs from the contact distance by a fraction of 1e-16 to 1. The particles approach or separate.
 fn overlapped(random: &mut Random, falling: bool) -> State {
     let (along, across) = random.directions();
     let depth = random.sign() * random.scale(-16.0, 0.0);
@@ -145,7 +143,7 @@ fn unequal_terms(random: &mut Random, falling: bool) -> State {
     s.velocity *= factor(random);
     s.acceleration *= factor(random);
     if random.chance(0.5) {
-        // Aims one particle at the centre of the other, because fast pairs would otherwise miss.
+        // Without aiming, fast particles would miss.
         s.velocity = -s.position * (s.velocity.norm() / s.position.norm()) + s.velocity * 1e-3;
     }
     s

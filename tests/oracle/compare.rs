@@ -1,6 +1,5 @@
-//! Judges the answer of a detection function. The answer must equal the oracle's answer for the exact overlap function.
-//! If rounding decides between two verdicts, the answer may instead equal the oracle's answer for a witness. A witness
-//! is another polynomial inside the boxes of [`Overlap::rounding`].
+//! Judges the answer of a detection function. The answer must equal the oracle's answer for the exact overlap function
+//! or for a witness. A witness is a polynomial that differs from the exact overlap function by rounding errors.
 
 use crate::detection::{Algorithm, quartic};
 use crate::exact::{Overlap, State};
@@ -10,20 +9,20 @@ use crate::witness::witness;
 
 /// The largest allowed [`Distance::ratio`].
 ///
-/// The condition of a root is how far round-off can shift it, in ulp. Farther from the root, every computed value of
-/// `f` has the right sign. A search therefore ends with a bracket whose ends are off by at most the condition plus the
-/// width of the bracket, 2 ulp, or 4 ulp in Algorithm 1. The closed forms of Algorithms 2 and 3 and of the plane round
-/// a square root, a sum and a quotient. Each rounding adds at most one ulp, so the error is at most the condition plus
-/// 3 ulp.
+/// The condition of a root is the largest shift of the root by round-off, in ulp. Farther from the root, every computed
+/// value of `f` has the right sign. The error of a search is therefore at most the condition plus the final width of
+/// the bracket. This width is 4 ulp in Algorithm 1, and 2 ulp in other searches. The closed forms of Algorithms 2 and 3
+/// and of the plane have three roundings. Each rounding adds at most one ulp, so the error is at most the condition
+/// plus 3 ulp.
 pub fn largest_ratio(algorithm: Algorithm) -> f64 {
     if matches!(algorithm, Algorithm::General(_)) { 4.0 } else { 3.0 }
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judgement {
-    /// The answer has the oracle's verdict and time.
+    /// The answer equals the oracle's answer.
     Right,
-    /// The answer has the verdict or time of a witness.
+    /// The answer is right for a witness.
     WithinRounding,
     Wrong(&'static str),
 }
@@ -33,7 +32,7 @@ pub struct Comparison {
     pub answer: Option<f64>,
     pub verdict: Verdict,
     pub judgement: Judgement,
-    /// Error of the time, if both the answer and the oracle give a time after now.
+    /// Error of the time, if the answer and the oracle both predict a later event.
     pub distance: Option<Distance>,
 }
 
@@ -66,8 +65,8 @@ pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     Comparison { answer, verdict, judgement, distance }
 }
 
-/// Checks that `t` is the end of the bracket before the event. At `t` the overlap function must be zero, or it must be
-/// positive and become negative at one of the next three floating-point numbers.
+/// Checks that `t` is the end of the bracket before the event. At `t`, the overlap function must be zero, or become
+/// negative within the next three floating-point numbers.
 fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind, t: f64) -> Judgement {
     if algorithm.takes_acceleration() != Some(true) || kind == Kind::TurningPoint {
         return Judgement::Right;
@@ -75,7 +74,7 @@ fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind,
     let f = quartic(state);
     let value = |t: f64| algorithm.side().sign() * f.value(t);
     if value(t) < 0.0 {
-        // A negative value is right only if the event is, within rounding, a turning point below zero.
+        // A negative value is right only at a turning point that is below zero within rounding.
         let is_turn = witness(overlap, Some(t), Some(Kind::TurningPoint));
         return if is_turn { Judgement::WithinRounding } else { Judgement::Wrong("invalid end") };
     }

@@ -1,4 +1,4 @@
-//! The first time at which a polynomial falls through zero, in a bracket that can be narrowed to any width.
+//! The first time at which a polynomial falls through zero. The bracket of this time can be narrowed to any width.
 
 use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
@@ -21,7 +21,7 @@ impl Crossing {
         self.bracket.borrow().clone()
     }
 
-    /// Whether the crossing is after `x`. Narrows the bracket as far as necessary.
+    /// Returns whether the crossing is after `x`. Narrows the bracket as far as necessary.
     pub fn is_after(&self, x: &Dyadic) -> bool {
         let (lower, upper) = self.bracket();
         if *x <= lower {
@@ -52,13 +52,12 @@ impl Crossing {
     }
 }
 
-/// The first `t > after` at which `f` changes sign from plus to minus.
+/// Returns the first `t > after` at which `f` changes sign from plus to minus.
 pub fn first_fall(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     if f.degree() == 0 {
         return None;
     }
-    // By Budan's theorem, at most this many roots are later than `after`. The true number may be smaller by an even
-    // number.
+    // By Budan's theorem, this is the number of roots after `after`, or larger by an even number.
     let most = if after.sign() == 0 { f.variations() } else { f.around(after).variations() };
     let upper = Dyadic::power_of_two(f.bound_of_roots());
     if most == 0 || *after >= upper {
@@ -74,7 +73,7 @@ pub fn first_fall(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     search(f, &chain, (&lower, counts.0), (&upper, counts.1))
 }
 
-/// Like [`first_fall`], but by Sturm's theorem alone. Tests compare the two.
+/// Like [`first_fall`], but only by Sturm's theorem.
 pub fn first_fall_by_sturm(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     let upper = Dyadic::power_of_two(f.bound_of_roots());
     if f.degree() == 0 || *after >= upper {
@@ -91,8 +90,7 @@ fn lower_bound(f: &Polynomial) -> i64 {
     if rest.degree() == 0 { 0 } else { rest.bound_of_positive_roots_below() }
 }
 
-/// Finds the first fall through zero in `(from, to]`. Halves the interval until each part holds at most one distinct
-/// root.
+/// Finds the first fall through zero in `(from, to]`. Halves the interval to isolate roots.
 fn search(f: &Polynomial, chain: &Chain, from: (&Dyadic, usize), to: (&Dyadic, usize)) -> Option<Crossing> {
     match from.1 - to.1 {
         0 => None,
@@ -108,8 +106,7 @@ fn search(f: &Polynomial, chain: &Chain, from: (&Dyadic, usize), to: (&Dyadic, u
     }
 }
 
-/// A number between two non-negative numbers: their mean, or a power of two halfway between their exponents if the
-/// numbers are far apart.
+/// Returns the mean of two non-negative numbers. If the numbers are far apart, returns a power of two between them.
 fn middle(lower: &Dyadic, upper: &Dyadic) -> Dyadic {
     let below = if lower.sign() == 0 { upper.magnitude() - 64 } else { lower.magnitude() };
     if upper.magnitude() - below > 2 {

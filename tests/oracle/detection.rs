@@ -1,4 +1,4 @@
-//! Calls the detection functions with the data that the engine would compute from a floating-point state.
+//! Calls the detection functions as the engine does.
 
 use crate::exact::{Overlap, ROUNDINGS_OF_GENERAL, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
 use carom::check::reference::{self, Polynomial};
@@ -14,9 +14,9 @@ pub enum Algorithm {
     InertialNegative,
     /// Algorithm 4.
     AcceleratedPositive,
-    /// Algorithm 5 together with Algorithm 6.
+    /// Algorithms 5 and 6.
     AcceleratedNegative,
-    /// The detection function for planes, with the first coordinate of the separation as the height.
+    /// The detection function for planes. The height is the first coordinate of the separation.
     Plane,
     /// Algorithm 1, as used by the reference engine.
     General(Side),
@@ -45,7 +45,7 @@ impl Algorithm {
         }
     }
 
-    /// Whether the algorithm requires (`true`) or excludes (`false`) a relative acceleration; `None` if it works for
+    /// Returns whether the algorithm requires (`true`) or excludes (`false`) a relative acceleration. `None` allows
     /// both.
     pub fn takes_acceleration(self) -> Option<bool> {
         match self {
@@ -82,7 +82,7 @@ impl Algorithm {
         }
     }
 
-    /// The exact overlap function for which the algorithm's answer must be right.
+    /// Returns the exact overlap function for this algorithm.
     pub fn overlap(self, state: &State) -> Overlap {
         match self {
             Self::Plane => {
@@ -114,7 +114,7 @@ pub fn quartic(state: &State) -> Quartic {
     Quartic::new(&relative(state), &state.acceleration, state.distance * state.distance)
 }
 
-/// Distance from the plane of contact, with its first two time derivatives.
+/// Returns the distance from the plane of contact, and the first two time derivatives of this distance.
 fn height(state: &State) -> [f64; 3] {
     [state.position.x - state.distance, state.velocity.x, state.acceleration.x]
 }

@@ -1,4 +1,4 @@
-//! Exact numbers of the form `m 2^e`. All floating-point numbers have this form, and so do their sums and products.
+//! Exact numbers `m 2^e`. All floating-point numbers have this form, and so do their sums and products.
 
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
@@ -32,13 +32,12 @@ impl Dyadic {
         sign(&self.mantissa)
     }
 
-    /// Returns the `k` with `2^(k-1) <= |x| < 2^k`, for a number `x` other than zero.
+    /// Returns the `k` with `2^(k-1) <= |x| < 2^k`. Requires `x != 0`.
     pub fn magnitude(&self) -> i64 {
         self.mantissa.bits() as i64 + self.exponent
     }
 
-    /// Returns `(m, e)` with `x = m 2^e` and `0.5 <= |m| <= 1`, where `m` is rounded towards zero to 53 bits. Zero
-    /// gives `(0, 0)`.
+    /// Returns `(m, e)` with `x = m 2^e` and `0.5 <= |m| <= 1`. Rounds `m` towards zero to 53 bits.
     pub fn approximate(&self) -> (f64, i64) {
         let bits = self.mantissa.bits();
         if bits == 0 {
@@ -51,14 +50,14 @@ impl Dyadic {
         (m * f64::from(self.sign()), bits as i64 + self.exponent)
     }
 
-    /// Converts to a floating-point number, rounded towards zero; infinity or zero if the number is out of range.
+    /// Converts to a floating-point number, rounded towards zero. Returns infinity or zero out of range.
     pub fn to_f64(&self) -> f64 {
         let (m, e) = self.approximate();
         scaled(m, e)
     }
 }
 
-/// `m 2^e` as a floating-point number; infinity or zero if it is out of range.
+/// Returns `m 2^e` as a floating-point number. Returns infinity or zero out of range.
 pub fn scaled(m: f64, e: i64) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "3000 at most")]
     let exponent = e.clamp(-3000, 3000) as i32;

@@ -1,4 +1,4 @@
-//! Compares methods for finding a root by the number of evaluations of `f`. Also measures errors of closed forms.
+//! Counts how often different methods evaluate `f` to find a root. Also measures errors of closed forms.
 
 use crate::compare::Comparison;
 use crate::detection::{Algorithm, quartic};
@@ -9,13 +9,13 @@ use carom::physics::overlap::Quartic;
 use roots::{Convergency, Roots, find_root_brent, find_roots_cubic, find_roots_quartic};
 use std::cell::Cell;
 
-/// Results of all methods, with one entry for each root.
+/// Evaluations by each method, with an entry for each root.
 #[derive(Debug, Default)]
 pub struct Evaluations {
     pub ours: Vec<f64>,
     pub bisection: Vec<f64>,
     pub brent: Vec<f64>,
-    /// Relative errors of roots of `f` and of roots of `f'` from closed forms.
+    /// Relative errors of the closed forms for roots of `f` and of `f'`.
     pub quartic: Vec<f64>,
     pub cubic: Vec<f64>,
 }
@@ -63,8 +63,8 @@ pub fn evaluations(algorithm: Algorithm, state: &State, comparison: &Comparison)
     found
 }
 
-/// The bracket between turning points in which Algorithms 4 to 6 search for a root. After the last turning point, it
-/// grows by doubled steps until it contains the root.
+/// The bracket between turning points in which Algorithms 4 to 6 search for a root. After the last turning point, the
+/// bracket grows until it contains the root.
 fn bracket(f: &Quartic, t: f64) -> (f64, f64) {
     let turns = sign_changes_of_cubic(&f.derivative());
     let turns = &turns.at[..turns.count];
@@ -90,7 +90,7 @@ fn bisect(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     }
 }
 
-/// Relative difference between `t` and the nearest of the roots; infinite if there are no roots.
+/// Returns the relative difference between `t` and the nearest root, or infinity without roots.
 fn nearest(roots: &Roots<f64>, t: f64) -> f64 {
     let errors = roots.as_ref().iter().map(|root| ((root - t) / t).abs());
     errors.filter(|e| !e.is_nan()).fold(f64::INFINITY, f64::min)

@@ -6,7 +6,7 @@ use carom::physics::overlap::Side;
 /// Unit round-off: half the distance from 1 to the next floating-point number.
 const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// Relative motion and contact distance of a pair, as detection receives them.
+/// The relative state that a detection function receives.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     pub position: Vector,
@@ -15,18 +15,18 @@ pub struct State {
     pub distance: f64,
 }
 
-/// An overlap function with exact coefficients in a box. The box contains every polynomial that a floating-point
+/// An exact overlap function, in a box around the coefficients. The box contains every polynomial that a floating-point
 /// evaluation may have used instead.
 #[derive(Debug, Clone)]
 pub struct Overlap {
     pub coefficients: Vec<Dyadic>,
-    /// Half the edge of the box for each coefficient.
+    /// Half the width of the box for each coefficient.
     pub rounding: Vec<f64>,
 }
 
 impl Overlap {
-    /// The overlap function `f+` or `f-` of a pair. `rounding[k]` is the product of three numbers: the roundings of a
-    /// term with coefficient `k`, the unit round-off, and the sum of the absolute values of the terms (Higham,
+    /// The overlap function `f+` or `f-` of a pair. `rounding[k]` is the product of three numbers: the number of
+    /// roundings of a term with `t^k`, the unit round-off, and the sum of the absolute values of all terms (Higham,
     /// *Accuracy and Stability of Numerical Algorithms*, section 3.1).
     pub fn of_pair(state: &State, side: Side, roundings: [u32; 5]) -> Self {
         let State { position: r, velocity: v, acceleration: a, distance: s } = state;
@@ -39,7 +39,7 @@ impl Overlap {
         Self { coefficients, rounding: boxes(&sizes, &roundings) }
     }
 
-    /// The signed distance from a plane. Its coefficients are given numbers and are not rounded.
+    /// The signed distance from a plane. The coefficients are exact.
     pub fn of_plane(height: f64, velocity: f64, acceleration: f64) -> Self {
         let coefficients = vec![Dyadic::from(height), Dyadic::from(velocity), Dyadic::from(acceleration).half()];
         let sizes = [height.abs(), velocity.abs(), 0.5 * acceleration.abs()];
@@ -50,7 +50,7 @@ impl Overlap {
         Polynomial::new(&self.coefficients)
     }
 
-    /// A polynomial in the box. Coefficient `k` is shifted by the fraction `signs[k]` of half the edge, from -1 to 1.
+    /// Returns a polynomial in the box. Coefficient `k` is shifted by `signs[k]`, from -1 to 1, times `rounding[k]`.
     pub fn shifted(&self, signs: &[f64]) -> Polynomial {
         Polynomial::new(&self.moved(signs))
     }
@@ -60,7 +60,7 @@ impl Overlap {
         moved.map(|((c, d), s)| c + &(&Dyadic::from(*d) * &Dyadic::from(*s))).collect()
     }
 
-    /// The largest rounding error of `f` at a time `t >= 0`, `sum rounding_k t^k`.
+    /// Returns the largest rounding error of `f` at `t >= 0`, `sum rounding_k t^k`.
     pub fn error_at(&self, t: f64) -> f64 {
         self.rounding.iter().rev().fold(0.0, |sum, d| sum * t + d)
     }
@@ -72,30 +72,30 @@ impl Overlap {
 }
 
 /// Roundings of each coefficient in Algorithms 2 and 3. A dot product of three terms has one multiplication and two
-/// additions. `R2` has one more rounding for the subtraction of `s^2`, and the factor 2 of `2 B` is exact. The
-/// roundings of the two products in `D = B^2 - V2 R2` count as half a rounding of `B` and one of `R2`.
+/// additions. `R2` has one more rounding for the subtraction of `s^2`. The discriminant `D = B^2 - V2 R2` has two
+/// rounded products. They count as half a rounding of `B` and one rounding of `R2`.
 pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
 
 /// Roundings of each coefficient in Algorithms 4 to 6. The coefficients `r.r - s^2` and `a.r + V2` have 4 roundings,
 /// the others 3. Horner's rule adds `2 k + 1` roundings to the coefficient of `t^k`, but `2 k` to the coefficient of
-/// `t^4`. The factor 3 in `f'` adds one to the coefficient of `t^3`.
+/// `t^4`. The factor 3 in `f'` adds one rounding to the coefficient of `t^3`.
 pub const ROUNDINGS_OF_QUARTIC: [u32; 5] = [4 + 1, 3 + 3, 4 + 5, 3 + 8, 3 + 8];
 
-/// Roundings of each coefficient in Algorithm 1. There are two differences from Algorithms 4 to 6. Horner's rule starts
-/// from zero, and three further derivatives each round their integer factors once.
+/// Roundings of each coefficient in Algorithm 1. Compared with Algorithms 4 to 6, Horner's rule starts from zero, and
+/// three further derivatives round their integer factors once.
 pub const ROUNDINGS_OF_GENERAL: [u32; 5] = [4 + 1, 3 + 3, 4 + 5 + 1, 3 + 7 + 2, 3 + 10 + 3];
 
-/// Roundings of each coefficient for a plane. `D = v^2 - 2 a h` rounds each of its two products once.
+/// Roundings of each coefficient for a plane. In `D = v^2 - 2 a h`, each product is rounded once.
 const ROUNDINGS_OF_PLANE: [u32; 3] = [1, 1, 1];
 
-/// Factor that makes up for bounds that were rounded down.
+/// Compensates for the rounding of the bounds.
 const SLACK: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 fn boxes(sizes: &[f64], roundings: &[u32]) -> Vec<f64> {
     sizes.iter().zip(roundings).map(|(size, &n)| f64::from(n) * ROUND_OFF * size * SLACK).collect()
 }
 
-/// An exact scalar product, and the sum of the absolute values of its terms.
+/// Returns the exact dot product, and the sum of the absolute values of the terms.
 fn dot(a: &Vector, b: &Vector) -> (Dyadic, f64) {
     let mut sum = Dyadic::zero();
     for k in 0..3 {

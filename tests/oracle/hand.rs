@@ -1,4 +1,4 @@
-//! Tests of the exact oracle on polynomials with known roots.
+//! Tests the exact oracle on polynomials with known roots.
 
 use crate::crossing::{first_fall, first_fall_by_sturm};
 use crate::dyadic::Dyadic;
@@ -17,7 +17,7 @@ fn with_roots(roots: &[f64], scale: f64) -> Polynomial {
     Polynomial::new(&c)
 }
 
-/// Asserts that the next event has this kind, and that its bracket, narrowed to one part in 2^100, contains this time.
+/// Asserts that the next event has this kind and this time, to one part in 2^100.
 fn expect_later(f: &Polynomial, kind: Kind, at: f64) {
     match next_event(f) {
         Verdict::Later(found, crossing) => {
@@ -53,7 +53,7 @@ fn taylor_coefficients_are_the_derivatives() {
     let f = with_roots(&[1.0, 2.0, 4.0], 0.25);
     let x = Dyadic::from(1.5);
     let around = f.around(&x);
-    // The number 1.5 is 3 / 2, so the variable of the expansion is in units of 1/2.
+    // The number 1.5 is 3 / 2, so the expansion is in units of 1/2.
     assert_eq!(Dyadic { mantissa: around.coefficients[0].clone(), exponent: around.exponent }, f.value(&x));
     let slope = Dyadic { mantissa: around.coefficients[1].clone(), exponent: around.exponent + 1 };
     assert_eq!(slope, f.derivative().value(&x));
@@ -77,7 +77,7 @@ fn sturm_counts_distinct_roots_between_any_two_numbers() {
             assert_eq!(chain.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), distinct.len());
         }
     }
-    // The polynomial t^4 + 1 has no roots, so the number of sign changes is the same at both ends.
+    // The polynomial `t^4 + 1` has no roots.
     let none = Chain::new(&Polynomial::from_floats(&[1.0, 0.0, 0.0, 0.0, 1.0]));
     assert_eq!(none.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), 0);
 }
@@ -104,7 +104,7 @@ fn two_roots_one_part_in_2_to_the_200_apart_are_told_apart() {
     let Verdict::Later(Kind::Root, crossing) = next_event(&f) else { panic!("one root after the other") };
     let (lower, upper) = crossing.refine(300);
     assert!(lower <= p && p <= upper && upper < q);
-    // A polynomial that touches zero from above, without crossing it, has no event.
+    // A polynomial that touches zero from above has no event.
     expect_none(&with_roots(&[1.0, 1.0], 1.0));
 }
 
@@ -126,11 +126,10 @@ fn deepening_or_turning_point_is_the_event_of_an_invalid_state() {
     expect_none(&Polynomial::from_floats(&[0.0, 0.0, 0.0, 0.0, 1.0]));
     expect_later(&with_roots(&[1.0, 3.0], -1.0), Kind::Root, 3.0);
     expect_later(&Polynomial::from_floats(&[-2.0, 2.0, -1.0]), Kind::TurningPoint, 1.0);
-    // A polynomial that touches zero exactly, from below, has an event there.
+    // A polynomial that touches zero from below has an event at the double root.
     expect_later(&with_roots(&[1.0, 1.0], -1.0), Kind::TurningPoint, 1.0);
     expect_later(&with_roots(&[1.0, 1.0, 5.0, 5.0], -1.0), Kind::TurningPoint, 1.0);
-    // At t = 1, f = -(t-1)^3 (t-5) has a saddle, where f' has a double root, and no turning point. The event is the
-    // fall through zero at t = 5.
+    // At t = 1, `f = -(t-1)^3 (t-5)` has a saddle but no turning point. The event is at t = 5.
     expect_later(&with_roots(&[1.0, 1.0, 1.0, 5.0], -1.0), Kind::Root, 5.0);
 }
 
@@ -151,7 +150,6 @@ fn the_start_of_a_pendulum_reaches_the_end_of_its_bond() {
 #[test]
 fn the_sign_at_a_turning_point_is_exact() {
     for (shift, sign) in [(Dyadic::power_of_two(-400), 1), (Dyadic::zero(), 0), (-&Dyadic::power_of_two(-400), -1)] {
-        // The parabola -9 (t - 1/3)^2, raised by `shift`.
         let f = Polynomial::new(&[&Dyadic::from(-1.0) + &shift, Dyadic::from(6.0), Dyadic::from(-9.0)]);
         let turn = first_fall(&f.derivative(), &Dyadic::zero()).unwrap();
         assert_eq!(sign_at_crossing(&f, &turn), sign);

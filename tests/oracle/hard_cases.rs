@@ -1,4 +1,4 @@
-//! States in which roots coincide exactly, because all numbers are small binary fractions.
+//! States in which roots coincide exactly. All numbers are small binary fractions.
 
 use super::cases::{if_falling, state, touching};
 use super::exact::State;
@@ -14,8 +14,8 @@ fn axes(random: &mut Random, r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f6
     state(r, v, a, distance)
 }
 
-/// A pair that touches the sphere of contact at a given time, from inside or outside, with a tangential velocity. Some
-/// pairs miss the sphere by one floating-point number.
+/// A pair that touches the contact sphere with a tangential velocity, from inside or outside. Some pairs miss the
+/// contact sphere by one floating-point number.
 pub fn grazing(random: &mut Random, falling: bool) -> State {
     let (there, distance) = touching(random);
     // The velocity is exactly tangential if the separation has small integer components.
@@ -29,7 +29,7 @@ pub fn grazing(random: &mut Random, falling: bool) -> State {
     state(position, velocity, acceleration, distance)
 }
 
-/// A pair with `v = 0` and `r` perpendicular to `a`. All coefficients of `f'` vanish except the leading one.
+/// A pair with `v = 0` and `r` perpendicular to `a`, so `f' ~ t^3`.
 pub fn pendulum_start(random: &mut Random, falling: bool) -> State {
     let length = random.between(0.1, 2.0);
     let distance = if random.chance(0.2) { length } else { length * random.between(0.5, 2.0) };
@@ -38,7 +38,7 @@ pub fn pendulum_start(random: &mut Random, falling: bool) -> State {
     axes(random, [length, 0.0, 0.0], [0.0, speed, 0.0], [0.0, 0.0, acceleration], distance)
 }
 
-/// A pair with `a.v = 0` and `a.r + v^2 = 0`, for which `f'` is a multiple of `t^3` plus a constant.
+/// A pair with `a.v = 0` and `a.r + v^2 = 0`, so `f'` has no linear and no quadratic term.
 pub fn cube(random: &mut Random, falling: bool) -> State {
     let (x, w) = (integer(random, 8) * 0.5, integer(random, 4) * 0.5);
     let g = if falling { random.power_of_two(-4, 4) } else { 0.0 };
@@ -47,13 +47,13 @@ pub fn cube(random: &mut Random, falling: bool) -> State {
     axes(random, [x, 0.0, z], [w, 0.0, 0.0], [0.0, 0.0, -g], distance)
 }
 
-/// A length near the given one, and whether the two are equal.
+/// Returns a length that is equal or close to the given length, and whether it is equal.
 fn around(random: &mut Random, length: f64) -> (f64, bool) {
     let same = random.chance(0.2);
     (if same { length } else { length * random.between(0.3, 1.7) }, same)
 }
 
-/// A motion along a line that stops exactly at the centre. At this time `f'` has a triple root.
+/// A motion along a line that stops at the centre. At this time, `f'` has a triple root.
 pub fn triple_root(random: &mut Random, falling: bool) -> State {
     let (time, scale) = (integer(random, 6) * 0.5, random.power_of_two(-6, 6) * random.sign());
     let curve = if falling { scale } else { 0.0 };
@@ -61,7 +61,7 @@ pub fn triple_root(random: &mut Random, falling: bool) -> State {
     axes(random, [scale * time * time, 0.0, 0.0], [-2.0 * scale * time, 0.0, 0.0], [2.0 * curve, 0.0, 0.0], distance)
 }
 
-/// A motion whose `f'` has a double root at `p` and a simple root at `q`: it is proportional to `t^3 + e2 t^2 + e1 t +
+/// The derivative `f'` has a double root at `p` and a simple root at `q`. It is proportional to `t^3 + e2 t^2 + e1 t +
 /// e0`.
 pub fn double_root(random: &mut Random, falling: bool) -> State {
     if !falling {
@@ -78,19 +78,19 @@ pub fn double_root(random: &mut Random, falling: bool) -> State {
     axes(random, [x, 0.0, z], [w, 0.0, vz], [0.0, 0.0, 1.0], distance)
 }
 
-/// A contact distance so small that the pair is in contact only between two adjacent floating-point times.
+/// The contact distance is so small that the contact is between two adjacent floating-point times.
 pub fn close_roots(random: &mut Random, falling: bool) -> State {
     let time = random.power_of_two(-2, 4);
     let size = f64::EPSILON * random.power_of_two(-2, 2);
     let speed = integer(random, 4);
     let g = if falling { integer(random, 4) * 0.25 } else { 0.0 };
-    // At `time` the two centres coincide and the speed is `speed`.
+    // At the time `time`, the centres coincide.
     let (position, velocity) = (-speed * time + 0.5 * g * time * time, speed - g * time);
     axes(random, [position, 0.0, 0.0], [velocity, 0.0, 0.0], [g, 0.0, 0.0], size)
 }
 
-/// A grain that rests on another one or hangs on its bond, with little or no velocity. Its distance is the contact
-/// distance, or one floating-point number larger or smaller.
+/// A grain that rests on another grain or hangs on a bond. The distance is the contact distance, or an adjacent
+/// floating-point number.
 pub fn resting(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let g = random.sign() * random.power_of_two(-6, 6);
@@ -103,7 +103,7 @@ pub fn resting(random: &mut Random, falling: bool) -> State {
     state(position, velocity, if_falling(falling, position * g), distance)
 }
 
-/// A pair that leaves contact and returns. Detection must not return the root at time zero.
+/// A pair that leaves a contact and returns. Detection must not return the root at time zero.
 pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let speed = random.scale(-12.0, 1.0);

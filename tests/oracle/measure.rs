@@ -1,31 +1,30 @@
-//! The difference between a computed time and an exact root, and how far round-off can shift that root.
+//! The error of a computed time, compared with the shift of the exact root by round-off.
 
 use super::crossing::Crossing;
 use super::dyadic::{Dyadic, scaled};
 use super::polynomial::Polynomial;
 
-/// The distance between a time and the exact event, in units in the last place (ulp) of the time.
+/// The error of a computed time, and the shift of the root by round-off. Both are in ulp of the time.
 #[derive(Debug, Clone, Copy)]
 pub struct Distance {
     /// The exact time minus the computed time.
     pub error: f64,
-    /// How far the root shifts if round-off moves `f` up or down: the larger of the two shifts.
+    /// The larger shift of the root if round-off moves `f` up or down.
     pub condition: f64,
 }
 
 impl Distance {
-    /// The error, divided by the error that rounding allows: the condition plus one ulp for the time itself.
+    /// Returns the error divided by the allowed error. One ulp is allowed for the time itself.
     pub fn ratio(&self) -> f64 {
         self.error.abs() / (self.condition + 1.0)
     }
 }
 
-/// Largest distance that is computed [ulp]. A larger one counts as infinite.
+/// Larger distances are treated as infinite [ulp].
 const FARTHEST: f64 = 1e40;
 
-/// The difference between `time` and a crossing of `crossing.f`, if values of `f` may be off by `rounding`. The Taylor
-/// polynomial around `time` is exact before it is rounded, so its constant term and nearby roots keep their digits in
-/// spite of cancellation.
+/// Returns the difference between `time` and a crossing. Values of `crossing.f` may be wrong by `rounding`. The
+/// polynomial is expanded exactly around `time`, so nearby roots lose no digits by cancellation.
 pub fn distance(crossing: &Crossing, time: f64, rounding: f64) -> Distance {
     let at = Dyadic::from(time);
     let local = Local::new(&crossing.f, &at, last_place(time));
@@ -44,8 +43,8 @@ pub fn last_place(x: f64) -> i64 {
     biased.max(1) - 1075
 }
 
-/// A polynomial near a time, in floating-point numbers. Its variable is the distance from this time in ulp, and its
-/// values are in units of the largest coefficient.
+/// A floating-point polynomial near a time. The variable is the distance from this time in ulp. The values are in units
+/// of the largest coefficient.
 struct Local {
     coefficients: Vec<f64>,
     unit: i64,
@@ -74,8 +73,7 @@ impl Local {
         self.coefficients.iter().rev().fold(0.0, |sum, c| sum * offset + c)
     }
 
-    /// The distance from `from`, in the given direction, at which `holds` first becomes true, accurate to one part in
-    /// 1000.
+    /// Returns the distance from `from` at which `holds` first becomes true, to one part in 1000.
     fn first(&self, from: f64, direction: f64, holds: impl Fn(f64) -> bool) -> f64 {
         let holds_at = |step: f64| holds(self.value(from + direction * step));
         let mut upper = 1e-3;

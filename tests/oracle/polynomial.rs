@@ -1,10 +1,9 @@
-//! Polynomials with exact coefficients, evaluated exactly.
+//! Polynomials with exact coefficients.
 
 use super::dyadic::{Dyadic, sign};
 use num_bigint::BigInt;
 
-/// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`. The last integer is not zero. The polynomial 0 has no
-/// coefficients.
+/// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`. The last integer is not zero.
 #[derive(Debug, Clone)]
 pub struct Polynomial {
     pub coefficients: Vec<BigInt>,
@@ -42,7 +41,8 @@ impl Polynomial {
         Self { coefficients, exponent: self.exponent }
     }
 
-    /// The value at `x = m 2^k`, by Horner's rule in integers. If `k < 0`, all terms are multiplied by `2^(-k degree)`.
+    /// Returns the value at `x = m 2^k`, by Horner's rule in integers. If `k < 0`, all terms are multiplied by `2^(-k
+    /// degree)`.
     pub fn value(&self, x: &Dyadic) -> Dyadic {
         let mut value = BigInt::ZERO;
         for scaled in self.scaled(x.exponent).iter().rev() {
@@ -58,7 +58,7 @@ impl Polynomial {
         }
     }
 
-    /// The sign just after `x`: the sign of the first derivative that is not zero there.
+    /// Returns the sign just after `x`. This is the sign of the first derivative that is not zero at `x`.
     pub fn sign_after(&self, x: &Dyadic) -> i32 {
         if self.is_zero() {
             return 0;
@@ -69,13 +69,12 @@ impl Polynomial {
         }
     }
 
-    /// The sign for large positive arguments.
+    /// Returns the sign for large positive arguments.
     pub fn sign_far_away(&self) -> i32 {
         self.coefficients.last().map_or(0, sign)
     }
 
-    /// Expands the polynomial around `x = m 2^e` as `f((m + y) 2^e) = 2^exponent (d_0 + d_1 y + ...)`, with integers
-    /// `d_k`.
+    /// Expands the polynomial around `x = m 2^e` as `f((m + y) 2^e) = 2^exponent (d_0 + d_1 y + ...)`.
     pub fn around(&self, x: &Dyadic) -> Self {
         let mut d = self.scaled(x.exponent);
         for first in 0..d.len() {
@@ -87,7 +86,7 @@ impl Polynomial {
         Self { coefficients: d, exponent: self.scaled_exponent(x.exponent) }
     }
 
-    /// Coefficients of the polynomial as a function of `y = x / 2^e`, scaled to integers.
+    /// Returns the coefficients as a function of `y = x / 2^e`, scaled to integers.
     fn scaled(&self, e: i64) -> Vec<BigInt> {
         let n = self.degree();
         let shift = |k: usize| if e < 0 { e.unsigned_abs() * (n - k) as u64 } else { e as u64 * k as u64 };
@@ -98,8 +97,8 @@ impl Polynomial {
         self.exponent + e.min(0) * self.degree() as i64
     }
 
-    /// Number of sign changes in the sequence of coefficients. By Descartes' rule, this is the number of positive
-    /// roots, with multiplicity, or larger by an even number.
+    /// Returns the number of sign changes between coefficients. By Descartes' rule, this is the number of positive
+    /// roots with multiplicity, or larger by an even number.
     pub fn variations(&self) -> usize {
         count_variations(self.coefficients.iter().map(sign))
     }
@@ -110,8 +109,7 @@ impl Polynomial {
         let n = self.degree();
         let bits = |k: usize| self.coefficients[k].bits() as i64;
         let nonzero = (0..n).filter(|&k| sign(&self.coefficients[k]) != 0);
-        // The lengths of the coefficients in bits give |c_k / c_n| < 2^(bits_k - bits_n + 1). The exponent is divided
-        // by n - k and rounded up.
+        // If `c_k` has `bits_k` bits, then `|c_k / c_n| < 2^(bits_k - bits_n + 1)`. The quotient is rounded up.
         let exponents = nonzero.map(|k| (bits(k) - bits(n) + 1).div_euclid((n - k) as i64) + 1);
         exponents.max().unwrap_or(0) + 1
     }
@@ -123,7 +121,6 @@ impl Polynomial {
     }
 }
 
-/// Number of changes between -1 and 1 in a sequence of signs, ignoring zeros.
 pub fn count_variations(signs: impl Iterator<Item = i32>) -> usize {
     let (mut count, mut last) = (0, 0);
     for sign in signs.filter(|&s| s != 0) {

@@ -33,22 +33,21 @@ impl Random {
         if self.chance(0.5) { 1.0 } else { -1.0 }
     }
 
-    /// A log-uniform magnitude between `10^lower` and `10^upper`.
+    /// Returns a log-uniform number between `10^lower` and `10^upper`.
     pub fn scale(&mut self, lower: f64, upper: f64) -> f64 {
         10_f64.powf(self.between(lower, upper))
     }
 
-    /// A random power of two, so that products with it are exact.
+    /// Products with a power of two are exact.
     pub fn power_of_two(&mut self, lower: i32, upper: i32) -> f64 {
         2_f64.powi(lower + i32::try_from(self.below((upper - lower + 1) as usize)).unwrap())
     }
 
-    /// Components uniform in `[-1, 1]`.
     pub fn vector(&mut self) -> Vector {
         Vector::from_fn(|_, _| self.between(-1.0, 1.0))
     }
 
-    /// Two directions that are orthogonal up to rounding.
+    /// Returns two directions that are orthogonal up to rounding.
     pub fn directions(&mut self) -> (Vector, Vector) {
         loop {
             let (first, second) = (self.vector(), self.vector());
@@ -59,7 +58,7 @@ impl Random {
         }
     }
 
-    /// Permutes and mirrors the coordinates of three vectors. No rounding occurs, and overlap functions stay unchanged.
+    /// Permutes and mirrors the coordinates without rounding. Overlap functions are unchanged.
     pub fn turned(&mut self, vectors: [Vector; 3]) -> [Vector; 3] {
         let first = self.below(3);
         let step = 1 + self.below(2);
@@ -67,8 +66,7 @@ impl Random {
         vectors.map(|x| Vector::from_fn(|k, _| signs[k] * x[(first + step * k) % 3]))
     }
 
-    /// The number itself or one of its two floating-point neighbours. Zero stays zero, because products with its
-    /// neighbours underflow.
+    /// Returns the number or an adjacent floating-point number. Zero stays zero to prevent underflows.
     pub fn neighbour(&mut self, x: f64) -> f64 {
         match self.below(3) {
             0 => x,

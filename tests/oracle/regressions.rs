@@ -1,4 +1,4 @@
-//! States for which a detection function, or the judgement of its answer, was once wrong.
+//! States for which a detection function or its test was once wrong.
 
 use crate::compare::{Judgement, compare};
 use crate::detection::Algorithm;
@@ -17,8 +17,7 @@ fn is_not_wrong(algorithm: Algorithm, state: &State) {
 
 #[test]
 fn turning_point_rounded_to_a_root_is_within_round_off() {
-    // The pair is almost at rest, one floating-point number beyond the end of its bond, so the coefficient R2 rounds to
-    // zero.
+    // The pair is one floating-point number beyond the end of its bond, so `R2` rounds to zero.
     is_not_wrong(
         Algorithm::InertialNegative,
         &state(
@@ -41,7 +40,7 @@ fn turning_point_rounded_to_a_root_is_within_round_off() {
 
 #[test]
 fn near_miss_rounded_to_a_hit_is_within_round_off() {
-    // The pair grazes exactly. Rounding creates two roots that are sqrt(epsilon) apart.
+    // Rounding turns an exact grazing into two roots that are sqrt(epsilon) apart.
     for (r, v, a, distance) in [
         (
             [-1.9575268761518552, -5.872580628455566, -17.617741885366698],
@@ -60,7 +59,7 @@ fn near_miss_rounded_to_a_hit_is_within_round_off() {
 
 #[test]
 fn turning_point_far_below_the_terms_is_within_round_off() {
-    // These states were found by fuzzing. The squared contact distance is at least 10^18 times the values of f.
+    // The squared contact distance is at least 10^18 times the values of `f`.
     for (r, v, a, distance) in [
         (
             [14.333333333333334, 2.5243548967072375e-29, -6688574853559353.0],
@@ -87,7 +86,6 @@ fn turning_point_far_below_the_terms_is_within_round_off() {
 
 #[test]
 fn the_reference_finds_a_root_that_brents_method_left_behind() {
-    // This state was found by fuzzing.
     let (r, v) = ([79.0, -2.6666666666666665, 8.0], [-0.3333333333333333, 0.0, -3.1728598231957846e47]);
     let state = state(r, v, [-26624.0, 0.0, 8589934596.999998], 79.44879552964356);
     is_not_wrong(Algorithm::General(Side::Negative), &state);
@@ -95,7 +93,7 @@ fn the_reference_finds_a_root_that_brents_method_left_behind() {
 
 #[test]
 fn the_reference_finds_roots_among_values_of_1e150() {
-    // For these states Brent's method overflowed, and the middle of the bracket was returned as the root.
+    // Brent's method overflowed and the middle of the bracket was returned as the root.
     for (r, v, a, distance) in [
         (
             [1.3462627539392349e23, 4.038515711558194e-42, 2.2132505582398304e-45],
@@ -109,7 +107,6 @@ fn the_reference_finds_roots_among_values_of_1e150() {
             [1.0782611171384586e-40, 1.2042256746615528e-47, -1.4745946131450365e-10],
             1.6152245761593664e35,
         ),
-        // This state was found by fuzzing.
         (
             [-95.0, 0.0, 0.0],
             [-2.848055655925778e18, -5.254360077455675e37, 3.595179056420045e-11],
@@ -123,8 +120,7 @@ fn the_reference_finds_roots_among_values_of_1e150() {
 
 #[test]
 fn the_reference_keeps_the_sign_that_it_had_before_a_turning_point() {
-    // At the turning point f is zero within rounding. A second evaluation there gave another sign, which led the search
-    // to the wrong end.
+    // At the turning point, f is zero within rounding. A second evaluation returned another sign.
     let r = [44250737.39427264, -63070544.57782876, -175729120.62115726];
     let v = [-2.474881449500859, 4.097577369464359, 10.424111698348904];
     let a = [3.2026923444437286e-8, -1.009063392089401e-7, -1.849349310097299e-7];

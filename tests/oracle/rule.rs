@@ -1,4 +1,4 @@
-//! The rule, decided exactly: a pair interacts at the first time at which `f <= 0` and `f` falls.
+//! The exact rule: a pair interacts at the first time at which `f <= 0` and `f` falls.
 
 use super::crossing::{Crossing, first_fall};
 use super::dyadic::Dyadic;
@@ -7,9 +7,9 @@ use super::sturm::Chain;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// `f` falls through zero, at a root of `f`.
+    /// `f` falls through zero.
     Root,
-    /// `f` is not positive and stops rising, at a root of `f'`.
+    /// `f` stops rising at a value that is not positive.
     TurningPoint,
 }
 
@@ -20,7 +20,7 @@ pub enum Verdict {
     None,
 }
 
-/// The infimum of the times `t >= 0` at which `f(t) <= 0` and `f` falls just after `t`.
+/// Returns the infimum of the times `t >= 0` at which `f(t) <= 0` and `f` falls just after `t`.
 pub fn next_event(f: &Polynomial) -> Verdict {
     let now = Dyadic::zero();
     if f.sign_at(&now) > 0 {
@@ -34,7 +34,7 @@ pub fn next_event(f: &Polynomial) -> Verdict {
     if sign_at_crossing(f, &turn) <= 0 {
         return Verdict::Later(Kind::TurningPoint, turn);
     }
-    // The bracket of the turning point contains no root of f, because it has been narrowed.
+    // The narrowed bracket of the turning point contains no root of `f`.
     let (_, after) = turn.bracket();
     later(Kind::Root, first_fall(f, &after))
 }
@@ -43,13 +43,13 @@ fn later(kind: Kind, at: Option<Crossing>) -> Verdict {
     at.map_or(Verdict::None, |at| Verdict::Later(kind, at))
 }
 
-/// The sign of `f` at a root of its derivative. Narrows the bracket of this root until it holds no root of `f`.
+/// Returns the sign of `f` at a root of its derivative. Narrows the bracket of the root.
 pub fn sign_at_crossing(f: &Polynomial, turn: &Crossing) -> i32 {
     let chain = Chain::new(f);
     loop {
         let (lower, upper) = turn.bracket();
         let roots = chain.count(&lower, &upper);
-        // The bracket holds one root of the derivative. Only that root can be a multiple root of f.
+        // The bracket contains one root of the derivative. Only this root can be a multiple root of `f`.
         if roots > 0 && chain.common.degree() > 0 && Chain::new(&chain.common).count(&lower, &upper) > 0 {
             return 0;
         }

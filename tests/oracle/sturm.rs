@@ -1,11 +1,11 @@
-//! Counts the distinct roots between two numbers, by Sturm's theorem in exact integers.
+//! Counts distinct roots between two numbers by Sturm's theorem, in exact integers.
 
 use super::dyadic::{Dyadic, sign};
 use super::polynomial::{Polynomial, count_variations};
 use num_bigint::BigInt;
 
-/// The Sturm sequence of a polynomial, divided by its last element. Undivided, all elements would be zero at a multiple
-/// root.
+/// The Sturm sequence of a polynomial, divided by its last element. Without the division, all elements would be zero at
+/// a multiple root.
 pub struct Chain {
     elements: Vec<Polynomial>,
     /// The greatest common divisor of the polynomial and its derivative. Its roots are the multiple roots.
@@ -17,13 +17,13 @@ impl Chain {
         let mut elements = remainders(f, &f.derivative());
         let common = elements.last().cloned().expect("the polynomial itself");
         if common.degree() > 0 {
-            // Division by a common factor of either sign leaves the number of sign changes unchanged.
+            // Division by a common factor does not change the number of sign changes.
             elements = elements.iter().map(|e| quotient(e, &common)).collect();
         }
         Self { elements, common }
     }
 
-    /// The number of distinct roots in `(from, to]`.
+    /// Returns the number of distinct roots in `(from, to]`.
     pub fn count(&self, from: &Dyadic, to: &Dyadic) -> usize {
         self.variations(from) - self.variations(to)
     }
@@ -37,19 +37,19 @@ impl Chain {
     }
 }
 
-/// A greatest common divisor up to a factor of either sign. It is constant if the polynomials have no common root.
+/// Returns the greatest common divisor, up to a constant factor. It is constant if there are no common roots.
 pub fn common_factor(a: &Polynomial, b: &Polynomial) -> Polynomial {
     let (a, b) = if a.degree() < b.degree() { (b, a) } else { (a, b) };
     remainders(a, b).pop().expect("the polynomial itself")
 }
 
-/// The sequence `f, g, -(f mod g), ...` down to the last nonzero element, each element up to a positive factor. The
-/// degree of `g` must not exceed the degree of `f`. With subresultants (Brown and Traub 1971), each pseudo-remainder is
-/// divided by a known factor to keep coefficients short. Sturm's theorem needs the signs of the factors, so they are
-/// tracked separately.
+/// Returns the sequence `f, g, -(f mod g), ...` down to the last nonzero element. Each element has an arbitrary
+/// positive factor. The degree of `g` must not exceed the degree of `f`. With subresultants (Brown and Traub 1971),
+/// each pseudo-remainder is divided by a known factor to keep coefficients short. Sturm's theorem needs the signs of
+/// these factors.
 fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
     let (mut a, mut b) = (f.coefficients.clone(), g.coefficients.clone());
-    // Up to positive factors, the current two elements of the sequence are sign_a a and sign_b b.
+    // Up to positive factors, two successive elements are `sign_a a` and `sign_b b`.
     let (mut sign_a, mut sign_b) = (1, 1);
     let (mut g, mut h) = (BigInt::from(1), BigInt::from(1));
     let mut elements = vec![signed(&a, 1)];
@@ -61,9 +61,8 @@ fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
         for c in &mut rest {
             *c /= &divisor;
         }
-        // If `lc(b)` is the leading coefficient of b, pseudo-division gives `lc(b)^(step + 1) * a = q * b + divisor *
-        // rest`. The remainder has the sign of `rest` times the sign of `divisor` times the sign of the power of
-        // `lc(b)`.
+        // With the leading coefficient `lc(b)`, pseudo-division gives `lc(b)^(step + 1) * a = q * b + divisor * rest`.
+        // The sign of the remainder is the product of the signs of `rest`, `divisor` and the power of `lc(b)`.
         let of_leading = if step.is_multiple_of(2) { leading_sign(&b) } else { 1 };
         let sign_rest = -sign_a * of_leading * sign(&divisor);
         g = b.last().expect("not empty").clone();
@@ -82,23 +81,22 @@ fn signed(c: &[BigInt], sign: i32) -> Polynomial {
     Polynomial::of_integers(c.iter().map(|c| c * sign).collect(), 0)
 }
 
-/// The pseudo-remainder `lc(b)^(deg a - deg b + 1) a mod b`, where `lc(b)` is the leading coefficient of `b`.
+/// Returns `lc(b)^(deg a - deg b + 1) a mod b`, where `lc(b)` is the leading coefficient of `b`.
 fn pseudo_remainder(a: &[BigInt], b: &[BigInt]) -> Vec<BigInt> {
     divide(a, b).1
 }
 
-/// A positive multiple of the quotient `a / b`. The division must leave no remainder.
+/// Returns a positive multiple of `a / b`. The remainder must be zero.
 fn quotient(a: &Polynomial, b: &Polynomial) -> Polynomial {
     let (quotient, rest) = divide(&a.coefficients, &b.coefficients);
     assert!(rest.is_empty(), "the divisor is common to all elements");
-    // Pseudo-division has multiplied by a power of the leading coefficient of b. An odd power may be negative.
+    // Pseudo-division multiplies by a power of the leading coefficient of `b`, which may be negative.
     let power = a.coefficients.len() - b.coefficients.len() + 1;
     let flip = if power % 2 == 1 { leading_sign(&b.coefficients) } else { 1 };
     signed(&quotient, flip)
 }
 
-/// Pseudo-division. Returns `(q, r)` with `lc(b)^(deg a - deg b + 1) a = q b + r`, where `lc(b)` is the leading
-/// coefficient of `b`.
+/// Returns `(q, r)` with `lc(b)^(deg a - deg b + 1) a = q b + r`, where `lc(b)` is the leading coefficient of `b`.
 fn divide(a: &[BigInt], b: &[BigInt]) -> (Vec<BigInt>, Vec<BigInt>) {
     let leading = b.last().expect("the divisor is not zero");
     let (mut rest, mut quotient) = (a.to_vec(), Vec::new());

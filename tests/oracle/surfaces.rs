@@ -1,15 +1,15 @@
-//! The exact oracle for features of surfaces: points, lines, segments, faces and planes. An event counts only if the
+//! The exact oracle for features of surfaces: points, lines, segments, faces and planes. An event requires that the
 //! foot of the perpendicular is on the feature.
 //!
 //! | modules | |
 //! |---|---|
 //! | `rounded` | exact numbers with bounds on their floating-point errors |
-//! | `place` | signs of polynomials at roots of others, and the order of roots |
-//! | `rule` | the rule for the next contact, decided exactly |
-//! | `feature`, `question` | the sphere and the feature, with their exact polynomials and the boxes around them |
-//! | `compare`, `witness` | the judgement of an answer |
+//! | `place` | signs at roots, and the order of roots |
+//! | `rule` | the exact rule for the next contact |
+//! | `feature`, `question` | the sphere and the feature, as exact polynomials |
+//! | `compare`, `witness` | the check of an answer |
 //! | `approach`, `families` | families of states |
-//! | `hand`, `agreement`, `regressions` | tests: of the oracle itself, of all features, of every failure ever found |
+//! | `hand`, `agreement`, `regressions` | tests |
 
 mod agreement;
 mod approach;

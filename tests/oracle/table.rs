@@ -8,8 +8,8 @@ use std::process::Command;
 const COMMAND: &str = "CAROM_ORACLE=50000 cargo test --release --test oracle -- --nocapture";
 
 const EXPLANATION: &str = "\
-The oracle (`tests/oracle`) applies the paper's rule in exact arithmetic. A state counts as *within rounding* under two \
-conditions. First, Carom and the oracle give different verdicts, or their times differ by more than the bound. Second, there \
+The oracle (`tests/oracle`) applies the paper's rule in exact arithmetic. A state counts as *within rounding* if two \
+conditions hold. First, Carom and the oracle give different verdicts, or their times differ by more than the bound. Second, there \
 is a polynomial for which the oracle gives Carom's answer, and whose coefficients differ from the exact coefficients by no \
 more than their rounding. *Error* is the error of Carom's time, for events in the future on which Carom and the oracle \
 agree. *Allowed* is the shift of the exact root that the rounding of the coefficients of f and of its evaluation may cause, \
@@ -64,8 +64,8 @@ fn evaluations(page: &mut String, totals: &mut [&mut (Algorithm, Tally)]) {
 
 fn closed_forms(page: &mut String, totals: &mut [&mut (Algorithm, Tally)]) {
     *page += "\n## Closed forms of the crate `roots`\n\n\
-        Of all roots that the closed form returns, the one nearest to the exact root counts. The table gives the errors of \
-        roots within one part in 1000 of the exact root.\n\n\
+        Of all roots that the closed form returns, the comparison uses the root nearest to the exact one. The table gives \
+        the errors of roots within one part in 1000 of the exact root.\n\n\
         | polynomial, algorithm | roots | relative error: median | 99.9 % | worst found | above 1e-6 | missed |\n\
         |---|---|---|---|---|---|---|\n";
     for (algorithm, total) in totals {
@@ -74,7 +74,7 @@ fn closed_forms(page: &mut String, totals: &mut [&mut (Algorithm, Tally)]) {
     }
 }
 
-/// A closed form with a larger relative error has found another root, or none.
+/// With a larger relative error, a closed form has missed the root.
 const MISSED: f64 = 1e-3;
 
 fn closed_form_row(page: &mut String, polynomial: &str, algorithm: Algorithm, errors: &mut [f64]) {

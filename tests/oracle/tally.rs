@@ -16,7 +16,7 @@ pub struct Tally {
     pub wrong_count: usize,
     /// Errors of times [ulp].
     pub errors: Vec<f64>,
-    /// Errors of times, as multiples of the error that rounding can explain.
+    /// Errors of times, relative to the errors that rounding allows.
     pub ratios: Vec<f64>,
     pub evaluations: Evaluations,
 }
@@ -78,7 +78,7 @@ pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static 
         .collect()
 }
 
-/// Median, 99.9 % quantile and largest value; zeros for an empty list.
+/// Returns the median, the 99.9 % quantile and the largest value, or zeros for an empty list.
 pub fn spread(values: &mut [f64]) -> [f64; 3] {
     if values.is_empty() {
         return [0.0; 3];

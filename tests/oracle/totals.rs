@@ -1,4 +1,4 @@
-//! The table of all algorithms and families. With `CAROM_ORACLE` it is written to `benches/results`.
+//! The table of all algorithms and families. With `CAROM_ORACLE`, the table is written to `benches/results`.
 
 use crate::detection::Algorithm;
 use crate::per_family;

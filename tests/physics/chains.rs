@@ -5,7 +5,7 @@ use carom::model::potential::Potential;
 use carom::model::space::minimum_image;
 use carom::model::{ParticleId, Scene};
 
-/// The largest relative amount by which a bond is longer or shorter than allowed.
+/// Returns the largest relative amount by which a bond is too long or too short.
 fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
     let excess = |bond: &carom::model::Bond| {
         let [a, b] = bond.pair.map(|id| now.positions[id.0 as usize]);
@@ -17,8 +17,7 @@ fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
     scene.bonds().iter().map(excess).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Tolerance of bond lengths: about ten times the spacing of floating-point numbers up to 16. Each of the six
-/// coordinates is rounded at the times of both particles.
+/// Tolerance of bond lengths: ten times the spacing of floating-point numbers between 16 and 32.
 const BOND_ROUND_OFF: f64 = 10.0 * 16.0 * f64::EPSILON;
 
 fn pendulum(restitution: f64) -> Simulation {
@@ -39,8 +38,7 @@ fn the_energy_of_the_pendulum_never_rises() {
         for event in 1..=20_000 {
             simulation.advance(Until::events(event)).unwrap();
             let now = total(&simulation);
-            // An event rounds the energies of two particles a few times each. The flight before the event rounds the
-            // energies of all particles.
+            // Each event rounds a few energies, and the flight before the event rounds the energies of all particles.
             assert!(now <= last + 32.0 * scale * f64::EPSILON, "{restitution}: event {event} adds {}", now - last);
             last = now;
             worst = worst.max(worst_bond(simulation.scene(), &simulation.snapshot()));
@@ -64,8 +62,7 @@ fn an_elastic_pendulum_keeps_its_energy() {
         assert!(error.abs() < 1e-10 * most, "{error} after {} events", 1000 * part);
     }
     assert!(most > 100.0);
-    // The chain starts at rest and then whips around, with beads at speeds of up to 50. The slow start must not
-    // determine the precision of later times.
+    // The beads start at rest and reach speeds of up to 50. The slow start must not determine the precision.
     assert!(simulation.event_counts().deepest_overlap < 1e-13, "{}", simulation.event_counts().deepest_overlap);
 }
 
@@ -99,8 +96,7 @@ fn polymers_stay_whole() {
         simulation.pair_state(ParticleId(50), ParticleId(0))
     );
     let now = simulation.energy();
-    // The 2,000 beads have a temperature near 1. Each of the 300,000 events rounds the energies of two beads a few
-    // times.
+    // Each of the 300,000 events rounds the energies of two beads a few times. The temperature is near 1.
     let bound = 300_000.0 * 16.0 * 2.0 * f64::EPSILON;
     assert!((now.kinetic + now.potential - start.kinetic - start.potential).abs() < bound);
 }

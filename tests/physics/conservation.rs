@@ -1,4 +1,4 @@
-//! Conservation of energy and momentum to within round-off, and a one-dimensional example with an exact solution.
+//! Conservation of energy and momentum within round-off, and an exact solution in one dimension.
 
 use carom::Vector;
 use carom::engine::event::{Event, EventKind};
@@ -9,18 +9,17 @@ use carom::model::space::{Boundary, Space};
 use carom::physics::response::Outcome;
 use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
-/// Largest relative rounding error of an event, in units of epsilon. Each component of two velocities, of the impulse
-/// and of the normal is rounded a few times.
+/// Largest relative rounding error of an event, in units of epsilon. Vectors are rounded a few times.
 const ROUNDINGS: f64 = 8.0;
 
-/// Executes a number of events. Checks that energy and momentum change by no more than the sum of all rounding errors.
+/// Executes events. Checks that energy and momentum change by no more than the sum of all rounding errors.
 fn assert_conserved(mut simulation: Simulation, events: u64) {
     let start = simulation.energy();
     assert_eq!(simulation.advance(Until::events(events)), Ok(Reason::Events));
     let end = simulation.energy();
     let particles = simulation.moving() as f64;
     let mass = simulation.scene().species().iter().map(|s| s.mass).filter(|m| m.is_finite()).fold(0.0, f64::max);
-    // On average, colliding pairs have less than twice the mean energy.
+    // On average, a colliding particle has less than twice the mean kinetic energy.
     let typical = 2.0 * (start.kinetic.max(end.kinetic) / particles);
     let energy = 2.0 * ROUNDINGS * f64::EPSILON * events as f64 * typical;
     let error = end.kinetic + end.potential - start.kinetic - start.potential;
@@ -93,7 +92,7 @@ fn species_of_unequal_mass_share_the_energy_evenly() {
         }
         light / all
     }));
-    // Each species has half of the particles. Conservation of momentum removes degrees of freedom from each species in
+    // Both species have half of the particles. Conservation of momentum removes degrees of freedom from a species in
     // proportion to its share of the mass: (600 - 3 / 17) / (1200 - 3).
     shares.assert_is((600.0 - 3.0 / 17.0) / 1197.0, 0.004, "energy of the light half");
 }
@@ -110,8 +109,7 @@ fn elastic_spheres_1d_scene_has_its_exact_solution() {
     assert!((events[1].time - 1.01).abs() <= 1e-14, "{}", events[1].time);
     let end = simulation.snapshot();
     for (k, (x, v)) in [(-10.0, -1.0), (11.5, 1.0), (20.99, 2.0)].into_iter().enumerate() {
-        // Two events and one free flight round the position, each by at most the spacing of floating-point numbers
-        // between 16 and 32.
+        // Each position below 32 is rounded three times.
         assert!((end.positions[k].x - x).abs() <= 3.0 * 16.0 * f64::EPSILON, "{}", end.positions[k].x);
         assert_eq!(end.velocities[k], Vector::new(v, 0.0, 0.0));
     }
@@ -140,7 +138,7 @@ fn elastic_spheres_that_fall_between_elastic_walls_keep_their_energy() {
     simulation.advance(Until::events(200_000)).unwrap();
     let end = simulation.energy();
     let error = end.kinetic + end.potential - start.kinetic - start.potential;
-    // The flight to an event rounds the energies of two particles, each of them at most g h = 12.
+    // The flight to an event rounds the energies of two particles. The energy of a particle is at most g h = 12.
     let bound = 200_000.0 * ROUNDINGS * 2.0 * 12.0 * f64::EPSILON;
     println!("energy {error:e}, bound {bound:e}");
     assert!(error.abs() < bound);

@@ -1,4 +1,4 @@
-//! Random starts that are too dense for random insertion.
+//! Starts that are too dense for random insertion.
 
 use carom::Vector;
 use carom::analysis::instruments::bond_order::per_particle;
@@ -56,7 +56,6 @@ fn closest(scene: &Scene) -> f64 {
 
 fn assert_valid(scene: &Scene, fraction: f64) {
     assert!(closest(scene) >= 1.0, "{}", closest(scene));
-    // The packing fraction is a sum of a thousand rounded terms.
     assert!((scene.packing_fraction() / fraction - 1.0).abs() < 1e-12, "{}", scene.packing_fraction());
     let (lower, upper) = (scene.space().lower, scene.space().upper());
     for particle in scene.particles() {
@@ -74,7 +73,7 @@ fn mean_q6(scene: &Scene) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Pair correlation function in ten bins between distances of 3 and 4 diameters.
+/// Returns the pair correlation function in ten bins between distances of 3 and 4 diameters.
 fn far_pairs(scene: &Scene) -> [f64; 10] {
     let (size, count) = (scene.space().size, scene.particles().len() as f64);
     let mut bins = [0.0; 10];
@@ -100,12 +99,11 @@ fn far_pairs(scene: &Scene) -> [f64; 10] {
 fn equal_spheres_start_dense_and_disordered() {
     let scene = equal(1000, 0.62, Arrangement::Random).temperature(1.0).build().unwrap();
     assert_valid(&scene, 0.62);
-    // The mean of q6 is 0.575 on the lattice. In a random packing, with 13 neighbours up to 1.4 diameters, it is about
-    // 0.4.
+    // The mean of q6 is 0.575 on the lattice, and about 0.4 in a random packing.
     let lattice = equal(864, 0.62, Lattice::FaceCentredCubic).build().unwrap();
     assert!((mean_q6(&lattice) - 0.575).abs() < 0.001, "{}", mean_q6(&lattice));
     assert!(mean_q6(&scene) < 0.45, "{}", mean_q6(&scene));
-    // The pair correlation function of a lattice has peaks and is zero between them.
+    // A lattice has peaks in the pair correlation function, with zeros between them.
     let shells = far_pairs(&lattice);
     assert!(shells.contains(&0.0) && shells.iter().any(|&value| value > 2.0), "{shells:?}");
     let fluid = far_pairs(&scene);
@@ -134,8 +132,7 @@ fn mixtures_and_disks_start_dense() {
 
 #[test]
 fn dense_start_depends_on_cores_not_on_diameters() {
-    // Only the cores of the potentials keep particles apart: 0.8 between A particles, 1.05 between A and B, none
-    // between B particles.
+    // Only cores exclude particles. Their diameters are 0.8 for A and A, and 1.05 for A and B. Pairs of B have no core.
     let well = |core| Potential::square_well(core, 1.5, 1.0).unwrap();
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -165,8 +162,7 @@ fn reached(result: Result<Scene, SceneError>) -> f64 {
 #[test]
 fn packing_fractions_beyond_random_packing_are_rejected() {
     assert_eq!(reached(equal(1000, 0.70, Arrangement::Random).build()), 0.66);
-    // Random close packing is at about 0.645 for spheres with diameters in the ratio 1 : 1.4, and at 0.84 for such
-    // disks.
+    // Random close packing of a mixture with diameters 1 and 1.4 is at about 0.645 for spheres, and 0.84 for disks.
     let fraction = reached(mixture(200, 0.9).build());
     assert!((0.60..0.67).contains(&fraction), "{fraction}");
     let fraction = reached(mixture(200, 0.95).boundary(DISKS).build());
@@ -184,7 +180,7 @@ fn starts_with_walls_or_other_particles_are_filled_one_by_one() {
     };
     refused(equal(100, 0.5, Arrangement::Random).boundary(walls));
     refused(equal(100, 0.5, Arrangement::Random).particle("A", Vector::zeros(), Vector::zeros()));
-    // At a lower density, particles can still be placed one by one.
+    // At a lower density, particles can be placed one by one.
     assert!(equal(100, 0.3, Arrangement::Random).boundary(walls).build().is_ok());
 }
 
@@ -206,13 +202,12 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
     let fitted = scene(random().count(100).as_many_as_fit()).build().unwrap();
     assert_eq!(fitted.particles().len(), placed);
     assert!(closest(&fitted) >= 1.0);
-    // Random insertion stops below a packing fraction of 0.38, and slightly earlier between walls.
+    // Random insertion stops at a packing fraction of about 0.38, and slightly earlier between walls.
     assert!((50..76).contains(&placed), "{placed}");
-    // Without a count, the fill adds the same particles. With a smaller count, it stops at the count.
     let all = scene(random().as_many_as_fit()).build().unwrap();
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
-    // Another fill places 30 particles first. The total number is in the same range as with one fill.
+    // Another fill first places 30 particles.
     let two = scene(random().count(30)).fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
     // Cores may be smaller than diameters.
@@ -223,7 +218,7 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
         .fill(random().as_many_as_fit())
         .build()
         .unwrap();
-    // Packing fractions of 0.3 to 0.385 for spheres of diameter 0.5 in a volume of 216.
+    // Packing fractions of 0.3 to 0.385, for spheres of diameter 0.5 in a volume of 216.
     assert!((990..1271).contains(&small.particles().len()), "{}", small.particles().len());
 }
 
@@ -243,6 +238,6 @@ fn as_many_as_fit_keeps_the_composition_of_a_mixture() {
     assert!((0.3..0.42).contains(&scene.packing_fraction()), "{}", scene.packing_fraction());
     let all = scene.particles().len() as f64;
     let small = scene.particles().iter().filter(|particle| particle.species.0 == 0).count() as f64;
-    // Four standard deviations, if each particle has an independent random species.
+    // The tolerance is four standard deviations of independent random species.
     assert!((small / all - 0.25).abs() < 4.0 * (0.25_f64 * 0.75 / all).sqrt(), "{small} of {all}");
 }

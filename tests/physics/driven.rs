@@ -45,7 +45,7 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     assert_eq!(name, "temperature");
     let error = temperature.standard_error.unwrap();
     assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
-    // Andersen collisions form a Poisson process with a mean rate of 256 per unit time.
+    // Andersen collisions are a Poisson process with a mean rate of 256.
     let expected = 256.0 * 100.0;
     let collisions = finished.measurement.event_counts.thermostat as f64;
     assert!((collisions - expected).abs() < 4.0 * expected.sqrt(), "{collisions}");
@@ -69,7 +69,7 @@ fn andersen_collisions_change_only_the_chosen_axes_of_one_particle() {
         })
         .unwrap();
     assert_eq!(simulation.event_counts().thermostat, collisions);
-    // The square of a Gaussian variable has a variance of twice its squared mean.
+    // If x is Gaussian with mean 0, the variance of `x^2` is `2 <x^2>^2`.
     let mean = squares / collisions as f64;
     assert!((mean / 4.0 - 1.0).abs() < 4.0 * (2.0 / collisions as f64).sqrt(), "{mean}");
 }
@@ -135,7 +135,7 @@ fn thermostats_that_can_do_nothing_are_refused() {
     refused(disks.fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
 }
 
-/// Pressures of an inelastic gas with a rescaling thermostat. The pressure tensor is averaged over blocks of length
+/// Returns pressures of an inelastic gas with a rescaling thermostat. The tensor is averaged over blocks of length
 /// `block`.
 fn scaled_gas(block: f64) -> Vec<(String, f64)> {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.25 };
@@ -155,7 +155,7 @@ fn scaled_gas(block: f64) -> Vec<(String, f64)> {
 
 #[test]
 fn pressure_includes_rescaling_whatever_the_block_length() {
-    // Both results are integrals over the same 20 units of time. They differ only in the order of their rounded sums.
+    // Both runs average over the same time. They only add the terms in a different order.
     let [few, many] = [5.0, 0.1].map(scaled_gas);
     assert!(few.len() > 1);
     for ((name, few), (_, many)) in few.iter().zip(&many) {
@@ -171,8 +171,7 @@ fn scaling_holds_the_temperature_and_its_energy_is_counted() {
     assert!((finished.audit.event_counts.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
 }
 
-/// Asserts that no two spheres of a snapshot overlap by more than round-off. The next periodic image along y is
-/// displaced along x by `shift`.
+/// Asserts that spheres overlap at most by round-off. The next periodic image along y is displaced along x by `shift`.
 pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diameters: &dyn Fn(usize) -> f64) {
     let size = scene.space().size;
     for (i, a) in snapshot.positions.iter().enumerate() {
@@ -191,7 +190,7 @@ pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diamete
 
 #[test]
 fn sheared_box_misses_no_contact() {
-    // The second shear is so fast that images slide by a diameter between two contacts.
+    // In the fast shear, images slide by a diameter between two contacts.
     for rate in [0.1, 3.0] {
         let mut simulation = Simulation::without_plan(fluid("shear", 256, 0.35).shear(rate).build().unwrap());
         let scene = simulation.scene().clone();
@@ -232,7 +231,7 @@ fn gas_between_equal_thermal_walls_takes_their_temperature() {
     let finished = finish(scene);
     let temperature = finished.observables[0].1;
     let error = temperature.standard_error.unwrap();
-    // If thermal walls emitted the gas's velocity distribution instead of its flux, the gas would be a fifth colder.
+    // Without the weight of the normal velocity at thermal walls, the gas would be a fifth colder.
     assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.02, "{temperature:?}");
     assert!(finished.audit.event_counts.supplied.total() < 0.0, "it was hotter at the start");
 }
@@ -255,8 +254,7 @@ fn means_of_a_rescaled_gas_do_not_depend_on_the_row_interval() {
     let (seldom, often) = (measured(1.0), measured(0.0173));
     assert!(often[0] < 0.9, "it cools by a good part between two scalings: {often:?}");
     for (a, b) in seldom.into_iter().zip(often) {
-        // Each contact counts its dissipated energy at the time of the contact, so the runs differ only in the order of
-        // sums with about 3000 terms.
+        // The runs differ only in the order in which about 3000 terms are added.
         assert!((a / b - 1.0).abs() < 1e-11, "{seldom:?} {often:?}");
     }
 }
@@ -272,7 +270,7 @@ fn samples_of_a_rescaled_gas_cover_the_time_between_scalings() {
         .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.8))
         .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.15))
         .temperature(1.0)
-        // At equal intervals, each of the 200 default samples would be taken just after a rescaling.
+        // At equal intervals, each of the 200 samples would be just after a rescaling.
         .run(RunPlan { limit: Until::time(200.0), thermostat: Some(scaling), ..RunPlan::default() })
         .measure(MeasurementPlan { profiles: vec![profile], speeds: Some(speeds), ..MeasurementPlan::default() });
     let finished = finish(scene.build().unwrap());
@@ -301,7 +299,7 @@ fn net_momentum_left_by_a_heat_bath_counts_in_no_temperature() {
     let energy = finished.simulation.energy();
     let common = energy.momentum.norm_squared() / 64.0;
     assert!(common > 0.01, "{common}");
-    // The measurement conserves momentum, so that only 3 (N - 1) velocity components are free.
+    // The measurement conserves momentum, so 3 (N - 1) velocity components are free.
     let expected = 2.0 * (energy.kinetic - common) / 93.0;
     let temperature = finished.observable("temperature").unwrap();
     assert!((temperature.mean / expected - 1.0).abs() < 1e-12, "{temperature:?} {expected}");
@@ -324,8 +322,8 @@ fn vanishing_shear_rate_gives_the_pressure_at_rest() {
     };
     let (rest, sheared) = (pressure(None), pressure(Some(1e-9)));
     assert!((sheared.0 - rest.0).abs() < 1e-6, "{rest:?} {sheared:?}");
-    // The two trajectories differ after the first contacts. Counting the degrees of freedom of 33 particles instead of
-    // 32 would change the pressure by 3 %.
+    // After the first contacts, the trajectories differ, so the pressures agree only within their errors. A wrong
+    // number of degrees of freedom, 33 particles instead of 32, would change the pressure by 3 %.
     let error = rest.2.hypot(sheared.2);
     assert!((sheared.1 - rest.1).abs() < 4.0 * error && error < 0.01 * rest.1, "{rest:?} {sheared:?}");
 }
@@ -354,11 +352,11 @@ fn passages_after_the_last_sample_are_counted() {
         .measure(MeasurementPlan { flows: vec![gate], ..MeasurementPlan::default() })
         .run(RunPlan { limit: Until::time(30.2), ..RunPlan::default() });
     let finished = finish(scene.build().unwrap());
-    // One particle crosses the gate at the times 0.5 + 3 k, the other at 2 + 3 k: each of them ten times before 30.2.
+    // The particles cross the gate at the times 0.5 + 3 k and 2 + 3 k. Each of them crosses it ten times before 30.2.
     assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
 }
 
-/// Times and particles of the first collisions with a heat bath.
+/// Returns the times and particles of the first collisions with a heat bath.
 fn bath_collisions(scene: SceneBuilder, temperature: f64) -> Vec<(u64, u32)> {
     let mut simulation = Simulation::without_plan(scene.build().unwrap());
     let bath = Thermostat::Andersen { temperature, rate: 2.0, axes: [true; 3] };

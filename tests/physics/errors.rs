@@ -9,8 +9,7 @@ use carom::model::{RunPlan, Scene, Thermostat, Until};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
-/// For each observable and measured number: the scatter of its value between runs, divided by the standard error that
-/// the runs report.
+/// Returns the scatter between runs, divided by the reported standard error, for each observable and measured number.
 fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
     let mut estimates: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for seed in 1..=seeds {
@@ -33,7 +32,7 @@ fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
         let claimed = runs.iter().map(|run| run.1 * run.1).sum::<f64>() / count;
         (scatter / claimed).sqrt()
     };
-    // Most runs must be long enough to report an error.
+    // Most runs must report an error.
     let enough = estimates.into_iter().filter(|(_, runs)| 4 * runs.len() as u64 > 3 * seeds);
     enough.map(|(name, runs)| (name, ratio(runs))).collect()
 }
@@ -63,7 +62,7 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
     let fluid = |seed| {
         spheres(seed, hard(), 1.0, 108, Amount::PackingFraction(0.4)).run(lasting(5.0, 20.0, None)).build().unwrap()
     };
-    // A run of a quarter of this length has too few values. Its reported errors are a quarter too large.
+    // In runs of a quarter of this length, the errors of crystals are a quarter too large.
     let crystal = |seed| {
         spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54)).run(lasting(3.0, 40.0, None)).build().unwrap()
     };
@@ -91,14 +90,11 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
     }
 }
 
-/// With more seeds, `CAROM_SEEDS=256 cargo test --release --test physics claimed_errors -- --nocapture` takes four
-/// minutes.
+/// `CAROM_SEEDS=256 cargo test --release --test physics claimed_errors -- --nocapture` takes four minutes.
 #[test]
 fn claimed_errors_agree_with_the_scatter_of_seeds() {
     let seeds: u64 = std::env::var("CAROM_SEEDS").map_or(32, |seeds| seeds.parse().unwrap());
-    // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has a standard error of 1 / sqrt(62) = 13 %, and
-    // one of fourteen ratios may be off by 1.5 standard errors. With 256 seeds, the standard error is 4.4 %, and two
-    // standard errors are allowed.
+    // The true ratios are between 0.8 and 1.25. Their standard error is 13 %, or 4.4 % with 256 seeds.
     assert_honest(seeds, if seeds < 256 { 0.66..=1.5 } else { 0.73..=1.36 });
 }
 
@@ -118,9 +114,9 @@ fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
         .unwrap()
 }
 
-/// Standard errors that used to be wrong in short runs. The errors of the virial of a crystal, of the pressure on walls
-/// and of the stress across a slit were up to four times too large, because their fluctuations cancel over time. The
-/// errors of free times were twice too large. The errors of diffusion over few spans were up to twice too small.
+/// These standard errors were once wrong in short runs. The errors of the virial of a crystal, of the pressure on walls
+/// and of the stress across a slit were up to four times too large, because fluctuations cancel over time. Errors of
+/// free times were too large by a factor of 2, and errors of diffusion were too small by up to a factor of 2.
 #[test]
 fn standard_errors_of_short_runs_match_the_scatter_over_seeds() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
@@ -169,8 +165,7 @@ fn standard_errors_of_short_runs_match_the_scatter_over_seeds() {
         println!("{what}: {ratios:.3?}");
         for name in wanted {
             let ratio = ratios.get(*name).copied().unwrap_or(f64::NAN);
-            // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has a standard error of 13 %, and one of
-            // twelve ratios may be off by two standard errors.
+            // The true ratios are between 0.8 and 1.25, with standard errors of 13 %.
             assert!((0.6..=1.6).contains(&ratio), "{what}, {name}: {ratio}");
         }
     }

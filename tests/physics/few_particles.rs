@@ -1,4 +1,4 @@
-//! Systems of few particles, for which the difference between `N` and `N - 1` is visible.
+//! Systems of few particles, in which the difference between `N` and `N - 1` is visible.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -14,7 +14,7 @@ use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, Spe
 
 use super::measure::Mean;
 
-/// Hard spheres of diameter 1 at random positions in a periodic cube. Their mass is not a power of 2.
+/// Hard spheres at random positions in a periodic cube. The mass is not a power of 2.
 fn spheres(count: u64, edge: f64, events: u64) -> Scene {
     SceneBuilder::new("few")
         .seed(3)
@@ -40,9 +40,9 @@ fn compressibility(count: u64, edge: f64, events: u64) -> Estimate {
 
 #[test]
 fn two_spheres_in_a_small_cube_have_their_exact_pressure() {
-    // The first particle may be anywhere in the volume V, and the second anywhere except in the sphere of volume v = 4
-    // pi / 3 around the first. So the partition function is Q = V (V - v), if the cube is longer than two diameters.
-    // Then P / T = d ln Q / dV = 1 / V + 1 / (V - v), and Z = P V / (2 T).
+    // The first particle may be anywhere in the volume V. It excludes the second from the volume v = 4 pi / 3. The
+    // partition function is Q = V (V - v), if the cube is longer than two diameters. Then P / T = d ln Q / dV = 1 / V +
+    // 1 / (V - v), and Z = P V / (2 T).
     let (volume, excluded) = (27.0, 4.0 * PI / 3.0);
     let exact = 0.5 * (1.0 + volume / (volume - excluded));
     assert!((exact - 1.09181).abs() < 1e-5);
@@ -59,14 +59,13 @@ fn few_spheres_have_the_pressure_of_a_monte_carlo_simulation() {
         let expected = MonteCarlo::new(count, edge).compressibility(sweeps);
         let error = libm::hypot(z.standard_error.unwrap(), expected.error);
         println!("N = {count}: {z:?}, {expected:?}, {:+.2} sigma", (z.mean - expected.mean) / error);
-        // Counting one particle too many would change Z by (Z - 1) / N. The standard error is less than a fifth of this
-        // change.
+        // Counting one particle too many would change Z by (Z - 1) / N, more than five standard errors.
         assert!(error < (expected.mean - 1.0) / (5.0 * count as f64), "{count}: {error}");
         assert!((z.mean - expected.mean).abs() < 3.0 * error, "{count}: {z:?}, {expected:?}");
     }
 }
 
-/// Monte Carlo simulation of hard spheres in a periodic cube by the Metropolis rule. It uses no code of the engine.
+/// Metropolis Monte Carlo simulation of hard spheres in a periodic cube. It uses no code of the engine.
 struct MonteCarlo {
     edge: f64,
     positions: Vec<[f64; 3]>,
@@ -89,7 +88,7 @@ impl MonteCarlo {
         Self { edge, positions, state: 7 }
     }
 
-    /// A uniform random number (SplitMix64).
+    /// SplitMix64.
     fn uniform(&mut self) -> f64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.state;
@@ -117,8 +116,8 @@ impl MonteCarlo {
         }
     }
 
-    /// Counts the pairs in shells around contact, relative to the pairs of an ideal gas. A parabola extrapolates these
-    /// ratios to contact: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
+    /// Counts the pairs in shells near contact, relative to an ideal gas. A parabola extrapolates these ratios to
+    /// contact: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
     fn compressibility(mut self, sweeps: u64) -> Mean {
         const SHELLS: usize = 10;
         const WIDTH: f64 = 0.01;
@@ -155,7 +154,7 @@ impl MonteCarlo {
     }
 }
 
-/// The value at 0 of the parabola fitted to the points by least squares.
+/// Fits a parabola by least squares and returns its value at 0.
 fn at_zero(points: &[(f64, f64)]) -> f64 {
     let sum = |power: i32| points.iter().map(|(x, _)| x.powi(power)).sum::<f64>();
     let moment = |power: i32| points.iter().map(|(x, y)| x.powi(power) * y).sum::<f64>();
@@ -201,7 +200,7 @@ fn measured_temperature_equals_the_requested_one() {
     let scene = disks([periodic; 2], Some(bath));
     let first = Observer::new(&scene).row(&Simulation::without_plan(scene)).temperature.unwrap();
     assert!((first - 1.0).abs() < 1e-13, "{first}");
-    // Rescaling uses the same number of degrees of freedom as the measured temperature.
+    // Rescaling and measuring the temperature use the same number of degrees of freedom.
     let scaled = Thermostat::Rescaling { temperature: 2.0, interval: 0.1 };
     let temperature = observed(disks([walls, periodic], Some(scaled)), "temperature").mean;
     assert!((temperature - 2.0).abs() < 1e-13, "{temperature}");

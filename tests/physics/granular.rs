@@ -1,4 +1,4 @@
-//! Inelastic contacts: Haff's law, inelastic collapse, and how the TC model prevents a collapse.
+//! Inelastic contacts: Haff's law, inelastic collapse, and the TC model, which prevents a collapse.
 
 use crate::measure::Mean;
 use carom::Vector;
@@ -22,18 +22,18 @@ fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
 
 #[test]
 fn a_granular_gas_cools_by_haffs_law() {
-    // Haff's law is T = T0 exp(-(1 - e^2) s / 3) with s contacts per particle. The velocities deviate from Maxwell's
-    // distribution by a2 = 16 (1 - e)(1 - 2 e^2) / (81 - 17 e + 30 e^2 (1 - e)), which changes the rate by a2 / 4 (van
-    // Noije and Ernst, Granular Matter 1, 57, 1998): -0.24 % at e = 0.95.
+    // Haff's law is T = T0 exp(-(1 - e^2) s / 3) after s contacts per particle. The velocity distribution deviates from
+    // Maxwell's by a2 = 16 (1 - e)(1 - 2 e^2) / (81 - 17 e + 30 e^2 (1 - e)). This changes the rate by a2 / 4 (van
+    // Noije and Ernst, Granular Matter 1, 57, 1998).
     for e in [0.95_f64, 0.9] {
         let a2 = 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (81.0 - 17.0 * e + 30.0 * e * e * (1.0 - e));
         let rate = (1.0 - e * e) / 3.0 * (1.0 + a2 / 4.0);
-        // The first 5 contacts per particle dissolve the lattice.
+        // The first contacts dissolve the lattice.
         let mut simulation = gas(e, None);
         let (particles, per_block) = (simulation.moving() as f64, 686);
         simulation.advance(Until::events(5 * per_block)).unwrap();
         let mut last = simulation.energy().kinetic;
-        // The next 15 contacts per particle are measured, long before clusters form.
+        // Measures before clusters form.
         let slopes: Vec<f64> = (1..=15)
             .map(|block| {
                 simulation.advance(Until::events((5 + block) * per_block)).unwrap();
@@ -55,13 +55,13 @@ fn counted_dissipation_equals_the_energy_loss() {
     simulation.advance_with(Until::events(20_000), |event| sum += event.dissipated).unwrap();
     let lost = start - simulation.energy().kinetic;
     assert!(lost > 0.5 * start);
-    // Each of 20,000 contacts rounds the energies of its two particles, which are about T, a few times.
+    // Each of the 20,000 contacts rounds two energies of about T a few times.
     let bound = 20_000.0 * 8.0 * 4.0 * f64::EPSILON;
     assert!((simulation.event_counts().dissipated.total() - lost).abs() < bound);
     assert!((sum - lost).abs() < bound + 20_000.0 * f64::EPSILON * start);
 }
 
-/// Three spheres on a line: the two outer spheres fly towards the middle sphere.
+/// The outer spheres fly towards the middle sphere.
 fn three_on_a_line(restitution: f64, contact_time: Option<f64>) -> Simulation {
     drifting_line(restitution, contact_time, 0.0)
 }
@@ -92,10 +92,9 @@ fn three_spheres_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
         let mut simulation = three_on_a_line(below, None);
         let arrest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         println!("e = {below}: {} contacts, {arrest}", simulation.event_counts().core);
-        // Each contact leaves only a fraction of the relative speed, which is below 1e-16 after fewer than a hundred
-        // contacts.
+        // Each contact leaves only a fraction of the relative speed, which soon is below 1e-16.
         assert!(simulation.event_counts().core < 100);
-        // The gaps between the outer spheres and the middle one are 1 and 1.5, and they close at speeds of about 1.
+        // The outer spheres start 1 and 1.5 from the middle sphere, and approach it at speeds of about 1.
         assert!(arrest.time > 1.0 && arrest.time < 3.0, "{arrest}");
         assert!(matches!(arrest.standstill, Standstill::Speed { .. }), "{arrest}");
         assert!(arrest.to_string().contains("inelastic collapse"), "{arrest}");
@@ -119,7 +118,7 @@ fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
         let at_rest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         let mut moving = drifting_line(0.05, None, speed);
         let arrest = moving.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
-        // The round-off of velocities grows with the drift velocity, so a moving line collapses slightly earlier.
+        // Round-off of velocities grows with the drift velocity, so a moving line collapses slightly earlier.
         assert!((arrest.time - at_rest.time).abs() < 1e-9 * speed.abs(), "{at_rest}, {arrest}");
     }
 }
@@ -180,7 +179,7 @@ fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
         .unwrap_err()
         .arrest()
         .unwrap();
-    // A ball that falls from a height of 1 under gravity of 1 comes to rest after a time of sqrt(2) (1 + e) / (1 - e).
+    // A ball that falls from a height of 1 under gravity of 1 is at rest after sqrt(2) (1 + e) / (1 - e).
     assert!((arrest.time - 3.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{arrest}");
     assert_eq!((arrest.particle.0, arrest.partner), (0, None));
     let mut held = Simulation::without_plan(ball.contact_time(1e-3).build().unwrap());
@@ -237,8 +236,7 @@ fn the_scene_of_the_cooling_gas_follows_haffs_law_early() {
     let scene = Scene::from_file("configs/granular_cooling.toml").unwrap();
     let mut simulation = Simulation::without_plan(scene);
     let start = simulation.energy().kinetic;
-    // The 10,000 events are 5 contacts per particle. The loss has the relative error of one contact, divided by the
-    // square root of the number of contacts.
+    // The 10,000 events are 5 contacts per particle. The relative error of the loss is about `1 / sqrt(10_000)`.
     simulation.advance(Until::events(10_000)).unwrap();
     let fall = (start / simulation.energy().kinetic).ln();
     let expected = (1.0 - 0.95 * 0.95) * 5.0 / 3.0;

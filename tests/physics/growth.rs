@@ -1,4 +1,4 @@
-//! Growing diameters reach requested packing fractions and pressures without an overlap on the way.
+//! Diameters grow to requested packing fractions and pressures without overlaps.
 
 use carom::model::potential::Potential;
 use carom::model::{Growth, GrowthTarget, RunPlan, StagePlan, Thermostat, Until};
@@ -75,13 +75,12 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
     assert!((0.60..0.66).contains(&fraction), "{fraction}");
 }
 
-/// The pressure check of the growth stage averages over the last `5 N` contacts of `N` spheres. The average has a
-/// relative error of `sqrt(1.27 / (5 N))`, because impulses are Rayleigh distributed and the contact rate fluctuates.
-/// The later measurement has the same error with its own number of contacts.
+/// The growth stage averages the pressure over the last `5 N` contacts of `N` spheres. The relative error of this
+/// average is `sqrt(1.27 / (5 N))`, because impulses are Rayleigh distributed and the contact rate fluctuates.
 ///
-/// Between two checks each sphere has ten contacts, which takes a time of `10 sqrt(pi) sigma / (6 (Z - 1))` at
-/// temperature 1. Near jamming, growth raises `Z` in this time by a fraction of `3 rate`. The final `Z` may be too high
-/// by 1.5 times this fraction: the average lags behind by half of it, and the check may be late by all of it.
+/// Between two checks, each sphere has ten contacts in a time of `10 sqrt(pi) sigma / (6 (Z - 1))` at temperature 1.
+/// Near jamming, growth during this time raises `Z` by a fraction of `3 rate`. The final `Z` may be too high by 1.5
+/// times this fraction. Half of it is the lag of the average, and all of it a late check.
 #[test]
 fn growth_ends_at_the_pressure_that_was_asked_for() {
     let (target, rate, count, contacts) = (50.0, 0.005, 500, 20_000);

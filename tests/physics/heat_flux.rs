@@ -1,4 +1,4 @@
-//! Heat through walls: the flux with and without collisions, equal wall temperatures, and energy balance.
+//! Heat through walls, with and without collisions.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -38,8 +38,8 @@ fn plates(size: [f64; 3]) -> Space {
 
 #[test]
 fn collisionless_gas_carries_the_exact_heat_flux() {
-    // From a wall of temperature T a particle carries an energy of (D + 1) T / 2. On its way to the other wall it needs
-    // a time of sqrt(pi m / 2 T) per unit of length.
+    // Particles leave a wall of temperature T with a mean energy of (D + 1) T / 2. Their mean time to the other wall is
+    // sqrt(pi m / (2 T)) per unit of length.
     let temperatures = [2.0_f64, 0.7];
     for size in [[9.0, 0.0, 0.0], [9.0, 5.0, 0.0], [9.0, 5.0, 6.0]] {
         let space = plates(size);
@@ -70,7 +70,7 @@ fn collisionless_gas_carries_the_exact_heat_flux() {
     }
 }
 
-/// A gas of hard spheres between plates, with a mass that is not a power of two.
+/// Hard spheres between plates. The mass is not a power of two.
 fn gas(temperatures: [Option<f64>; 2]) -> SceneBuilder {
     SceneBuilder::new("gas")
         .space(plates([12.0, 10.0, 10.0]))
@@ -88,8 +88,6 @@ fn between_equal_temperatures_no_heat_flows_on_average() {
     for wall in ["lower_x", "upper_x"] {
         let flux = flux(&finished, wall).unwrap();
         println!("{wall}: {flux:?}");
-        // For comparison: a gas without collisions carries a heat flux of about rho T sqrt(T / m) away from a wall
-        // that is twice as hot.
         assert!(is_within(&flux, 0.0) && flux.standard_error.unwrap() < 0.01, "{flux:?}");
     }
     let temperature = finished.observables[0].1;
@@ -143,8 +141,7 @@ fn heat_through_all_walls_equals_the_energy_change() {
     let (counts, change) = (simulation.event_counts(), simulation.energy().kinetic - start);
     let heat = counts.wall_heat.map(|walls| walls.map(|wall| wall.total()));
     println!("{heat:?}, {in_pairs} in pairs, {change}");
-    // Each total is a sum of about 30,000 terms and has a value of about ten thousand. Each term is rounded in its last
-    // place.
+    // Each total is about ten thousand, with about 30,000 rounded terms.
     let round_off = 1e-9;
     for (heat, expected) in heat.iter().flatten().zip(at_walls.iter().flatten()) {
         assert!((heat - expected).abs() < round_off, "{heat} {expected}");
@@ -167,7 +164,7 @@ fn each_wall_of_a_line_dissipates_by_its_own_restitution() {
         .run(RunPlan { limit: Until::time(20.0), ..RunPlan::default() });
     let finished = finish(&scene);
     // The particle travels 7.5 to the upper wall at speed 2, 10 to the lower wall at speed 1, and then continues at
-    // 0.9. A third contact would come at 3.75 + 10 + 11.1, after the end of the run.
+    // 0.9. The run ends before a third contact.
     let [lower, upper] = ["lower_x", "upper_x"].map(|wall| flux(&finished, wall).unwrap().mean);
     let energy = |speed: f64| 0.5 * 0.7 * speed * speed;
     assert!((upper * 20.0 - (energy(1.0) - energy(2.0))).abs() < 1e-13, "{upper}");

@@ -1,5 +1,4 @@
-//! Two dimensions: lines, rings and rectangles of static disks confine particles, and speeds follow Maxwell's
-//! distribution.
+//! Two dimensions: static disks confine particles, and speeds follow Maxwell's distribution.
 
 use std::ops::ControlFlow;
 
@@ -77,8 +76,8 @@ fn rings_rectangles_and_lines_confine_particles() {
 #[test]
 fn leaky_spacings_and_joints_are_reported_and_do_leak() {
     let centre = at(10.0, 10.0);
-    // Between two disks that are 1.6 apart, a particle is 0.8 away from both centres. Small disks need 0.75 and pass;
-    // large disks need 1 and do not pass.
+    // Between two disks that are 1.6 apart, a particle is 0.8 away from both centres. Small disks need 0.75, large
+    // disks 1.
     let ring = |spacing| held(vec![surface(Surface::Ring { centre, radius: 5.0 }, Some(spacing))]);
     let leaks = ring(1.6).build().unwrap().leaks();
     assert_eq!(leaks.iter().map(|leak| leak.species.as_str()).collect::<Vec<_>>(), ["small"]);

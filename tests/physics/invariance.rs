@@ -1,5 +1,4 @@
-//! Invariance of trajectories: splitting a run into pieces changes nothing, and particles never leave the plane or line
-//! of a scene with flat axes.
+//! Splitting a run into pieces changes nothing. With flat axes, particles never leave their plane or line.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};

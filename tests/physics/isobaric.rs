@@ -1,5 +1,5 @@
-//! The isothermal-isobaric ensemble: few particles with a known distribution of the volume. With the configuration
-//! integral `Q(V)` over all positions, the volume has the density `Q(V) exp(-P V / T)`.
+//! The isothermal-isobaric ensemble. The probability density of the volume is proportional to `Q(V) exp(-P V / T)`,
+//! with the configuration integral `Q(V)` over all positions.
 
 mod runs;
 
@@ -40,7 +40,7 @@ fn space(edge: f64, dimensions: usize) -> Space {
     space
 }
 
-/// Mean and variance of the volume above a smallest volume, for a given probability density, by Simpson's rule.
+/// Returns the mean and the variance of a volume with this probability density above `least`, by Simpson's rule.
 fn moments(least: f64, width: f64, density: impl Fn(f64) -> f64) -> [f64; 2] {
     const STEPS: u32 = 40_000;
     let sums = (0..=STEPS).fold([0.0; 3], |sums, k| {
@@ -91,9 +91,8 @@ fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
 
 #[test]
 fn ring_of_rods_has_the_exact_mean_length_and_variance() {
-    // The configuration integral is Q = L (L - a)^(N - 1), where `a` is the sum of all contact distances. One of the N
-    // rods may be anywhere on the ring of length L, and the others share the free length x = L - a in a fixed order.
-    // The moments are sums of gamma functions.
+    // The configuration integral is Q = L (L - a)^(N - 1), with the sum `a` of all contact distances. One of the N rods
+    // may be anywhere on the ring of length L. The others share the free length x = L - a in a fixed order.
     for (all, pressure) in [(&[(1.3, 1.0), (0.7, 0.6)][..], 0.9), (&[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4)] {
         let (n, a) = (i32::try_from(all.len()).unwrap(), all.iter().map(|(_, length)| length).sum::<f64>());
         let b = pressure / TEMPERATURE;
@@ -103,7 +102,7 @@ fn ring_of_rods_has_the_exact_mean_length_and_variance() {
         let (mean, square) = (of(1) / of(0), of(2) / of(0));
         let finished = finish(rods(all, pressure, 60_000));
         compare(&finished, [a + mean, square - mean * mean]);
-        // The mean of d/dV ln Q is P / T, so the pressure from the virial must agree with P.
+        // The mean of d/dV ln Q is P / T, so the virial gives the pressure P.
         let (virial, error) = observable(&finished, "pressure");
         println!("pressure {virial} +- {error}, {pressure}");
         assert!((virial - pressure).abs() < 4.0 * error && error < 0.02 * pressure, "{virial} +- {error}");
@@ -112,8 +111,7 @@ fn ring_of_rods_has_the_exact_mean_length_and_variance() {
 
 #[test]
 fn two_disks_have_exact_volumes_down_to_the_smallest_box() {
-    // The configuration integral is Q = V (V - pi), because the second disk may be anywhere except within a diameter of
-    // the first. The smallest box, 2 x 2, is reached often.
+    // The configuration integral is Q = V (V - pi), because each disk excludes the other from the area pi.
     let pressure = 0.4;
     let scene = SceneBuilder::new("disks")
         .seed(2)
@@ -162,8 +160,7 @@ fn a_square_well_pair_has_its_exact_volume_and_energy() {
 
 #[test]
 fn ideal_gas_has_the_volume_of_one_particle_more() {
-    // The configuration integral is Q = V^N, so the volume has the mean (N + 1) T / P and the variance (N + 1) (T /
-    // P)^2.
+    // The configuration integral is Q = V^N. The volume has the mean (N + 1) T / P and the variance (N + 1) (T / P)^2.
     let (count, pressure) = (5, 0.8);
     let mut scene = SceneBuilder::new("gas")
         .space(space(3.0, 2))
@@ -205,7 +202,7 @@ fn too_few_volume_samples_give_an_error_for_temperature_only() {
     }
 }
 
-/// Area covered by two disks of equal radius at the distance `apart`.
+/// Returns the area covered by two disks of equal radius at the distance `apart`.
 fn union(radius: f64, apart: f64) -> f64 {
     let half = 0.5 * apart / radius;
     let lens = 2.0 * radius * radius * (half.acos() - half * (1.0 - half * half).sqrt());
@@ -214,9 +211,8 @@ fn union(radius: f64, apart: f64) -> f64 {
 
 #[test]
 fn dimer_and_disk_have_the_exact_volume_of_two_molecules() {
-    // The configuration integral is Q = V (V - A). The dimer may be anywhere in the area V, and the disk anywhere
-    // outside of the contact distance of its two ends. `A` is the excluded area, averaged over the bond lengths. In the
-    // plane, the probability density of a bond length is proportional to the length.
+    // The configuration integral is Q = V (V - A). The dimer may be anywhere in the area V, and excludes the disk from
+    // the mean area A. In the plane, the probability density of a bond length is proportional to the length.
     let (pressure, contact) = (0.5, 0.6);
     let [shortest, longest]: [f64; 2] = [0.5, 1.15];
     let scene = SceneBuilder::new("dimer")
@@ -246,7 +242,7 @@ fn dimer_and_disk_have_the_exact_volume_of_two_molecules() {
     }
     let excluded = area / all;
     let density = |volume: f64| volume * (volume - excluded) * libm::exp(-pressure * volume / TEMPERATURE);
-    // The box must be at least twice as long as the longest range, which is the longest bond.
+    // The box must be at least twice as long as the longest bond.
     compare(&finished, moments(4.0 * longest * longest, 150.0, density));
 }
 

@@ -1,7 +1,7 @@
-//! Physics: whole simulations compared with exact and published results.
+//! Compares whole simulations with exact and published results.
 //!
-//! Statistical tolerances are four standard errors, estimated from blocks of the run itself. Seeds are fixed,
-//! so a test always passes or always fails. Tolerances for round-off are derived where they are used.
+//! Statistical tolerances are four standard errors, estimated from blocks of the run. Seeds are fixed, so a test always
+//! passes or always fails. Tolerances for round-off are derived where they are used.
 
 mod chains;
 mod conservation;

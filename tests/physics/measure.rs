@@ -16,8 +16,8 @@ impl Mean {
         Self { mean, error: (variance / n).sqrt() }
     }
 
-    /// Asserts that the mean agrees with theory within four standard errors, which one seed in 16,000 exceeds. The
-    /// standard error must be below `resolution`, or the comparison would be meaningless.
+    /// Asserts that the mean agrees with theory within four standard errors. By chance, one of 16,000 means does not.
+    /// The standard error must be below `resolution`.
     #[track_caller]
     pub fn assert_is(&self, expected: f64, resolution: f64, what: &str) {
         let Self { mean, error } = *self;
@@ -45,8 +45,8 @@ pub struct Fluid {
 }
 
 impl Fluid {
-    /// Runs `equilibration` events without measuring, then `count` blocks of `events` each. Passes every measured event
-    /// to `observe` with the number of its block.
+    /// Runs `equilibration` events, then measures `count` blocks of `events` each. Calls `observe` for every measured
+    /// event with the number of its block.
     pub fn measure_with(
         simulation: &mut Simulation,
         equilibration: u64,
@@ -72,7 +72,7 @@ impl Fluid {
             let after = simulation.event_counts();
             blocks.push(Block {
                 time: now - begin,
-                // The total momentum is zero, so there are only D (N - 1) degrees of freedom.
+                // The total momentum is zero, so there are D (N - 1) degrees of freedom.
                 temperature: 2.0 * integral / (now - begin) / (dimensions * (particles - 1.0)),
                 core: (after.core - before.core) as f64,
                 virial: after.virial.total() - before.virial.total(),
@@ -93,12 +93,12 @@ impl Fluid {
         self.mean(|block| block.temperature)
     }
 
-    /// The compressibility factor `Z = 1 + sum r_ij . J / (D N T t)`, with the impulse `J` of each contact.
+    /// The compressibility factor `Z = 1 + sum r_ij . J / (D N T t)`.
     pub fn compressibility(&self) -> Mean {
         self.mean(|b| 1.0 + b.virial / (self.dimensions * self.particles * b.temperature * b.time))
     }
 
-    /// Contacts per particle and unit of time, scaled to temperature 1. Each contact counts for both particles.
+    /// Contacts per particle and time, scaled to temperature 1. Each contact counts for both particles.
     pub fn collision_rate(&self) -> Mean {
         self.mean(|b| 2.0 * b.core / (self.particles * b.time * b.temperature.sqrt()))
     }

@@ -47,7 +47,8 @@ fn gravity_of_each_stage_acts_in_turn() {
     assert!(finished.simulation.event_counts().supplied.total() != 0.0);
 }
 
-/// The relative change of `v_z L` for balls between a floor and a piston that halves their distance at a given speed.
+/// A piston halves the height `L` above the floor that the centres of balls can reach. Returns the relative changes of
+/// `v_z L`.
 fn changes(speed: f64) -> Vec<f64> {
     let walls = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(1.0)), upper: Face::Open };
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, walls], ..Space::periodic_cube(10.0) };
@@ -68,15 +69,15 @@ fn changes(speed: f64) -> Vec<f64> {
     let before = simulation.snapshot();
     simulation.advance(Until::time(motion.until + 1.0)).unwrap();
     let after = simulation.snapshot();
-    // Balls have a radius of 0.3, so their centres can move by 10 - 0.6 at first and by 5.3 - 0.6 at the end.
+    // The centre of a ball of radius 0.3 can move by 10 - 0.6 = 9.4 at first, and by 9.4 - 4.7 at the end.
     let change = |(a, b): (&Vector, &Vector)| b.z.abs() * (9.4 - 4.7) / (a.z.abs() * 9.4) - 1.0;
     before.velocities.iter().zip(&after.velocities).map(change).collect()
 }
 
 #[test]
 fn slow_piston_conserves_the_adiabatic_invariant_of_each_ball() {
-    // A ball's speed times the distance of the walls, `v_z L`, oscillates by about the ratio of the piston's speed to
-    // the ball's speed, but does not drift.
+    // The product `v_z L` oscillates, but does not drift. The relative amplitude is about the speed of the piston
+    // divided by the speed of the ball.
     for speed in [0.1, 0.01, 0.001] {
         for (k, change) in (0_u32..).zip(changes(speed)) {
             let slowest = 1.3 + 0.11 * f64::from(k);

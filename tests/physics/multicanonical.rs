@@ -1,5 +1,4 @@
-//! Replicas in a multicanonical ensemble, for systems with an exactly known density of states: two particles
-//! in a square well, and a chain of four.
+//! Replicas in a multicanonical ensemble, for systems with an exactly known density of states.
 
 use std::ops::ControlFlow;
 
@@ -37,7 +36,7 @@ fn multicanonical_replicas_have_the_exact_density_of_states() {
             let (it, expected) = (level.log_density_of_states, (volume / sum).ln());
             assert!(deviation(it, expected).abs() < 3.0, "{level:?}, expected {expected}");
         }
-        // The histogram is flat. A canonical ensemble at a temperature of 0.2 would almost never visit the upper level.
+        // The histogram is flat. Without weights, the upper level would almost never occur.
         let rows = energies.rows();
         for k in 0..volumes.len() {
             let is_there = |energy: &&f64| (**energy + DEPTH * k as f64).abs() < 1e-9;
@@ -71,7 +70,7 @@ fn multicanonical_errors_match_the_scatter_over_seeds() {
         let (_, curves) = results_and_curves(scene);
         sum += deviation(curves.density_of_states[0].log_density_of_states, expected).powi(2);
     }
-    // For independent errors, the mean square of 24 normal deviates would be 1 +- sqrt(2 / 24).
+    // The mean square of 24 independent normal deviates would be 1 +- sqrt(2 / 24).
     let mean = sum / seeds as f64;
     println!("mean square of deviations in errors: {mean:.2}");
     assert!((0.4..1.9).contains(&mean), "{mean}");

@@ -1,4 +1,4 @@
-//! Rates of events per particle. A contact counts once for each particle that can move.
+//! Rates of events per particle. A contact counts for each particle that can move.
 
 use std::ops::ControlFlow;
 
@@ -86,7 +86,7 @@ fn rates_by_kind_and_species_add_up_to_all_events() {
     assert!(count("bond") > 10 && count("bounce") > 10, "{rates:?}");
     let between = |rate: &&Rate| rate.kind == "core" && rate.species == ["A", "B"];
     let rate = rates.iter().find(between).unwrap();
-    // There are 40 particles of species A and 2 of B. Each contact involves one particle of each species.
+    // Each contact is between one of 40 particles of species A and one of 2 particles of species B.
     let [a, b] = [0, 1].map(|k| rate.per_particle[k].unwrap());
     assert!((a * 20.0 / b - 1.0).abs() < 1e-12 && (b * 2.0 / rate.per_time.unwrap() - 1.0).abs() < 1e-12);
 }

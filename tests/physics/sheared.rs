@@ -12,10 +12,10 @@ use carom::scene::{Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, S
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 
-/// The distances between particles `i` and `j`, for all images that may be the nearest. Positions must be in the box.
+/// Returns the distances between two particles in the box, for all images that may be the nearest.
 fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, j: usize) -> impl Iterator<Item = f64> {
     let apart = snapshot.positions[i] - snapshot.positions[j];
-    // With a shift of less than a period, two images on either side along x are enough.
+    // If the shift is less than a period, two images on either side along x are enough.
     let slid = (rate * size.y * snapshot.time) % size.x;
     let images = (-2..=2).flat_map(|a| (-1..=1).flat_map(move |b| (-1..=1).map(move |c| [a, b, c])));
     images.filter(|[_, _, c]| size.z > 0.0 || *c == 0).map(move |image| {
@@ -24,7 +24,7 @@ fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, 
     })
 }
 
-/// Bound for rounding errors of distances: positions are up to 20, times up to 10, and speeds of images up to 100.
+/// Positions are up to 20, times up to 10, and speeds of images up to 100.
 const ROUND_OFF: f64 = 1e-11;
 
 pub fn boxes() -> [Space; 3] {
@@ -154,8 +154,7 @@ fn finish(builder: SceneBuilder) -> Finished {
     finished
 }
 
-/// A pair next to the sliding sides in a box of edge 24. A hundred resting particles far away make the engine use many
-/// cells.
+/// A pair next to the sliding sides. A hundred resting particles far away make the engine use many cells.
 fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2]) -> Simulation {
     let mut scene = SceneBuilder::new("pair")
         .space(Space::periodic_cube(24.0))
@@ -175,8 +174,7 @@ fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2])
 
 #[test]
 fn overlap_across_sliding_sides_is_always_found() {
-    // The two particles overlap across the sliding side. The overlap stays constant, because the image moves as fast as
-    // the other particle.
+    // The particles overlap across the sliding side. The image has the velocity of the particle.
     let half = Vector::new(0.5 * 0.5 * 24.0, 0.0, 0.0);
     let positions = [Vector::new(5.0, 23.7, 5.0), Vector::new(5.0, 0.3, 5.0)];
     let mut simulation = pair_at_the_sides(0.5, positions, [half, -half]);
@@ -190,8 +188,8 @@ fn overlap_across_sliding_sides_is_always_found() {
 
 #[test]
 fn contact_is_found_after_many_images_have_slid_past() {
-    // The particles are half a diameter apart along y. They can touch once their distance along z has shrunk to
-    // sqrt(3/4), after a time of 0.92. An image slides past every 24 / 120 = 0.2, and the next image after this time
+    // The particles are half a diameter apart along y, so they can touch when their distance along z is less than
+    // sqrt(3/4), after a time of 0.92. Images slide past at intervals of 24 / 120 = 0.2. The first image after 0.92
     // collides.
     for place in 0..8 {
         let z = 6.0 + 0.25 * f64::from(place);
@@ -263,8 +261,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
         .measured
     };
     let (rest, sheared) = (measured(None), measured(Some(0.05)));
-    // In a mean free time of 0.1 the shear strain grows by 0.005. The effects on the numbers are proportional to its
-    // square.
+    // In a mean free time of 0.1, the shear strain grows by 0.005. The effects are proportional to its square.
     for name in ["diffusion_coefficient", "contact_value_A_A", "neighbours", "q6", "mean_free_time"] {
         let [a, b] = [&rest, &sheared].map(|measured| {
             let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
@@ -272,8 +269,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             (number.mean.unwrap(), error)
         });
         let error = a.1.hypot(b.1);
-        // By chance, one of the five numbers differs by 4 standard errors in one of 3,000 pairs of runs. The standard
-        // errors are themselves uncertain by an eighth, so 4.5 are allowed.
+        // Standard errors have an uncertainty of 1/8, so the limit is 4.5 instead of 4.
         assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
     }
     let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
@@ -296,8 +292,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             let shells = if name == "structure_factor" { 0.2 * one.0 } else { 0.0 };
             worst = worst.max(((one.0 - other.0).abs() - shells) / one.1.hypot(other.1).max(1e-3));
         }
-        // `worst` is the largest of about a hundred differences. A few bins have samples too correlated for a standard
-        // error.
+        // This is the largest of about a hundred differences. In a few bins, correlated samples have no standard error.
         assert!(worst < 6.0 && 10 * known > 9 * a.series[0].values.len(), "{name}: {worst} {known}");
     }
 }

@@ -1,4 +1,4 @@
-//! A single body with known motion: between walls, around a ring, on a floor, on a string.
+//! Single bodies with known motion.
 
 use carom::Vector;
 use carom::engine::event::EventKind;
@@ -16,8 +16,8 @@ fn body(boundary: [Boundary; 3]) -> SceneBuilder {
 
 #[test]
 fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
-    // The centre of the body can move by 3, 4 and 6 along x, y and z. At speeds of 3/8, 1 and 3/4 its periods are 16, 8
-    // and 16, and all contact times are exact floating-point numbers.
+    // The centre of the body can move by 3, 4 and 6 along x, y and z. At speeds of 3/8, 1 and 3/4, the periods are 16,
+    // 8 and 16. All contact times are exact.
     let start = (Vector::new(0.25, 1.25, 7.0), Vector::new(0.375, -1.0, 0.75));
     let scene = body([Boundary::walls(1.0); 3])
         .interaction(InteractionDraft::new(Potential::hard_sphere(1.0).unwrap()).between("A", "A"))
@@ -48,17 +48,16 @@ fn a_body_in_a_periodic_box_returns_after_its_length_over_its_speed() {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // The body returns to its start every 40 units of time, because its periods along x, y and z are 8, 5 and 8.
+    // The periods along x, y and z are 8, 5 and 8, so the body returns every 40 units of time.
     assert_eq!(simulation.advance(Until::time(40_000.0)), Ok(Reason::Time));
     let now = simulation.snapshot();
     assert_eq!(now.velocities[0], start.1);
     assert_eq!(now.images[0], [5000, -8000, 5000]);
-    // Each of the 18,000 passages through a side, and each free flight, rounds a coordinate below 16 once.
+    // Each of the 18,000 passages and flights rounds a coordinate below 16 once.
     assert!((now.positions[0] - start.0).norm() < 2.0 * 18_000.0 * 8.0 * f64::EPSILON, "{:?}", now.positions[0]);
 }
 
-/// Contact times, heights of the following peaks, and the final simulation for the ball of
-/// `configs/bouncing_ball.toml`.
+/// Returns the contact times, the heights of the peaks after them, and the final simulation.
 fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulation) {
     let (e, t_c) = (restitution.to_string(), format!("{contact_time:e}"));
     let overrides = [("space.z.restitution", e.as_str()), ("dynamics.contact_time", t_c.as_str())];
@@ -66,7 +65,7 @@ fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulati
     let mut simulation = Simulation::without_plan(scene);
     let (mut times, mut peaks, mut speed) = (Vec::new(), Vec::new(), 0.0);
     let _ = simulation.advance_with(Until::events(200), |event| {
-        // Gravity and the ball's mass are 1. The ball returns to the floor at the speed with which it left.
+        // Gravity and mass are 1. The ball returns to the floor at the speed with which it left.
         let arrival = if times.is_empty() { 2.0_f64.sqrt() } else { speed };
         speed = event.normal_impulse() - arrival;
         times.push(event.time);
@@ -82,16 +81,16 @@ fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
         let contact_time = 1e-6;
         let (times, peaks, _) = bounces(e, contact_time);
         let mut expected = 2.0_f64.sqrt();
-        // The TC model does not change a contact if the flight before it is longer than the contact time.
+        // The TC model changes only contacts after flights that are shorter than the contact time.
         let dissipative = (1..).take_while(|n| 2.0 * 2.0_f64.sqrt() * e.powi(*n) >= contact_time).count() + 1;
         let mut compared = 0;
         for (n, (time, peak)) in (0..).zip(times.iter().zip(&peaks)) {
             let power = e.powi(n + 1);
             if 2.0 * 2.0_f64.sqrt() * power / e < contact_time {
-                break; // the TC model has made the contact elastic
+                break;
             }
-            // Each flight changes time and speed by rounding errors of a few units in the last place of the total time.
-            // If the flight of a ball with initial speed v is too long by dt, its peak is off by 1/2 v dt.
+            // Each flight rounds the time and the speed by a few units in the last place of the total time. If the
+            // flight of a ball with initial speed v is too long by dt, the peak is wrong by v dt / 2.
             let bound = 8.0 * (n + 1) as f64 * rest * f64::EPSILON;
             assert!((time - expected).abs() <= bound, "contact {n} at {time}, expected {expected}");
             assert!((peak - power * power).abs() <= bound, "peak {n} of {peak}, expected {}", power * power);
@@ -100,16 +99,16 @@ fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
         }
         println!("e = {e}: {} contacts, the last at {:?}, rest expected at {rest}", times.len(), times.last());
         assert_eq!(compared, dissipative, "e = {e}");
-        // Once the TC model acts, each contact leaves just enough speed for a flight of one contact time.
+        // When the TC model acts, each contact leaves just enough speed for a flight of one contact time.
         let flights: Vec<f64> = times.windows(2).skip(dissipative).map(|pair| pair[1] - pair[0]).collect();
         assert!(flights.len() > 10, "{flights:?}");
-        // A flight time is the difference of two contact times, each rounded once or twice.
+        // A flight time is the difference of two rounded contact times.
         let round_off = 4.0 * rest * f64::EPSILON;
         assert!(flights.iter().all(|flight| (flight - contact_time).abs() <= round_off), "{flights:?}");
     }
 }
 
-/// The complete elliptic integral of the first kind of modulus `k`, by the arithmetic-geometric mean.
+/// Returns the complete elliptic integral of the first kind, by the arithmetic-geometric mean.
 fn elliptic_k(k: f64) -> f64 {
     let (mut a, mut b) = (1.0, (1.0 - k * k).sqrt());
     for _ in 0..10 {
@@ -118,7 +117,7 @@ fn elliptic_k(k: f64) -> f64 {
     PI / (2.0 * a)
 }
 
-/// Period of a bob on a bond of length `1 - width` to 1, measured over `swings` whole swings from the horizontal.
+/// Returns the mean period of a bob on a bond of length `1 - width` to 1, released from the horizontal.
 fn pendulum_period(width: f64, swings: usize) -> f64 {
     let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
     let scene = SceneBuilder::new("pendulum")
@@ -135,8 +134,8 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // Contacts of the bob with the ends of the bond give its angle. The speed is nearly constant at the lowest point,
-    // so the time of a passage is interpolated between two contacts.
+    // At a contact at an end of the bond, the normal is along the bond. The speed is nearly constant at the lowest
+    // point, so the time of a passage is interpolated between two contacts.
     let (mut last, mut passages) = ((0.0, 1.0), Vec::new());
     while passages.len() < 2 * swings + 1 {
         let next = simulation.event_counts().physical() + 1000;
@@ -157,7 +156,7 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
 
 #[test]
 fn a_bonded_body_swings_with_the_period_of_a_pendulum() {
-    // For a pendulum from the horizontal with L = g = 1, the period is 4 K(sin(pi/4)) = 7.4163.
+    // A pendulum that is released from the horizontal with L = g = 1 has the period 4 K(sin(pi/4)) = 7.4163.
     let exact = 4.0 * elliptic_k((PI / 4.0).sin());
     assert!((exact - 7.416_298_709).abs() < 1e-9);
     assert!((elliptic_k(0.0) - PI / 2.0).abs() < 1e-15);
@@ -170,7 +169,7 @@ fn a_bonded_body_swings_with_the_period_of_a_pendulum() {
 
 #[test]
 fn a_thrown_body_follows_its_parabola_off_a_floor() {
-    // With a gravity of 1/2 the body falls 4 to the floor in a time of 4. It loses no energy there, so its period is 8.
+    // With a gravity of 1/2, the body falls 4 to the floor in a time of 4, so its period is 8.
     let boundary = [
         Boundary::Periodic,
         Boundary::OPEN,
@@ -186,8 +185,7 @@ fn a_thrown_body_follows_its_parabola_off_a_floor() {
     simulation.advance(Until::time(8.0 * 100.0)).unwrap();
     let now = simulation.snapshot();
     assert_eq!(simulation.event_counts().wall, 100);
-    // A contact time has a rounding error of a few units in the last place of 800, which shifts all later motion in
-    // time.
+    // Contact times up to 800 have rounding errors of a few units in the last place, which shift all later motion.
     assert!((now.positions[0].z - 6.5).abs() < 1e-10, "{}", now.positions[0].z);
     assert!((now.positions[0].y - 201.0).abs() < 800.0 * 4.0 * 100.0 * f64::EPSILON);
     assert_eq!(now.images[0][0], 200);

@@ -1,9 +1,9 @@
 //! The exact law for events at the steps of a potential in equilibrium.
 //!
-//! Relative normal velocities are Maxwellian on either side of a step. A pair that meets an upward step `eps` bounces
-//! if `mu/2 vn^2 <= eps`. As many pairs go up as down, so `N_bounce / N_up = exp(eps / T) - 1` (Bannerman and Lue, J.
-//! Chem. Phys. 133, 124506, 2010). For N particles of constant energy the law has a relative error of order `1 / (D
-//! N)`.
+//! Relative normal velocities `vn` are Maxwellian on either side of a step. A pair of reduced mass `mu` that meets an
+//! upward step `eps` bounces if `mu/2 vn^2 <= eps`. As many pairs go up as down, so `N_bounce / N_up = exp(eps / T) -
+//! 1` (Bannerman and Lue, J. Chem. Phys. 133, 124506, 2010). For `N` particles of constant total energy in `D`
+//! dimensions, the relative error is of order `1 / (D N)`.
 
 use crate::measure::{Fluid, Mean};
 use carom::engine::Simulation;
@@ -54,8 +54,8 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let height = (inside - outside).abs();
         let up = |c: &Counts| if inside > outside { c.inwards } else { c.outwards };
         let total: f64 = counts.iter().map(up).sum();
-        // For B bounces and U upward passages in a block, the mean of B - (exp(eps / T) - 1) U is unbiased. The mean of
-        // B / U would be biased.
+        // For B bounces and U upward passages, the mean of B - (exp(eps / T) - 1) U is unbiased. The mean of B / U
+        // would be biased.
         let excess = Mean::of(
             counts.iter().zip(&fluid.blocks).map(|(c, b)| c.bounces - (height / b.temperature).exp_m1() * up(c)),
         );
@@ -64,7 +64,7 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let law = Mean { mean: excess.mean / scale, error: excess.error / scale };
         law.assert_is(0.0, resolution * ratio.exp(), &format!("bounces at step {step}, {ratio:.3} T high"));
         let net: f64 = counts.iter().map(|c| c.inwards - c.outwards).sum();
-        // Entries minus exits is the change of the number of pairs inside, which is far below the number of events.
+        // The change of the number of pairs inside a step is far below the number of events.
         assert!(net.abs() < 4.0 * total.sqrt(), "{net} more went in than out at step {step}, of {total}");
     }
 }
@@ -99,8 +99,7 @@ fn well_under_a_shoulder_has_the_exact_ratios_of_bounces() {
 
 #[test]
 fn dilute_square_wells_have_the_second_virial_coefficient() {
-    // Virial expansion: Z - 1 = B2 rho + B3 rho^2 + ... Measurements at two densities eliminate B3. At the lower
-    // density, 0.01, the next term B4 rho^3 is far below the standard error.
+    // The virial expansion is Z - 1 = B2 rho + B3 rho^2 + ... Measurements at two densities eliminate B3.
     let sphere = 2.0 * PI / 3.0;
     let b2 = |temperature: f64| sphere * (1.0 - (1.5_f64.powi(3) - 1.0) * (1.0 / temperature).exp_m1());
     assert!((b2(2.0) / sphere + 0.54071).abs() < 1e-5 && (b2(1.0) / sphere + 3.08092).abs() < 1e-5);
@@ -109,8 +108,7 @@ fn dilute_square_wells_have_the_second_virial_coefficient() {
             let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
             let mut simulation = fluid(&potential, 500, density, temperature);
             let fluid = Fluid::measure(&mut simulation, 50_000, 40, 12_000);
-            // At the start no pair is in a well, so the temperature rises. Each block is compared with B2 at the
-            // temperature of the block.
+            // At the start, no pair is in a well, so the temperature rises. Each block has its own temperature.
             fluid.mean(|b| b.virial / (3.0 * fluid.particles * b.temperature * b.time * density) - b2(b.temperature))
         });
         let extrapolated = Mean { mean: 2.0 * one.mean - two.mean, error: (2.0 * one.error).hypot(two.error) };

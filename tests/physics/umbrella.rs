@@ -1,4 +1,4 @@
-//! Replicas in umbrella windows of a distance, for particles with an exactly known potential of mean force.
+//! Replicas in umbrella windows, for particles with an exactly known potential of mean force.
 
 use std::ops::ControlFlow;
 
@@ -41,15 +41,15 @@ fn results(scene: Scene) -> (ExchangeResults, MeanForce) {
     (results, distances.mean_force(&exchange))
 }
 
-/// Compares a potential of mean force with a known one in all bins. Also checks the mean difference between distances
-/// above and below a limit.
+/// Compares a potential of mean force with its expected values. Also checks the mean difference between distances above
+/// and below a limit.
 fn refuse_other(
     found: &MeanForce,
     (bins, last_window, dimensions): (usize, [f64; 2], f64),
     expected: impl Fn(&MeanForcePoint) -> f64,
 ) {
     assert!(!found.is_torn && found.points.len() == bins, "{} bins", found.points.len());
-    // The potential is zero at the mean density of the last window. Each bin is weighted by the volume of its shell.
+    // The potential is zero at the mean density of the last window. Bins are weighted by the volumes of their shells.
     let volume = |point: &MeanForcePoint, dimensions: f64| {
         let [lower, upper] = [point.distance - 0.5 * point.width, point.distance + 0.5 * point.width];
         upper.powf(dimensions) - lower.powf(dimensions)
@@ -85,7 +85,7 @@ fn potential_of_mean_force_of_a_pair_is_its_potential() {
     let (results, found) = results(in_windows(pair().seed(3), [&[0], &[1]], &windows, [200, 30_000]));
     refuse_other(&found, (found.points.len(), windows[2], 3.0), square_well);
     assert!(found.points.len() >= 39);
-    // The free energy of a distance contains the volume of its shell; the potential of mean force does not.
+    // The free energy contains the volume of the shell, but the potential of mean force does not.
     for pair in found.points.windows(2).filter(|pair| square_well(&pair[0]) == square_well(&pair[1])) {
         let volume = |it: &MeanForcePoint| it.distance * it.distance + it.width * it.width / 12.0;
         let difference = |of: fn(&MeanForcePoint) -> f64| of(&pair[1]) - of(&pair[0]);
@@ -95,9 +95,9 @@ fn potential_of_mean_force_of_a_pair_is_its_potential() {
     }
     assert!(results.neighbours.iter().all(|it| it.acceptance.unwrap().mean > 0.05));
     assert!(results.round_trips.iter().all(|trips| *trips > 100), "{:?}", results.round_trips);
-    // A swap is possible if both distances lie in the overlap of the two windows. The probability for each distance is
-    // the weight of the overlap divided by the weight of the window. The expected acceptance is the product of both.
-    // The weights contain the Boltzmann factor of the well.
+    // A swap is possible if both distances lie in the overlap of the two windows. For each distance, this probability
+    // is the weight of the overlap divided by the weight of its window. The expected acceptance is the product of both
+    // probabilities. The weights contain the Boltzmann factor of the well.
     let weight = |from: f64, to: f64| {
         let cubes = |from: f64, to: f64| if to > from { to.powi(3) - from.powi(3) } else { 0.0 };
         cubes(from, to.min(1.5)) * (DEPTH / TEMPERATURE).exp() + cubes(from.max(1.5), to)
@@ -105,7 +105,7 @@ fn potential_of_mean_force_of_a_pair_is_its_potential() {
     for (it, pair) in results.neighbours.iter().zip(windows.windows(2)) {
         let ([a, b], [c, d]) = (pair[0], pair[1]);
         let expected = weight(c, b) / weight(a, b) * (weight(c, b) / weight(c, d));
-        // The distances at successive attempts are slightly correlated.
+        // Successive distances are slightly correlated.
         let found = it.acceptance.unwrap();
         assert!(deviation(found, expected).abs() < 4.0, "{found:?}, expected {expected}");
     }
@@ -131,8 +131,8 @@ fn potential_of_mean_force_is_exact_in_two_dimensions_and_in_one() {
     }
 }
 
-/// Umbrella windows of the distance between a particle and the centre of mass of two bonded particles. One of the
-/// bonded particles, which have unequal masses, has a square well for the third particle.
+/// Umbrella windows of the distance between a particle and the centre of mass of a dimer with unequal masses. One bead
+/// of the dimer has a square well for the particle.
 #[test]
 fn potential_between_centres_of_mass_averages_over_the_bond() {
     let masses = [1.3, 0.7];
@@ -175,7 +175,7 @@ fn potential_between_centres_of_mass_averages_over_the_bond() {
         }
         sum / norm
     };
-    // The average over a bin, which is divided into ten shells weighted by their volumes.
+    // The mean over ten thin shells in a bin, weighted by their volumes.
     let expected = |point: &MeanForcePoint| {
         let thin = |k: u32| point.distance + point.width * ((f64::from(k) + 0.5) / 10.0 - 0.5);
         let volume: f64 = (0..10).map(|k| thin(k).powi(2)).sum();
@@ -187,8 +187,7 @@ fn potential_between_centres_of_mass_averages_over_the_bond() {
     assert!(depth > 0.8, "{depth}");
 }
 
-/// Two large spheres among small spheres that pass through each other. The small spheres have more room where the
-/// excluded shells of the large spheres overlap.
+/// The small spheres pass through each other. They have more room if the large spheres are close.
 #[test]
 fn large_spheres_have_the_exact_depletion_potential() {
     let (length, count, radius) = (6.6_f64, 70, 1.5_f64);

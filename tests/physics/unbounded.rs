@@ -1,11 +1,11 @@
-//! A sheared box compared with a simulation without a box: images of a sheared lattice in infinite space.
+//! Compares a sheared box with images of a sheared lattice in infinite space.
 
 use crate::sheared::boxes;
 use carom::Vector;
 use carom::engine::{Simulation, Until};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
-/// Spheres with velocities, whose images form a sheared lattice. Nothing is ever wrapped.
+/// Spheres whose images form a sheared lattice. Positions are never wrapped.
 struct Unbounded {
     size: Vector,
     rate: f64,
@@ -22,7 +22,7 @@ impl Unbounded {
         (self.positions[i] - self.positions[j] - image, self.velocities[i] - self.velocities[j] - faster)
     }
 
-    /// Images of sphere `j` that are at most two periods away from the image nearest to `i` at the current time.
+    /// Returns the images of sphere `j` that are at most two periods away from the image nearest to sphere `i`.
     fn images(&self, i: usize, j: usize) -> Vec<[f64; 3]> {
         let apart = self.positions[i] - self.positions[j];
         let around = |middle: f64| [-2.0, -1.0, 0.0, 1.0, 2.0].map(|step| middle.round() + step);
@@ -36,8 +36,8 @@ impl Unbounded {
         images
     }
 
-    /// Advances to the next contact, or by `most` if no contact comes earlier. Returns whether there was a contact.
-    /// Spheres have diameter and mass 1, and paths must be shorter than a period.
+    /// Advances to the next contact, or by `most` without a contact. Returns whether there was a contact. Spheres have
+    /// diameter and mass 1, and paths must be shorter than a period.
     fn step(&mut self, most: f64) -> bool {
         let mut next = (most, None);
         for i in 0..self.positions.len() {
@@ -84,11 +84,10 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
         let mut simulation = Simulation::without_plan(scene);
         let (mut contacts, mut across) = (0, 0);
         while contacts < 40 {
-            // In a time of 0.1 no sphere moves further than a period.
+            // In a time of 0.1, no sphere moves farther than a period.
             contacts += u64::from(unbounded.step(0.1));
         }
-        // Both simulations run slightly further, so that rounding cannot put the end of one of them before its last
-        // contact.
+        // Otherwise, rounding could end one of the simulations just before the last contact.
         contacts += u64::from(unbounded.step(1e-6));
         simulation.advance(Until::time(unbounded.time)).unwrap();
         let now = simulation.snapshot();
@@ -97,8 +96,7 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             let up = now.images[id][1];
             let faster = rate * space.size.y * f64::from(up);
             across += up.abs();
-            // Each contact multiplies errors by twice the free path in diameters, about 7. No sphere has more than ten
-            // contacts.
+            // Each contact multiplies errors by about 7. No sphere has more than ten contacts.
             let expected = now.velocities[id] + Vector::new(faster, 0.0, 0.0);
             assert!((velocity - expected).amax() < 1e-7, "{id}: {velocity} {expected}");
             let y = now.positions[id].y + f64::from(up) * space.size.y;

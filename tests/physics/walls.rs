@@ -1,4 +1,4 @@
-//! The pressure between walls: from the virial, from the impulses on each wall, and from the pressure tensor.
+//! The pressure between walls, from the virial, from the impulses on the walls, and from the pressure tensor.
 
 use std::ops::ControlFlow;
 
@@ -54,8 +54,8 @@ fn virial_wall_and_tensor_pressures_agree() {
         let virial = finished.observable("pressure").unwrap();
         let virial_error = virial.standard_error.unwrap();
         println!("{what}: virial {virial:?}");
-        // The walls keep the centres of particles out of the outer layer of the box, a fifth of the volume or more. The
-        // standard error must be far smaller than the effect of this layer on the pressure.
+        // The centres of particles cannot enter the outer layer of the box, a fifth of the volume or more. The standard
+        // error must be far smaller than the effect of this layer.
         assert!(virial_error < 0.01 * virial.mean, "{what}: {virial:?}");
         let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap();
         let (mean, error) = (tensor.mean.unwrap(), tensor.standard_error.unwrap());
@@ -74,7 +74,7 @@ fn virial_wall_and_tensor_pressures_agree() {
                 assert!(error < 0.02 * virial.mean && difference.abs() < 4.0 * error, "{what}: {on_wall:?} {virial:?}");
             }
         }
-        // Energy oscillates between the axes, which cancels in the mean over all walls.
+        // Oscillations of energy between the axes cancel in the mean over all walls.
         let mean = sum / number;
         assert!((mean - virial.mean).abs() < 2.0 * virial_error, "{what}: {mean}, {virial:?}");
     }
@@ -82,8 +82,7 @@ fn virial_wall_and_tensor_pressures_agree() {
 
 #[test]
 fn driven_granular_slit_has_equal_wall_and_virial_pressures() {
-    // The bath drives the particles only along the slit, so they are colder across it. With an isotropic temperature,
-    // the pressure would be a third higher.
+    // The bath drives particles only along the slit. An isotropic gas would have a pressure a third higher.
     let slit = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat];
     let scene = SceneBuilder::new("driven")
         .seed(1)
@@ -137,8 +136,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     let finished = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(finished.observable("pressure").is_none(), "it is not the same at all heights");
     let on = |side: &str| finished.observable(&format!("pressure_on_{side}_y_wall")).unwrap().mean;
-    // The pressures on floor and ceiling, of length 10, differ by the weight of 20 particles of mass 0.7. A change of
-    // the total momentum, of order sqrt(20 0.7), adds a small deviation.
+    // The pressures on floor and ceiling differ by the weight of 20 particles of mass 0.7, divided by the length of the
+    // floor, 10. The total momentum changes by about sqrt(20 0.7), which adds a small deviation.
     let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.measurement.duration));
     assert!((on("lower") - on("upper") - weight).abs() < left, "{} {} {weight} {left}", on("lower"), on("upper"));
     assert!(left < 0.01 * weight);
@@ -149,9 +148,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
 
 #[test]
 fn thermal_wall_velocities_do_not_depend_on_the_order_of_contacts() {
-    // Returns the velocities that hot walls give to the first of three particles, which are too small to meet. The
-    // second and third particles start at the speeds `others` and `3 others` along x, which decide when they reach the
-    // walls.
+    // Returns the velocities of the first particle after its contacts with hot walls. The particles are too small to
+    // meet. The argument `others` decides when the other two particles reach the walls.
     let velocities = |others: f64| {
         let slit = Space {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],

@@ -18,15 +18,15 @@ ENVIRONMENT = os.environ | {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    # A process that waits for another one yields its core.
+    # A waiting process yields its core.
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
 }
 # Numbers that depend on the computer and its load.
 CLOCKS = ("wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes")
 
-# Shortened scenes. Together they cover periodic and open boxes, neighbour lists, cells, pair states, gravity, thermal
-# walls, event logs, and stages that one process runs alone.
+# Shortened scenes with periodic and open boxes, neighbour lists, cells, pair states, gravity, thermal walls, event
+# logs, and stages that one process runs alone.
 SCENES = {
     "hard_sphere_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.contacts=true"],
     "square_well_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.events=true"],

@@ -26,7 +26,7 @@ fn a_run_can_be_proven_from_its_folder() {
 
 #[test]
 fn proof_of_a_folder_ends_at_the_last_event_of_its_run() {
-    // The equilibration ends by its own criterion, so only the summary tells where the run ended.
+    // The equilibration ends by a criterion, so only the summary contains the final time of the run.
     let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
     let few = ["run", "scene.toml", "--until-events", "300", "--set", "run.equilibration_time=1.0", "--quiet"];
     assert_eq!(code(&place.carom(&few)), 0);
@@ -177,7 +177,7 @@ fn a_rendered_frame_is_a_png() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let png = fs::read(place.path().join("runs/scene/picture.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG"));
-    // Earlier versions called the command `picture`.
+    // Earlier versions had the command `picture`.
     let output =
         place.carom(&["picture", "runs/scene", "--size", "160x120", "--colour", "speed", "--out", "again.png"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
@@ -201,8 +201,8 @@ fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
 
 #[test]
 fn check_and_run_give_the_same_reproducible_size_estimate() {
-    // 4,000 spheres are too many for a trial run. The number of frames must be estimated, because the run ends after a
-    // number of events but frames are written at intervals of time.
+    // 4,000 spheres are too many for a trial run. The run ends after a number of events, but frames are written at
+    // intervals of time, so the number of frames must be estimated.
     let scene = FLUID.replace("count = 108", "count = 4000").replace("until_events = 4000", "until_events = 40000000");
     let place = Place::with(&format!("{scene}[output]\nframe_interval = 0.01\n"));
     let said = || {
@@ -211,8 +211,7 @@ fn check_and_run_give_the_same_reproducible_size_estimate() {
     };
     let first = said();
     assert_eq!(said(), first);
-    // Each sphere has ten collisions per unit of time. In total there are 20,000 per unit of time, so 40,000,000
-    // collisions take a time of 2,000.
+    // The 4,000 spheres have 20,000 collisions per unit of time, so 40,000,000 collisions take a time of 2,000.
     assert!(first.contains(" GB") && first.contains("e5 frames"), "{first}");
     let output = place.carom(&["run", "scene.toml"]);
     assert_eq!(code(&output), 2, "{}", words(&output));

@@ -1,4 +1,4 @@
-//! Damaged files of an exchange are detected, with a helpful message.
+//! Damaged files of an exchange are rejected with helpful messages.
 
 use super::exchange::CHAIN;
 use super::place::{Place, code, contents, errors, line};

@@ -1,4 +1,4 @@
-//! The next command in a folder removes temporary files left by a killed process, and nothing else.
+//! A command removes the temporary files of killed processes from its folder, and nothing else.
 
 #![cfg(unix)]
 
@@ -18,7 +18,7 @@ fn drafts(folder: &Path) -> Vec<String> {
     names.filter(|name| name.starts_with(".carom-")).collect()
 }
 
-/// A long movie in the folder of a run, with its temporary file.
+/// Starts to draw a long movie, and waits for its temporary file.
 fn drawing(place: &Place) -> Child {
     let arguments = ["movie", "runs/scene", "--out", "runs/scene/film.apng", "--size", "2000x2000", "-q"];
     let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();

@@ -39,7 +39,7 @@ fn arrest_help_does_not_suggest_a_setting_that_is_set() {
     }
 }
 
-/// A file that reaches its size limit is reported like a full disk; no signal ends the program.
+/// The size limit of files is reported like a full disk. No signal ends the program.
 #[test]
 #[cfg(target_os = "linux")]
 fn run_over_the_file_size_limit_fails_with_help() {
@@ -82,7 +82,7 @@ fn a_run_from_overlaps_says_when_the_last_one_was_gone() {
     println!("{overlap}");
     assert!(overlap["initial"].as_u64().unwrap() > 0 && overlap["final"] == 0, "{overlap}");
     assert!(overlap["resolved_after"].as_f64().unwrap() > 0.0, "{overlap}");
-    assert!(place.read("runs/scene/report.txt").contains("the last one resolved after a time of"));
+    assert!(place.read("runs/scene/report.txt").contains("all resolved after a time of"));
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn a_stopped_run_leaves_complete_files() {
     let arguments = ["run", "scene.toml", "--until-time", "1e5", "--set", "output.thermo_interval=0.1"];
     let mut child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let partial = place.path().join("runs/scene/thermo.csv.partial");
-    // The run writes the table every two seconds. A table with rows shows that the run has started.
+    // The table is written every two seconds. A table with rows shows that the run has started.
     for _ in 0..600 {
         if fs::metadata(&partial).is_ok_and(|metadata| metadata.len() > 1000) {
             break;
@@ -190,7 +190,7 @@ fn rows_end_when_no_event_can_follow() {
     assert!(rows < 10_000, "{rows} rows");
 }
 
-/// Two grains above a floor. The first grain is almost at rest on the floor: `height` above it, at the given speed.
+/// Two grains above a floor. The first is almost at rest, with the given height and speed.
 fn at_rest(height: f64, speed: f64) -> String {
     format!(
         r#"
@@ -236,7 +236,7 @@ fn grain_resting_on_a_wall_gets_a_warning_and_arrests() {
         errors(output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "")
     };
     for (speed, happens, ends) in [
-        (0.0, "ends at once with a dynamical arrest", "events without any advance of time"),
+        (0.0, "ends immediately with a dynamical arrest", "events without any advance of time"),
         (1e-12, "in contact again every 2.000e-12 of time", "1020000 events while time advances by 2.0e-6"),
     ] {
         let place = Place::with(&at_rest(0.0, speed));
@@ -251,8 +251,7 @@ fn grain_resting_on_a_wall_gets_a_warning_and_arrests() {
         let (_, cure) = told.split_once("help: ").unwrap();
         assert!(!cure.contains("set dynamics.contact_time"), "it is set: {cure}");
     }
-    // The lowest starting height without a warning. A grain that bounces from at least this height loses energy until
-    // its contacts are one contact time apart.
+    // This is the lowest starting height without a warning. The grain bounces and loses energy.
     let place = Place::with(&at_rest(1.25e-7, 0.0));
     assert!(words(&place.carom(&["check", "scene.toml"])).contains("The scene is valid.\n"));
     let output = place.carom(&["run", "scene.toml", "-q"]);

@@ -1,5 +1,4 @@
-//! Results of `carom exchange`: curves between the temperatures, temperatures for a given acceptance, means of a
-//! multicanonical ensemble, and the verdict.
+//! Results of `carom exchange`: curves, temperatures for a given acceptance, multicanonical means, and the verdict.
 
 use super::exchange::{CHAIN, exchange};
 use super::place::{Place, code, errors, words};
@@ -15,8 +14,7 @@ fn an_exchange_has_curves_through_its_temperatures() {
     assert!(curves.starts_with(heads) && curves.lines().count() == 122, "{curves}");
     let rows: Vec<Vec<f64>> =
         curves.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    // The curves use the data of all temperatures, so their errors should not greatly exceed the errors from one
-    // temperature.
+    // The curves use the data of all temperatures, so their errors should not be larger than from a single temperature.
     for at in summary["temperatures"].as_array().unwrap() {
         let row = rows.iter().find(|row| Some(row[0]) == at["temperature"].as_f64()).unwrap();
         let names = ["potential_energy_per_particle", "heat_capacity_per_particle"];
@@ -41,8 +39,7 @@ fn temperatures_are_found_for_a_requested_acceptance() {
     assert_eq!(code(&place.carom(&exchange(&["--set", &text, "--out", "runs/even"]))), 0);
     let neighbours = place.summary("runs/even")["neighbours"].as_array().unwrap().clone();
     let all: Vec<f64> = neighbours.iter().map(|it| it["acceptance"]["mean"].as_f64().unwrap()).collect();
-    // The tolerances allow for statistical errors: each acceptance has 300 attempts, and the density of states has 600
-    // rows.
+    // Each acceptance has 300 attempts, and the density of states has 600 rows.
     assert!(all.iter().all(|it| *it > 0.65 && (it - all[0]).abs() < 0.15), "{all:?}");
     let output = place.carom(&["exchange", "runs/chain-exchange", "--temperatures-for", "0.99999"]);
     assert!(code(&output) == 2 && errors(&output).contains("more than a thousand"), "{}", errors(&output));
@@ -70,7 +67,7 @@ fn a_multicanonical_exchange_has_means_at_its_temperatures_and_no_swaps() {
         text.lines().skip(1).map(row).collect()
     });
     assert_eq!(levels.iter().map(|row| row[0]).collect::<Vec<_>>(), [-3.0, -2.0, -1.0, 0.0]);
-    // The density of states g(E) is normalised: g(E) exp(-E / T) adds up to one at the highest temperature.
+    // The density of states is normalised: g(E) exp(-E / T) adds up to one at the highest temperature.
     let sum: f64 = levels.iter().map(|row| (row[1] - row[0]).exp()).sum();
     assert!((sum - 1.0).abs() < 1e-9, "{sum}");
     for (at, temperature) in [0.35, 0.6, 1.0].into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Exchanges that are killed, interrupted or extended write the same bytes as undisturbed ones.
+//! Exchanges that are killed, interrupted or extended write the same bytes as undisturbed exchanges.
 
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -51,14 +51,13 @@ fn extended_exchange_equals_one_with_the_later_end() {
     refused(&["exchange", "parts", "--until-time", "450.7"], "until_time");
     refused(&["exchange", "parts", "--until-time", "450", "--seed", "8"], "an exchange continues unchanged");
     refused(&with(&["--out", "parts", "--until-time", "450", "--seed", "8"]), "holds the exchange of another scene");
-    // 3e2 is the same end as 300.
     done(&["exchange", "parts", "--until-time", "3e2"], "It was complete already");
     assert!(contents(&folder) == short);
     done(&["exchange", "parts", "--until-time", "450", "--jobs", "2"], "300 attempts to swap");
     done(&with(&["--out", "parts", "--until-time", "900", "--jobs", "1"]), "600 attempts to swap");
     let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));
     assert_eq!(whole.keys().collect::<Vec<_>>(), parts.keys().collect::<Vec<_>>());
-    // The checkpoint is left out because it also contains the initial scene.
+    // The checkpoints differ, because they contain the initial scenes, which have different end times.
     for (name, bytes) in whole.iter().filter(|(name, _)| *name != "exchange.checkpoint") {
         assert!(*bytes == parts[name], "{name}");
     }
@@ -90,7 +89,7 @@ fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
     let place = Place::with(&measured_chain());
     let arguments = exchange(&["--set", "run.until_time=12000", "--jobs", "2"]);
     let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    // The run writes its first checkpoint after a second.
+    // The first checkpoint is written after a second.
     let checkpoint = place.path().join("runs/chain-exchange/exchange.csv.partial");
     for _ in 0..600 {
         if checkpoint.exists() {

@@ -1,4 +1,4 @@
-//! Inputs of a run: kept apart from outputs, and recognised by their checksums.
+//! Inputs of a run are not overwritten, and are recognised by their checksums.
 
 use std::fs;
 
@@ -51,7 +51,7 @@ fn changed_input_file_of_a_run_is_detected() {
     assert_eq!(place.read("runs/a/thermo.csv"), before);
     fs::write(place.path().join("start.xyz"), START).unwrap();
     assert_eq!(code(&place.carom(&["verify", "runs/a"])), 0);
-    // A resumed run does not need the start file, because the checkpoint has the state.
+    // A resumed run does not need the start file, because the checkpoint contains the state.
     fs::remove_file(place.path().join("start.xyz")).unwrap();
     let output = place.carom(&["run", "--resume", "runs/a", "--until-time", "30"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
@@ -69,7 +69,7 @@ fn nothing_that_is_read_is_written_over() {
     fs::create_dir_all(place.path().join("case")).unwrap();
     fs::write(place.path().join("case/mine.toml"), SCENE.replace("start.xyz", "../start.xyz")).unwrap();
     for command in [
-        // Each command would overwrite its own input or another file of the run.
+        // Each command would overwrite its input or another file of the run.
         &["run", "runs/a/scene.toml", "--out", "runs/a"][..],
         &["run", "case/mine.toml", "--out", "case"],
         &["run", "scene.toml", "--set", "file.0.path=runs/a/trajectory.xyz", "--out", "runs/a"],

@@ -1,4 +1,4 @@
-//! Existing files: nothing is replaced without a request, and nothing is lost on the way.
+//! No file is replaced without a request, and no file is lost during a replacement.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -45,7 +45,7 @@ fn no_command_replaces_anything_unasked() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-events", "200"])), 0);
     let mut names: Vec<String> = contents(&place.path().join("runs/scene")).into_keys().collect();
     names.sort();
-    // The page, the picture, the contacts and the conversion belonged to the replaced run.
+    // The new run has removed all derived files of the replaced run.
     let left = ["checkpoint", "notes.txt", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"];
     assert_eq!(names, left);
     assert_eq!(place.summary("runs/scene")["events"]["total"], 200);
@@ -89,7 +89,7 @@ fn run_is_unchanged_until_its_replacement_is_complete() {
     assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
     let output = place.carom(&["report", "runs/scene"]);
     assert!(code(&output) == 0 && is_as_before(), "{}", errors(&output));
-    // A user's file that is in the way is kept and reported at the start, and no simulated data are lost.
+    // A user's file that is in the way is kept and reported at the start. No simulated data are lost.
     let arguments = ["run", "scene.toml", "--force", "--set", "output.contacts=true"];
     for is_late in [false, true] {
         let child = is_late.then(|| begun(&place, &arguments[2..]));
@@ -160,7 +160,7 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
     let files = ["scene.toml", "thermo.csv", "trajectory.xyz", "report.txt", "summary.json"];
     let whole = files.map(|name| place.read(&format!("runs/scene/{name}")));
-    // A run renames its finished files in this order. The kill comes after the first `done` renamings.
+    // A run renames its finished files in this order. Here it was killed after renaming some of them.
     for done in 0..files.len() {
         for name in &files[done..] {
             fs::rename(folder.join(name), folder.join(format!("{name}.partial"))).unwrap();
@@ -186,7 +186,7 @@ fn run_requires_force_before_filling_the_disk() {
     assert!(!place.path().join("runs").exists());
     let text = words(&place.carom(&[&["check"], &interval[..]].concat()));
     assert!(text.contains("it asks for --force"), "{text}");
-    // The earlier of the two limits applies.
+    // The earlier limit ends the run.
     let place = Place::with(FLUID);
     let both = [&interval[..], &["--set", "run.until_time=1e10"]].concat();
     let output = place.carom(&[&["run"], &both[..]].concat());
@@ -232,7 +232,7 @@ fn new_end_is_stored_before_the_run_continues() {
     let finished = run(scene.clone(), &mut folder, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
     let events = 8_000;
-    // `Folder::resume` stores the new end. The folder is dropped at once, which has the same effect as killing the run.
+    // `Folder::resume` stores the new end. Dropping the folder has the same effect as killing the run.
     drop(when_free(|| Folder::resume(&path, Some(Until::events(events)))));
     let (_, checkpoint) = when_free(|| Folder::resume(&path, None));
     assert_eq!(checkpoint.simulation.scene().run().limit, Until::events(events));
@@ -265,7 +265,7 @@ fn run_stopped_early_and_given_a_nearer_end_has_enough_rows() {
     let (mut folder, checkpoint) = when_free(|| Folder::resume(&path, Some(Until::events(events))));
     let finished = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
-    // A run planned to this length has two hundred rows. The extended run has about a third as many.
+    // The extended run has about seventy rows. With the final limit from the start, it would have two hundred.
     let rows =
         fs::read_to_string(path.join("thermo.csv")).unwrap().lines().filter(|line| !line.starts_with('#')).count();
     assert!(rows > 40, "{rows}");

@@ -1,5 +1,5 @@
-//! Links, folders and pipes with the names of Carom's files. Nothing is written through them, and Carom notices them
-//! before anything is lost.
+//! Links, folders and pipes with the names of Carom's files. Carom detects them before any data are lost, and writes
+//! nothing through them.
 
 #![cfg(unix)]
 
@@ -28,8 +28,7 @@ fn refused(place: &Place, arguments: &[&str], name: &str) {
     assert!(contents(place.path()) == before, "{arguments:?}, {name}: something was changed");
 }
 
-/// Runs a command once. For each name, copies the folder with its results and calls `then` with the copy and the name.
-/// `then` must not change the user's file in the copy.
+/// Calls `then` with a copy of the folder for each name. The user's file must stay unchanged.
 fn each(scene: &str, command: &[&str], names: &[&str], then: impl Fn(&Place, &str)) {
     let place = Place::with(scene);
     place.write("thesis.tex", WORK);
@@ -66,7 +65,7 @@ fn no_run_writes_through_a_link() {
             &["run", "scene.toml", "--force", "--seed", "2"][..],
             &["run", "--resume", "runs/scene", "--until-events", "4100"],
         ] {
-            // Without its checkpoint a run cannot be resumed.
+            // Without the checkpoint, a run cannot be resumed.
             if name != "checkpoint" || !arguments.contains(&"--resume") {
                 refused(place, arguments, name.trim_end_matches(".partial"));
             }
@@ -146,7 +145,7 @@ fn no_exchange_writes_through_a_link() {
         ["exchange", "scene.toml", "-q", "--out", "pair", "--until-time", "30", "--set", "run.equilibration_time=3"];
     each(CHAIN, &begin, &names, |place, name| {
         let path = place.path().join("pair").join(name);
-        // The target of the link has the same content, so only the link itself is wrong.
+        // The link has a target with the correct content, so only the link is wrong.
         let target = place.path().join("target");
         fs::write(&target, fs::read(&path).unwrap_or_default()).unwrap();
         replaced(&path, |path| symlink(&target, path).unwrap());

@@ -2,7 +2,7 @@
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 
-/// An engine module that claims to be built from other sources than the program.
+/// An engine module that claims to be built from other sources.
 const MODULE: &str = "carom engine 0123456789abcdef\npacked";
 
 const ENGINE: [&str; 2] = ["--module", "engine.module"];
@@ -32,7 +32,7 @@ fn live_page_contains_the_scene_text_and_its_overrides() {
     let page = place.read("live.html");
     assert_eq!(told(&page)["text"], place.read("scene.toml"));
     assert_eq!(told(&page)["changes"], serde_json::json!({ "seed": "7", "fill.0.count": "32" }));
-    // The same page may be written again; a different page needs `--force`.
+    // Writing the same page again needs no `--force`.
     assert_eq!(code(&live(&place, &changed)), 0);
     assert_eq!(code(&live(&place, &["scene.toml"])), 2);
     assert_eq!(place.read("live.html"), page);

@@ -1,4 +1,4 @@
-//! Tests the program from a user's point of view.
+//! Tests the program as a user runs it.
 
 mod commands;
 mod damaged;

@@ -6,18 +6,17 @@ use std::process::{Command, Output};
 
 use super::place::{FLUID, Place, code, errors, words};
 
-/// Runs the program with a limited address space in KiB.
+/// Runs the program with a limited address space `[KiB]`.
 fn within(place: &Place, room: u64, arguments: &[&str]) -> Output {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("ulimit -v {room}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_carom")]);
     command.args(arguments).current_dir(place.path()).env("NO_COLOR", "1").output().unwrap()
 }
 
-/// The smallest address space in which the program starts, in KiB. With less, the C library itself may abort.
+/// Returns the smallest address space in which the program starts `[KiB]`. With less, the C library may abort.
 fn least_room(place: &Place) -> u64 {
     let starts = |room: &u64| within(place, *room, &["--version"]).status.success();
-    // Near the smallest limit, chance decides whether the program starts. So all limits are tried, and the result is
-    // two steps above the largest limit that failed.
+    // Near the smallest limit, chance decides whether the program starts, so two steps are added.
     let rooms: Vec<u64> = (0..64).map(|step| (1 << 12) + (step << 10)).collect();
     let ends = rooms.iter().rposition(|room| !starts(room)).expect("four megabytes are too few");
     *rooms.get(ends + 2).expect("an empty program starts within 64 megabytes")
@@ -39,7 +38,7 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
         room = least.max(room * 7 / 8);
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
-    // With limits between a failure and a success, other allocations fail. No failure may end the program by a signal.
+    // The previous limit was sufficient. Between the two limits, other allocations fail. No signal may end the program.
     for part in 0..64 {
         let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
@@ -64,8 +63,7 @@ fn peak(count: u32, instruments: &str) -> f64 {
 
 #[test]
 fn memory_per_particle_stays_within_its_limit() {
-    // A second copy of the engine would take 180 bytes more per particle. Memory pages of two megabytes may add 60
-    // bytes.
+    // A second copy of the engine would take 180 bytes per particle. Memory pages of two megabytes may add 60 bytes.
     for (instruments, most) in
         [("", 400.0), ("[output]\ncontacts = true\n", 400.0), ("[measure]\npressure_tensor = true\n", 750.0)]
     {

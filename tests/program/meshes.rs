@@ -1,4 +1,4 @@
-//! Meshes from damaged files, or with damaged geometry.
+//! Meshes from damaged files or with damaged geometry.
 
 use super::place::{Place, code, errors, words};
 
@@ -43,7 +43,6 @@ const CORNERS: [[f64; 3]; 8] = [
     [0.0, 1.0, 1.0],
 ];
 
-/// Triangles of the box, which face outwards.
 const BOX: [[usize; 3]; 12] = [
     [0, 2, 1],
     [0, 3, 2],
@@ -157,8 +156,7 @@ fn bad_mesh_geometry_is_reported_with_triangles_and_help() {
 fn particles_are_counted_inside_of_a_closed_mesh() {
     let place = Place::with("");
     place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)));
-    // There are two counting regions: a cubic mesh, turned by a right angle about z, and the same cube, given by two
-    // corners. Particles move in and out.
+    // Two counting regions cover the same cube. One is a mesh, turned by a right angle about z.
     let more = r#"
 [[fill]]
 species = "grain"

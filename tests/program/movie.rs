@@ -21,8 +21,7 @@ fn frames_of(place: &Place) -> usize {
     place.read("runs/scene/trajectory.xyz").matches("Lattice=").count()
 }
 
-/// Returns width and height of a GIF. Also returns, for each image, the pixels of the part that changes and the
-/// duration in hundredths of a second.
+/// Returns the size of a GIF. For each image, returns the changed pixels and the duration in hundredths of a second.
 fn gif_frames(path: &Path) -> (u16, u16, Vec<(Vec<u8>, u16)>) {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
@@ -143,8 +142,7 @@ fn an_mp4_has_all_frames_where_ffmpeg_is() {
     let images: Vec<&[u8]> = decoded.stdout.chunks(96 * 64 * 3).collect();
     assert_eq!((images.len(), decoded.stdout.len() % (96 * 64 * 3)), (frames_of(&place), 0), "{}", errors(&decoded));
     assert!(images[0] != images[images.len() - 1]);
-    // A corner of the image shows the background, a light, slightly blue colour. Lossy compression may change it a
-    // little.
+    // A corner shows the light background. Lossy compression may change it a little.
     let corner = &images[0][..3];
     assert!(
         corner.iter().zip([247, 248, 250]).all(|(found, exact): (&u8, u8)| found.abs_diff(exact) <= 4),
@@ -232,13 +230,13 @@ fn ctrl_c_ends_a_movie_whose_ffmpeg_hangs() {
     let tools = tempfile::tempdir().unwrap();
     let (path, begun) = (tools.path().join("ffmpeg"), tools.path().join("begun"));
     let script = "#!/bin/sh\ncase \"$*\" in *-encoders*) echo ' V..... libx264 x'; exit;; esac\n";
-    // A fake `ffmpeg` that reads one byte and then hangs, so that Carom has to wait for it.
+    // A fake `ffmpeg` reads one byte and hangs, so that Carom waits for it.
     let read = "/bin/dd bs=1 count=1 of=/dev/null 2> /dev/null";
     let hang = format!("{read}\necho > '{}'\nexec /bin/sleep 1000\n", begun.display());
     fs::write(&path, [script, &hang].concat()).unwrap();
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
     let before = contents(place.path());
-    // An image of this size is larger than the buffer of a pipe.
+    // An image is larger than the buffer of a pipe.
     let arguments = ["movie", "runs/scene", "--out", "film.mp4", "--size", "640x480", "-q"];
     let mut command = place.command(&arguments);
     let mut child = command.env("PATH", tools.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

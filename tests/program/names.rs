@@ -1,4 +1,4 @@
-//! Names and other text of users and files, as the program shows them.
+//! How the program shows text from users and files.
 
 use std::fs;
 

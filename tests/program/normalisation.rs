@@ -55,18 +55,16 @@ fn curves_times_their_normalisation_are_whole_counts() {
     {
         let counts: Vec<f64> = undone(series(name)).into_iter().flatten().collect();
         for count in &counts {
-            // Tolerance for the round-off of about ten thousand samples.
             assert!((count - count.round()).abs() < 1e-9 * count.max(1.0), "{name}: {count}");
         }
         assert!(counts.iter().sum::<f64>() > least, "{name}");
     }
-    // Every sample counts each particle once, with its speed and with its cell.
+    // Every sample counts each particle once, by speed and by cell.
     for (name, particles) in [("speeds", divisor(series("speeds"), "particles")), ("profile_z", 108.0)] {
         let all = undone(series(name)).into_iter().flatten().sum::<f64>();
         assert!((all / (divisor(series(name), "samples") * particles) - 1.0).abs() < 1e-9, "{name}: {all}");
         assert_eq!(particles, 108.0);
     }
-    // The sums of squared displacements are positive at all times after the time origin.
     let squares: Vec<f64> = undone(series("mean_squared_displacement")).into_iter().flatten().collect();
     assert!(squares[0] == 0.0 && squares[1..].iter().all(|square| *square > 0.0), "{squares:?}");
 }

@@ -1,4 +1,4 @@
-//! Paths that cannot be written to: every command reports them with the same exit code as bad input.
+//! Paths that cannot be written are reported like bad input.
 
 #![cfg(target_os = "linux")]
 
@@ -25,8 +25,7 @@ fn a_place_that_cannot_be_written_to_is_bad_input_for_every_command() {
     ];
     let long = "x".repeat(300);
     for (command, name) in commands {
-        // Not even root can write to these paths. They are inside a regular file, inside `/proc`, and under a name that
-        // is too long.
+        // Not even root can write inside a regular file, inside `/proc`, or under a name that is too long.
         for out in [format!("file/{name}"), format!("/proc/nothing/{name}"), format!("{long}{name}")] {
             let output = place.carom(&[command, &["--out", &out]].concat());
             assert_eq!(code(&output), 2, "{command:?} {out}: {}", errors(&output));

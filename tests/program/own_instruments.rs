@@ -1,4 +1,4 @@
-//! Runs with a user's own instrument, which is not part of the program.
+//! Runs with an instrument that is not part of the program.
 
 use std::ops::ControlFlow;
 

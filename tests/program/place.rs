@@ -30,7 +30,7 @@ equilibration_events = 500
 until_events = 4000
 "#;
 
-/// A ball whose bounces on the floor end in an inelastic collapse, because the scene does not use the TC model.
+/// Without the TC model, the bounces of the ball end in an inelastic collapse.
 pub const COLLAPSE: &str = r#"
 [space]
 size = [4.0, 4.0, 4.0]
@@ -104,8 +104,8 @@ pub fn run(place: &Place, arguments: &[&str]) {
     assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
 }
 
-/// Starts a program again and again, and kills it, until it finishes. Returns the number of kills. After `patience`
-/// kills, each start gets twice as much time as the one before, so that the program finishes on any machine.
+/// Starts a program and kills it until it finishes before the kill. Returns the number of kills. After `patience`
+/// kills, the time before each kill doubles, so that the program finishes on any machine.
 pub fn kill_until_done(patience: u64, start: impl Fn() -> Child) -> u64 {
     let (mut kills, mut wait) = (0, 20);
     loop {
@@ -143,7 +143,7 @@ pub fn sorted(mut words: Vec<&str>) -> Vec<&str> {
     words
 }
 
-/// All files of a folder except `.carom`, Carom's own list of files.
+/// Returns all files in a folder except `.carom`.
 pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut contents = files(folder);
     contents.retain(|name, _| name.rsplit('/').next() != Some(".carom"));
@@ -154,7 +154,7 @@ pub fn line(output: &Output) -> String {
     errors(output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A long run, with at least one checkpoint.
+/// Starts a long run and waits for its first checkpoint.
 pub fn begun(place: &Place, more: &[&str]) -> Child {
     let folder = if more.contains(&"--force") { "runs/scene/replacement" } else { "runs/scene" };
     let checkpoint = place.path().join(folder).join("checkpoint");
@@ -186,7 +186,7 @@ pub fn ended(place: &Place, folder: &str) -> Output {
 }
 
 /// Opens files, and tries again while they are locked. Other tests start programs from this process. A new process
-/// inherits the locks and holds them until it executes its program.
+/// holds the inherited locks until it executes its program.
 pub fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
     for _ in 0..1000 {
         match open() {

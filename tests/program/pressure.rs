@@ -1,4 +1,4 @@
-//! Runs with a changing volume: their tables and frames, and the runs that follow.
+//! Runs with a changing volume, and later runs that continue from them.
 
 use carom::trajectory::Frame;
 use carom::trajectory::extended_xyz::FrameReader;
@@ -40,7 +40,7 @@ fn each_row_and_frame_has_the_box_of_its_time() {
     assert!(moves["accepted"].as_u64().unwrap() > 20 && moves["amplitude"].as_f64().unwrap() < 0.05, "{moves}");
     let last = rows.last().unwrap()[1];
     assert!((summary["system"]["volume"].as_f64().unwrap() / last - 1.0).abs() < 1e-12);
-    // Published values hold for a fixed density, so none is reported for a changing volume.
+    // Published values are for a fixed density.
     assert_eq!(summary["published"].as_array().unwrap().len(), 0);
     let mean = summary["observables"]["volume"]["mean"].as_f64().unwrap();
     let measured: Vec<f64> = rows.iter().filter(|[time, _]| *time >= 5.0).map(|[_, volume]| *volume).collect();
@@ -65,7 +65,7 @@ fn the_next_run_has_the_box_that_the_last_one_has_left() {
     let next = ["run", "next.toml", "--from", "runs/scene", "--quiet"];
     assert_eq!(code(&place.carom(&next)), 0);
     assert_eq!(volume("runs/next"), volume("runs/scene"));
-    // Unlike `next.toml`, this scene contains the barostat, so the volume changes.
+    // Unlike `next.toml`, this scene has a barostat.
     let again = ["run", "scene.toml", "--from", "runs/scene", "--out", "again", "--quiet"];
     assert_eq!(code(&place.carom(&again)), 0);
     assert!(volume("again") != volume("runs/scene"));

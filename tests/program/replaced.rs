@@ -1,4 +1,4 @@
-//! Runs that replace other runs. Once finished, they replace all files of the old run and no other files.
+//! A finished run with `--force` replaces all files of the old run, and no other files.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -23,7 +23,7 @@ fn an_interrupted_run_replaces_nothing_until_it_is_finished() {
     let folder = place.path().join("runs/scene");
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "7"])), 0);
     let before = contents(&folder);
-    // The second run discards the replacement that the first one left.
+    // The second run discards the replacement of the first run.
     for _ in 0..2 {
         let child = begun(&place, &["--force"]);
         let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
@@ -139,7 +139,7 @@ fn conversions_of_a_run_are_replaced_with_it() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", "gsd", "--out", "new.gsd"])), 0);
     let mut now = contents(&folder);
-    // The existence of `checkpoint.previous` depends on timing.
+    // Whether this file exists depends on timing.
     now.remove("checkpoint.previous");
     assert!(now["trajectory.gsd"] == fs::read(place.path().join("new.gsd")).unwrap());
     let names = ["checkpoint", "mine.csv", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.gsd"];
@@ -173,7 +173,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
     let place = Place::with(&format!("{FLUID}[output]\nformats = [\"npy\", \"gsd\"]\n"));
     let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
     let target = place.path().join("run");
-    // The target is empty in the first round. In the second round it holds the finished run of the first round.
+    // The target is empty in the first round. Then it contains the finished run.
     for (path, kept) in [(target.clone(), None), (target.join("replacement"), Some(target.clone()))] {
         let mut folder = when_free(|| Folder::create(&target, &scene, Existing::Replace));
         fs::create_dir(path.join("trajectory-npy")).unwrap();
@@ -183,7 +183,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
         assert_eq!((&done.folder, &done.kept, done.failures.len()), (&path, &kept, 1), "{:?}", done.failures);
         assert!(path.join("summary.json").exists() && path.join("trajectory.gsd").exists());
         assert_eq!(fs::read_to_string(path.join("trajectory-npy/notes.txt")).unwrap(), "mine");
-        // Once the user's file is gone, the continued run repeats the failed conversion.
+        // When the user's file is gone, the failed conversion is repeated.
         fs::remove_file(path.join("trajectory-npy/notes.txt")).unwrap();
         let (mut folder, checkpoint) = when_free(|| Folder::resume(&target, None));
         let result = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(()));

@@ -1,4 +1,4 @@
-//! `carom run`: its files, its contract and rejected inputs.
+//! Files, promises and rejected inputs of `carom run`.
 
 use std::fs;
 
@@ -94,8 +94,7 @@ fn runs_limited_by_events_write_rows_and_frames_from_the_start() {
         let thermo = place.measured(folder);
         thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
     };
-    // All rows except the last must be equally spaced, even during the pilot run. The pilot run simulates a
-    // thousandth of the 100,000 events, in 0.18 units of time, so several rows are due.
+    // All rows except the last must be equally spaced, also those of the pilot run.
     let ahead = ["run", "scene.toml", "--until-events", "100000", "--set", "output.thermo_interval=0.05"];
     for (folder, more) in [
         ("rows", vec![]),
@@ -141,14 +140,14 @@ fn rows_start_with_the_first_stage_and_name_their_stage() {
     assert!(begin(",first warm") == 0 && begin(",equilibration") == 4, "{thermo}");
     let measured = begin(",measurement");
     assert!(measured > 4 && lines[measured..].iter().all(|line| line.ends_with(",measurement")), "{thermo}");
-    // Rates refer to one stage, so they are unknown in the first row of a stage.
+    // Rates are for one stage, so they are unknown in the first row of a stage.
     assert!([0, 4, measured].iter().all(|row| lines[*row].contains(",,")), "{thermo}");
     assert!(!lines[measured + 1].contains(",,"), "{thermo}");
     let summary = place.summary("runs/scene");
     assert_eq!(summary["events"]["total"], 4000, "rows do not change what is measured");
 }
 
-/// A crystal that melts during the measurement, or before it if the equilibration is long.
+/// A crystal melts before the measurement only if the equilibration is long.
 #[test]
 fn report_says_whether_the_run_is_equilibrated() {
     let place = Place::with(FLUID);
@@ -165,7 +164,6 @@ fn report_says_whether_the_run_is_equilibrated() {
         assert_eq!(summary["faults"].as_array().unwrap().len(), 0);
         let pressure = &summary["observables"]["pressure"]["stationarity"];
         match expected {
-            // The pressure drifts from 9 to 11.4.
             "no" => assert!(pressure["verdict"] == "drifting" && pressure["by"].as_f64().unwrap() > 1.0, "{summary}"),
             _ => assert_eq!(pressure["verdict"], "stationary", "{summary}"),
         }
@@ -175,8 +173,7 @@ fn report_says_whether_the_run_is_equilibrated() {
 
 #[test]
 fn conserved_temperature_is_constant_with_zero_error() {
-    // The verdict must not depend on rounding errors, which differ between the runs. The heat bath leaves a different
-    // temperature in each run. Runs with long intervals have only a few rows.
+    // The heat bath leaves a different temperature in each run. The verdict must not depend on its round-off.
     let place = Place::with(&format!(
         "{FLUID}[[stage]]\nname = \"warm\"\nuntil_time = 2.0\nthermostat = {{ kind = \"andersen\", temperature = 2.0, rate = 1.0 }}\n"
     ));
@@ -250,8 +247,7 @@ fn automatic_equilibration_does_not_depend_on_the_output() {
         (cells[0].parse().unwrap(), cells.join(","))
     };
     let (time, plain) = start("plain", "output.contacts=false");
-    // The equilibration needs at least a hundred samples, with one sample every two events per particle. The samples
-    // take 11 units of time.
+    // The equilibration needs at least a hundred samples, which take 11 units of time.
     assert!((10.0..200.0).contains(&time), "{time}");
     assert_eq!(start("often", "output.thermo_interval=0.037").1, plain);
     let (time, _) = start("limited", "run.equilibration_time=2.0");
@@ -355,7 +351,7 @@ fn counting_regions_and_heights_are_columns() {
     let thermo = place.measured("runs/scene");
     assert!(thermo.starts_with("time,events,kinetic,potential"), "{thermo}");
     assert!(thermo.lines().next().unwrap().ends_with("height,in_floor,stage"), "{thermo}");
-    // At time 1 the ball has fallen by 1/2, to a height of 1. It touches the floor at time sqrt(2).
+    // At time 1, the ball has fallen by 1/2 to a height of 1. It touches the floor at sqrt(2).
     let row: Vec<&str> = thermo.lines().nth(3).unwrap().split(',').collect();
     assert_eq!((row[0], row[row.len() - 2]), ("1", "0"));
     assert!((row[row.len() - 3].parse::<f64>().unwrap() - 1.0).abs() < 1e-14);

@@ -106,7 +106,7 @@ fn measured_anneal_is_the_same_in_stages_and_in_runs() {
             for key in ["measured", "observables", "equilibrated", "rates", "published"] {
                 agree(&all[key], &one[key], &format!("{what}, {t}, {key}"));
             }
-            // `before` counts events from the start of the run, like the first row of this measurement.
+            // The first row of the measurement has the number of all earlier events.
             let thermo = place.read("runs/whole/thermo.csv");
             let first = thermo.lines().find(|row| row.ends_with(&format!(",{name}"))).unwrap();
             assert_eq!(all["events"]["before"].to_string(), first.split(',').nth(1).unwrap(), "{what}, {t}");
@@ -208,12 +208,12 @@ thermo_interval = 10.0
     run(&place, &["scene.toml", "--out", "runs/a"]);
     let summary = place.summary("runs/a");
     let of = |value: &Value| value["observables"]["temperature"]["mean"].as_f64().unwrap();
-    // The expected temperature is 2 K' / 3. K' = 0.5 mu |v|^2 is the kinetic energy without the motion of the centre of
-    // mass, with the reduced mass mu and the relative velocity v.
+    // With the reduced mass mu and the relative velocity v, the kinetic energy without the centre of mass is K' = 0.5
+    // mu |v|^2. The expected temperature is 2 K' / 3.
     let free = 2.7 * 0.6 / 3.3 * (3.0_f64.powi(2) + 0.2_f64.powi(2) + 0.3_f64.powi(2)) / 3.0;
     let measured = of(&summary["stages"][0]);
     assert!((measured - free).abs() < 1e-12 * free, "{measured} and {free}");
-    // The energy supplied by the bath includes the energy of the centre of mass.
+    // The bath also supplies the energy of the centre of mass.
     let stage = &summary["stages"][1];
     let error = stage["observables"]["temperature"]["standard_error"].as_f64().unwrap();
     assert!((of(stage) - 1.5).abs() < 4.0 * error && error < 0.03, "{} +- {error}", of(stage));
@@ -270,7 +270,7 @@ until_time = 1.0
 
 #[test]
 fn surface_that_appears_inside_a_grain_is_named_in_the_error() {
-    // At time 4, when the gate appears, the second ball is at a height of 2.5.
+    // At time 4, the gate appears and the second ball is at a height of 2.5.
     let place = Place::with(&gate_at(2.75));
     let output = place.carom(&["run", "scene.toml", "-q"]);
     let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
@@ -285,7 +285,7 @@ fn surface_that_appears_inside_a_grain_is_named_in_the_error() {
     assert!(!told.contains("should not"), "it is the scene's fault: {told}");
     let summary = place.summary("runs/scene");
     assert_eq!((&summary["ending"], &summary["time"]), (&"blocked".into(), &4.0.into()));
-    // The gate appears between the two balls, at least half a diameter from both centres.
+    // The gate appears between the balls and touches neither.
     let place = Place::with(&gate_at(2.5).replace("[4.0, 4.0, 1.5]", "[4.0, 4.0, 0.75]"));
     let output = place.carom(&["run", "scene.toml", "-q"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -69,8 +69,7 @@ const GRAINS: &str = "[[fill]]\nspecies = \"grain\"\narrangement = \"random\"\nc
 const SHEARED: &str = "[space]\nshear_rate = 0.7\n";
 
 fn run_until(time: &str) -> String {
-    // With this interval, rounding puts the 47th row slightly before 0.75. A run until 0.75 then writes its last
-    // checkpoint slightly before its end.
+    // With this interval, rounding puts the 47th row and the last checkpoint slightly before 0.75.
     format!("[run]\nuntil_time = {time}\n[output]\nthermo_interval = 0.015957446808510637\nframe_interval = 0.25\n")
 }
 
@@ -95,7 +94,7 @@ fn refused(place: &Place, arguments: &[&str], expected: &[&str]) {
     let output = place.carom(arguments);
     let said = line(&output);
     assert_eq!(code(&output), 2, "{arguments:?}: {said}");
-    // The message breaks long words such as paths, so the comparison ignores spaces.
+    // The message breaks long words, so spaces are ignored.
     let said = said.replace(' ', "");
     for words in expected {
         assert!(said.contains(&words.replace(' ', "")), "{arguments:?} lacks `{words}`: {said}");
@@ -114,7 +113,7 @@ fn consecutive_runs_have_the_bits_of_one_longer_run() {
         let place = Place::with(&format!("{scene}{particles}{}", run_until("2.25")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
         run(&place, &["scene.toml", "--until-time", "0.75", "--out", "runs/1"]);
-        // The scene `again` repeats everything except the start. The scene `short` contains only the limit of the run.
+        // The scene `again` lacks only the particles. The scene `short` contains only the limit of the run.
         started(&place, "again", &format!("start.from = \"runs/1\"\n{scene}{}", run_until("0.75")));
         started(&place, "short", &run_until("0.75"));
         run(&place, &["again.toml", "--out", "runs/2"]);
@@ -135,8 +134,7 @@ fn next_run_continues_from_the_last_event() {
     started(&place, "next", &plan(2000));
     run(&place, &["next.toml", "--from", "runs/1", "--out", "runs/2"]);
     assert_eq!(last_frame(&place, "runs/2"), last_frame(&place, "runs/whole"));
-    // A run with gravity needs another engine. It starts from the last state of the previous run, in which a pair still
-    // touches.
+    // Gravity needs another engine. The run starts with a pair in contact.
     started(&place, "fall", &format!("[dynamics]\ngravity = [0.3, 0.0, 0.0]\n{}", plan(500)));
     run(&place, &["fall.toml", "--from", "runs/1", "--out", "runs/fall"]);
     assert_eq!(code(&place.carom(&["verify", "runs/fall"])), 0);
@@ -234,7 +232,7 @@ fn gravity_and_walls_come_from_the_new_scene() {
     run(&place, &["up.toml", "--from", "runs/a", "--out", "runs/up"]);
     let heights = column(&place, "runs/up", "potential");
     assert!(heights[0] < 0.0 && heights.last().unwrap() < &heights[0], "they fall upwards");
-    // If the scene has no [space], it takes the box and its sides from the run.
+    // A scene without [space] has the box of the run.
     assert_eq!(code(&place.carom(&["verify", "runs/up", "--events", "500"])), 0);
     started(&place, "walls", &format!("[space]\nx = \"walls\"\nz = \"walls\"\n{}", run_until("0.5")));
     refused(&place, &["run", "walls.toml", "--from", "runs/a"], &["start.from", "wall of"]);
@@ -254,8 +252,7 @@ fn new_contact_time_counts_from_the_start_of_the_run() {
         run(&place, &[&format!("{name}.toml"), "--from", "runs/a", "--out", &format!("runs/{name}")]);
         place.summary(&format!("runs/{name}"))["energy"]["dissipated"].as_f64().unwrap()
     };
-    // With the long contact time, a grain loses almost no energy, because nearly every contact soon follows another
-    // one.
+    // With the long contact time, nearly every contact is soon after another. The grains then lose almost no energy.
     let (short, long) = (dissipated("short", "1e-3"), dissipated("long", "100.0"));
     assert!(long < 0.2 * short, "{long} and {short}");
 }
@@ -339,15 +336,15 @@ fn invalid_starting_points_are_rejected() {
     next(format!("{}{}", CHAINS.replace("\"link\"", "\"rope\""), run_until("0.5")));
     refused(&place, &bad, &["start.from", "unknown interaction `link`", "`rope`"]);
     next(format!("{}{}", CHAINS.replace("longest = 1.2", "longest = 0.7"), run_until("0.5")));
-    refused(&place, &bad, &["start.from", "but their bond holds from 0.6 to 0.7"]);
+    refused(&place, &bad, &["start.from", "but their bond allows 0.6 to 0.7"]);
     next(format!("{}{}", CHAINS.replace("8.0, 8.0, 8.0", "9.0, 8.0, 8.0"), run_until("0.5")));
-    refused(&place, &bad, &["space.size[0]", "is 9, expected 8, as in the run that [start] names"]);
+    refused(&place, &bad, &["space.size[0]", "is 9, expected 8, as in the run given by [start]"]);
     next(format!("[space]\nz = \"flat\"\n{}", run_until("0.5")));
     refused(&place, &bad, &["space.z", "is flat, expected not flat, as in the run"]);
     let (species, _) = CHAINS.split_once("[[interaction]]").unwrap();
     next(format!("{species}{}", run_until("0.5")));
     refused(&place, &bad, &["`interaction` is missing"]);
-    // Without its summary, the run looks as if it was killed before its end.
+    // Without the summary, the run looks as if it was killed.
     fs::rename(place.path().join("runs/a/summary.json"), place.path().join("runs/a/aside")).unwrap();
     refused(&place, &from("runs/a"), &["the run is not finished", "carom run --resume"]);
     fs::rename(place.path().join("runs/a/aside"), place.path().join("runs/a/summary.json")).unwrap();

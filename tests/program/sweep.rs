@@ -79,7 +79,7 @@ fn every_combination_is_a_run_and_a_row() {
         assert!(page.contains(&format!("href=\"{link}\"")), "{link}");
         assert!(place.read(&format!("runs/scene-sweep/{link}")).contains("Can it be trusted?"));
     }
-    // Complete runs are not repeated, so their pages keep their modification times.
+    // Complete runs are not repeated.
     let first = place.path().join("runs/scene-sweep").join(&runs[0]["folder"]).join("run.html");
     let changed = || fs::metadata(&first).unwrap().modified().unwrap();
     let before = changed();
@@ -191,8 +191,7 @@ fn means_over_seeds_are_those_of_sound_runs() {
     let place = Place::with(FLUID);
     let arguments = ["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s", "--quiet"];
     assert_eq!(code(&place.carom(&arguments)), 0);
-    // Two runs are not sound: in one, the audit found a fault; the other ended irregularly. Their results must not
-    // enter the means.
+    // Results of runs that failed the audit or ended irregularly must not enter the means.
     let summary = place.read("s/seed-2/summary.json");
     let faulty = summary.replacen("\"faults\":[]", "\"faults\":[\"the energy is wrong\"]", 1);
     let faulty = faulty.replacen("\"faults\": []", "\"faults\": [\"the energy is wrong\"]", 1);
@@ -355,8 +354,7 @@ fn jammed_run_counts_as_failed_without_a_stored_reason() {
     let first = place.carom(&vary);
     assert_eq!(code(&first), 1, "{}", words(&first));
     assert!(errors(&first).contains("1 of 2 runs failed"), "{}", errors(&first));
-    // The folder looks as if the sweep had been killed before it stored the reason for the failure, or as if `carom run
-    // --resume` had finished the run.
+    // Without the stored reason, the sweep must find out that the run failed.
     fs::remove_dir_all(place.path().join("s/failures")).unwrap();
     let again = place.carom(&vary);
     assert_eq!(code(&again), 1, "{}", words(&again));

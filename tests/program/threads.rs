@@ -1,4 +1,4 @@
-//! `--threads`: a run on several threads gives the same bits as on one thread.
+//! A run on several threads has the same bits as on one thread.
 
 use std::cell::Cell;
 use std::fs;
@@ -6,7 +6,7 @@ use std::process::Stdio;
 
 use super::place::{FLUID, Place, code, errors, kill_until_done, line, run, words};
 
-/// A fluid that is large enough to be simulated on several threads between two rows.
+/// The fluid is large enough for several threads.
 fn fluid() -> Place {
     Place::with(&FLUID.replace("count = 108", "count = 500"))
 }

@@ -33,16 +33,16 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     let distances = rows.lines().skip(1).map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap());
     assert!(distances.clone().count() == 600 && distances.into_iter().all(|it| (1.4..=2.2).contains(&it)));
     let text = place.read(&format!("{folder}/potential_of_mean_force.csv"));
-    // In bins with few samples, the cells for standard errors are empty.
+    // In bins with few samples, the standard errors are empty.
     let number = |cell: &str| if cell.is_empty() { f64::NAN } else { cell.parse().unwrap() };
     let table: Vec<Vec<f64>> = text.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect();
     assert!(table.len() > 18 && table.iter().all(|row| row.len() == 6), "{text}");
     assert!(table.iter().all(|row| [0, 1, 2, 4].iter().all(|&column| row[column].is_finite())), "{text}");
     assert!(table[..15].iter().all(|row| row[3] > 0.0 && row[5] > 0.0), "{text}");
-    // The chain has three bonds of up to 1.2. Its ends are at most 3.6 apart, but rarely as far.
+    // The ends of three bonds of up to 1.2 are rarely 3.6 apart.
     let lowest = table.iter().map(|row| row[4]).fold(f64::INFINITY, f64::min);
     assert!(table.last().unwrap()[4] - lowest > 1.0, "{text}");
-    // An exchange at a single temperature does not write these files.
+    // Only exchanges between temperatures write these files.
     for name in ["energies.csv", "curves.csv", "density_of_states.csv"] {
         assert!(!words(&output).contains(name) && !place.path().join(folder).join(name).exists(), "{name}");
     }

@@ -145,7 +145,6 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Changes a bit or a digit of a file, adds or removes a byte, appends a line, or truncates the file.
 fn change(file: &Path, numbers: &mut Numbers) -> String {
     let mut bytes = fs::read(file).unwrap();
     let at = numbers.below(bytes.len().max(1));
@@ -202,7 +201,7 @@ fn verify_finds_any_change_or_names_the_file_as_not_compared() {
 
 #[test]
 fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
-    // The run has far too many events to finish within these few progress calls.
+    // The run has far too many events to finish within a few progress calls.
     let place = Place::with(&MIXTURE.replace("until_events = 900", "until_events = 40000"));
     let scene = || read_scene(place.path().join("scene.toml"), &[]).unwrap();
     let text = scene().record(place.path().join("scene.toml"), &[]).unwrap();
@@ -225,7 +224,7 @@ fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
 #[test]
 fn a_run_that_went_on_to_a_later_end_has_the_files_of_its_replay() {
     let place = Place::with(STAGES);
-    // The first run plans its rows, frames and samples for its own end, not for the end of the second run.
+    // The first run plans rows, frames and samples for its own end, not for the later end.
     run(&place, &["scene.toml"]);
     run(&place, &["--resume", "runs/scene", "--until-time", "23"]);
     is_whole(&place.path().join("runs/scene"));

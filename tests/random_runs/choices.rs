@@ -1,4 +1,4 @@
-/// Choices from bytes, which are random in a fuzzer or a test. Once the bytes are used up, always the first choice.
+/// Choices from random bytes. After the last byte, each choice is the first option.
 #[derive(Debug)]
 pub struct Choices<'b>(&'b [u8]);
 
@@ -26,7 +26,7 @@ impl<'b> Choices<'b> {
     }
 }
 
-/// Random bytes that depend only on a seed (SplitMix64).
+/// Returns random bytes from a seed (SplitMix64).
 pub fn bytes(seed: u64, count: usize) -> Vec<u8> {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut next = || {
@@ -38,8 +38,7 @@ pub fn bytes(seed: u64, count: usize) -> Vec<u8> {
     std::iter::repeat_with(&mut next).flatten().take(count).collect()
 }
 
-/// A temporary folder, if possible in `/dev/shm`, a file system in memory. On a disk, the tests would mostly wait for
-/// syncing.
+/// Creates a temporary folder, if possible in memory. On a disk, the tests would mostly wait for syncing.
 #[allow(dead_code)]
 pub fn temporary() -> tempfile::TempDir {
     tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).expect("a temporary folder")

@@ -1,6 +1,5 @@
-//! Folders with links, damaged files, files that Carom did not write, and folders in place of files. Runs,
-//! replacements, resumed runs, sweeps and exchanges write into these folders. Nothing outside the folder changes, and
-//! each call finishes or is rejected with a message.
+//! Runs, sweeps and exchanges in folders with links, damaged files and files that Carom did not write. Nothing outside
+//! the folder may change, and each call finishes or is rejected with a message.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -95,7 +94,6 @@ const NAMES: [&str; 34] = [
     "exchange.csv.partial",
 ];
 
-/// Files that Carom opens for writing.
 const WRITTEN: [&str; 8] = [
     ".carom",
     "checkpoint.partial",
@@ -107,10 +105,10 @@ const WRITTEN: [&str; 8] = [
     ".exchange",
 ];
 
-/// Files of the user outside the folder, which are targets of links.
+/// Files of the user outside the folder. Links lead to them.
 const OTHERS: [&str; 3] = ["thesis.tex", "data/rows.csv", "data/.carom"];
 
-/// What happens to a file between two calls.
+/// A change of a file between two calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     Nothing,
@@ -242,8 +240,8 @@ enum Call {
     CutRun,
 }
 
-/// Makes two or three calls chosen by `bytes`, with changes of the given kinds between them. Returns the number of
-/// calls that finished. Panics if a call panics, or if something outside the folder has changed.
+/// Makes two or three calls chosen by `bytes`, and changes files after each call. Returns the number of finished calls.
+/// Panics if a call panics, or if something outside the folder has changed.
 pub fn judge(bytes: &[u8], changes: &[Change]) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = Place::new();
@@ -320,7 +318,6 @@ fn finish(out: &Path, mut folder: Folder, run: Run, mut looks: u32) -> Result<()
     let is_killed = looks == 0;
     let finished = run.execute(&mut folder, &mut |_| next(&mut looks)).map_err(words)?;
     if is_killed {
-        // A kill leaves a checkpoint and no results.
         return Ok(());
     }
     folder.complete(&finished, &final_table::text(&finished)).map_err(words)?;

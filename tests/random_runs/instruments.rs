@@ -1,5 +1,4 @@
-//! All instruments in scenes with little or nothing to measure: no particles or one, all static or at rest, flat axes,
-//! open boxes, overlaps at the start, runs that end at once.
+//! All instruments in scenes with little or nothing to measure, for example without particles or without motion.
 
 use std::fmt::Write;
 use std::ops::ControlFlow;
@@ -12,7 +11,7 @@ use carom::view::{description, final_table, report};
 
 use super::choices::{Choices, temporary};
 
-/// A run with too rare events is abandoned after this number of progress calls, a few hundredths of a second apart.
+/// A run with very rare events is abandoned after this number of progress calls.
 const PATIENCE: u32 = 5;
 
 pub fn scene(bytes: &[u8]) -> String {
@@ -115,7 +114,7 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
     let has_bins = ["radial_distribution", "free_paths", "speeds", "chains", "bond_order"];
     *text += "[measure]\n";
     for name in names {
-        // Carom rejects instruments that are impossible in a scene. Few such instruments are generated.
+        // Most instruments that Carom would reject are left out.
         let is_possible = match name {
             "pressure_tensor" => !text.contains("= \"open\""),
             "structure_factor" => text.contains("= \"periodic\""),
@@ -158,8 +157,8 @@ pub enum End {
     Over(&'static str),
 }
 
-/// Builds a scene from `bytes`, describes it, and runs it. With `is_kept`, the run writes all its results and the page
-/// to a folder. Panics if a step panics, or if a printed number is NaN.
+/// Builds a scene from `bytes`, describes it, and runs it. With `is_kept`, writes results and the page to a folder.
+/// Panics if a step panics, or if a printed number is NaN.
 pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let text = scene(bytes);
     let made = match Scene::from_toml(&text, "degenerate.toml") {
@@ -169,7 +168,7 @@ pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let _ = (description::text(&made), description::warnings(&made), burdens(&made));
     let estimate = SizeEstimate::of(&made, foreseen_rate(&made).ok()).bytes;
     assert!(estimate >= 0.0, "an estimate of {estimate} bytes");
-    // Scenes with very large outputs are left out, because they may take minutes.
+    // Scenes with very large outputs would take minutes.
     if estimate > 1e7 {
         return End::Refused("large".to_owned());
     }
@@ -187,7 +186,7 @@ pub fn judge(bytes: &[u8], is_kept: bool) -> End {
         let finished = run.execute(&mut folder, &mut watch).expect("a run that is kept");
         folder.complete(&finished, &final_table::text(&finished)).expect("results");
         let page = report::page(&target).unwrap_or_else(|error| panic!("{error}"));
-        // Scripts may contain the word NaN. Data and texts may not contain it.
+        // Only scripts may contain the word NaN.
         let scripts = page.html.split("<script>").enumerate();
         let mut besides = scripts
             .map(|(k, part)| if k == 0 { part } else { part.split_once("</script>").map_or("", |(_, rest)| rest) });

@@ -1,4 +1,4 @@
-//! Whole runs, sweeps and folders from random bytes: any user input is rejected with a message or finishes well. The
+//! Whole runs, sweeps and folders from random bytes. Any user input is rejected with a message or finishes well. The
 //! targets in `fuzz/` call the same functions. `CAROM_FUZZ_RUNS` is the number of cases of each kind, and
 //! `CAROM_FUZZ_SEED` is the first seed (1 by default):
 //!
@@ -23,8 +23,8 @@ fn setting(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
 }
 
-/// Runs `judge` on a number of random cases and returns its results. If `judge` panics for some cases, this function
-/// panics after the last case, with the seeds of all failed cases and the text of the first one from `show`.
+/// Calls `judge` for random cases and returns the results. After a panic in `judge`, continues with the other cases.
+/// Finally panics with all failed seeds, and shows the first failed case.
 fn all<T>(cases: u64, show: impl Fn(&[u8]) -> String, judge: impl Fn(u64, &[u8]) -> T) -> Vec<T> {
     let first = setting("CAROM_FUZZ_SEED", 1);
     let mut objections = Vec::new();

@@ -1,5 +1,4 @@
-//! Tests of sweeps. Axes are given as users may type them, and their points and folders are checked. In other tests,
-//! the sweep, its inputs or its files change between two calls or during a call.
+//! Tests of sweeps with axes as users may type them, and of sweeps that change between or during calls.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -54,10 +53,9 @@ const VALUES: [&str; 24] = [
     "1..3,2",
 ];
 
-/// Unusual notations of numbers.
 const SPELLED: [&str; 5] = ["+1", "0x1", "1_0", "01", "1.00"];
 
-/// A scene of two balls. The mass of the balls tells a replaced scene from the first scene.
+/// A scene of two balls. A replaced scene has another mass.
 fn scene(mass: u8) -> String {
     format!(
         "name = \"balls\"\n[space]\nsize = [4.0, 4.0, 4.0]\n[[species]]\nname = \"ball\"\nmass = {mass}.0\ndiameter = 1.0\n\
@@ -83,8 +81,8 @@ pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     (0..count).map(axis).collect()
 }
 
-/// Plans a sweep with axes chosen by `bytes`, and returns its number of points. Panics if the text of an accepted axis
-/// is parsed to another axis, or if a point lacks its own scene or its own folder in the folder of the sweep.
+/// Plans a sweep with axes chosen by `bytes`, and returns the number of points. Panics if the text of an axis is parsed
+/// to another axis, or if two points share a scene or a folder.
 pub fn plan(bytes: &[u8]) -> Option<usize> {
     let axes: Vec<Axis> = axes(&mut Choices::new(bytes)).iter().filter_map(|text| text.parse().ok()).collect();
     for axis in &axes {
@@ -107,9 +105,9 @@ pub fn plan(bytes: &[u8]) -> Option<usize> {
     Some(sweep.points().len())
 }
 
-/// Makes two to four sweep calls in one folder, with different axes and scenes. The calls run in sequence or, with
-/// `has_races`, at the same time. Files are removed or damaged in between. Panics if a point that is reported as done
-/// holds the run of another point.
+/// Makes two to four sweep calls in a folder, with different axes and scenes. Files are removed or damaged between
+/// calls. With `has_races`, some calls run at the same time. Panics if a finished point contains the run of another
+/// point.
 pub fn calls(bytes: &[u8], has_races: bool) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = temporary();
@@ -139,7 +137,7 @@ pub fn calls(bytes: &[u8], has_races: bool) -> usize {
             .map(|(sweep, _)| sweep)
             .collect();
         over += done.len();
-        // The runs in the folder must agree with the sweep file that the last call left.
+        // The runs must agree with the current sweep file.
         if let Ok(kept) = Sweep::from_file(SweepFolder::file_in(&folder)) {
             check(&kept, &folder);
         }
@@ -169,7 +167,7 @@ fn execute(sweep: &Sweep, folder: &Path) -> Result<Vec<(usize, Fate)>, SweepErro
     Ok(fates)
 }
 
-/// Asserts that each run that is reported as done has the seed and the mass of its point.
+/// Asserts that each finished run has the seed and the mass of its point.
 fn check(sweep: &Sweep, folder: &Path) {
     let Ok(opened) = SweepFolder::existing(folder) else { return };
     for (point, result) in sweep.points().iter().zip(Results::read(&opened, sweep).points) {

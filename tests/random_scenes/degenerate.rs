@@ -1,4 +1,4 @@
-//! All instruments in scenes in which almost nothing happens: each run ends, and it reports only numbers.
+//! All instruments in scenes in which almost nothing happens. Each run must end and report only finite numbers.
 
 use std::ops::ControlFlow;
 
@@ -59,7 +59,7 @@ const LIMITS: [&str; 5] = [
     "run = { until_time = 3.0, until_events = 1000 }",
 ];
 
-/// Builds the scene without the instruments that are rejected as meaningless in it.
+/// Builds the scene without the instruments that are rejected in this scene.
 fn without_refused(text: &str) -> Option<Scene> {
     let mut lines: Vec<&str> = text.lines().collect();
     loop {

@@ -1,4 +1,4 @@
-//! Random scenes as text: every kind of box, species, potential, bond and start, from ordinary to absurd.
+//! Random scenes as text, from ordinary to absurd.
 
 use std::fmt::Write;
 
@@ -12,11 +12,10 @@ struct Species {
 struct Shape {
     dimensions: usize,
     size: [f64; 3],
-    /// Units of length and speed.
     length: f64,
     speed: f64,
     is_usual: bool,
-    /// Whether positions and velocities are multiples of simple fractions, so that many events coincide.
+    /// Positions and velocities are multiples of simple fractions, so many events coincide.
     is_even: bool,
     is_invalid: bool,
 }
@@ -29,7 +28,7 @@ pub fn without_surfaces(seed: u64) -> String {
     written(seed, false, false)
 }
 
-/// A scene with ordinary sizes and masses. It has no surfaces, no overlaps at the start and no deliberate coincidences.
+/// A scene with ordinary sizes and masses. It has no surfaces, no overlaps at the start and no coincidences.
 pub fn usual(seed: u64) -> String {
     written(seed, true, false)
 }
@@ -66,7 +65,7 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     if has_surfaces {
         surfaces(&mut text, &mut Dice::new(seed ^ 0x5eed), &shape);
     }
-    // The time limit is a few thousand mean free times. It ends scenes in which particles never collide.
+    // The limit is a few thousand mean free times. It ends scenes without collisions.
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
     text
@@ -87,10 +86,9 @@ fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// Surfaces around the box, which particles reach through open sides, or small surfaces inside.
+/// Writes surfaces around the box, or small surfaces inside the box. Particles reach outer surfaces through open sides.
 fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
-    // In an invalid start a particle may be inside several surfaces at once, and the order of these contacts is
-    // undefined. So such scenes have no surfaces.
+    // In an invalid start, a particle may be inside several surfaces, and the order of these contacts is undefined.
     if shape.dimensions == 1 || shape.is_invalid || !dice.chance(0.4) {
         return;
     }
@@ -123,7 +121,7 @@ fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// One or two motions, slow compared with the particles.
+/// Writes one or two motions of a surface. They are slow compared with the particles.
 fn motion(text: &mut String, dice: &mut Dice, shape: &Shape, middle: [f64; 3]) {
     let rate = shape.speed / shape.length;
     let mut from = dice.pick(&[0.0, 0.0, 0.7]) / rate;
@@ -189,7 +187,7 @@ fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species
 }
 
 fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
-    // Typical energies correspond to a particle of mass 1 at the typical speed. A few scenes have far larger energies.
+    // A typical energy is that of a particle of mass 1 at the typical speed. A few scenes have far larger energies.
     let energy =
         shape.speed * shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(0.0, 8.0) } else { 1.0 };
     for a in 0..species.len() {

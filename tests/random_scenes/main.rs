@@ -1,4 +1,4 @@
-//! Random scenes: each is rejected with a message or runs, and the verifier proves its run. `CAROM_FUZZ_SCENES` is the
+//! Each random scene is rejected with a message, or runs and is proven by the verifier. `CAROM_FUZZ_SCENES` is the
 //! number of scenes (200 by default), and `CAROM_FUZZ_SEED` is the first seed (1 by default):
 //!
 //! ```text
@@ -18,10 +18,8 @@ use std::panic::catch_unwind;
 use carom::check::verify::{Certificate, End, EventRange, Fault, Violation, verify};
 use carom::model::Scene;
 
-/// Number of events that the verifier checks per scene.
 const EVENTS: u64 = 150;
-/// A scene is abandoned after this number of progress calls without a new event. In such scenes, fast particles travel
-/// around the box endlessly.
+/// Progress calls without a new event before a scene is abandoned. Fast particles may travel around the box endlessly.
 const PATIENCE: u32 = 300;
 
 fn setting(name: &str, usual: u64) -> u64 {
@@ -41,7 +39,7 @@ struct Count {
 fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
     count.events += certificate.counts.events();
     match certificate.end {
-        // Rounding leaves no significant digits, so the verifier gives no verdict.
+        // Rounding leaves no significant digits, so there is no verdict.
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             count.without_digits += 1
         }
@@ -104,8 +102,8 @@ fn every_random_scene_that_runs_is_proven() {
     assert!(2 * ran as u64 > scenes, "most scenes are there to run: {count:?}");
 }
 
-/// Scenes whose runs were once wrongly rejected. In one, a particle flies beyond the side of a long box, over many
-/// epochs. In the other, the squared speed of a captured pair underflows.
+/// These runs were once wrongly rejected. In the first scene, a particle flies far beyond a long box. In the second,
+/// the squared speed of a captured pair underflows.
 #[test]
 fn scenes_that_once_failed_are_proven() {
     let mut count = Count::default();

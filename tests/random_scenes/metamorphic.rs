@@ -1,5 +1,5 @@
-//! Changes that leave the physics of random scenes unchanged: splitting a run, distant spheres, a mirror, a shift,
-//! units of powers of two, the numbering of the particles. The events before and after are compared.
+//! Changes that leave the physics of a scene unchanged. Runs are split, distant spheres are added, scenes are mirrored,
+//! shifted or scaled by powers of two, and particles change their order. The events must agree.
 
 use carom::engine::event::Event;
 use carom::engine::{Simulation, Until};
@@ -11,10 +11,9 @@ use crate::dice::Dice;
 use crate::generator;
 
 const SCENES: usize = 60;
-/// Number of events to compare if rounding may differ. A difference grows tenfold with each event of a particle.
+/// Number of compared events if rounding may differ. A difference grows tenfold with each event of a particle.
 const FEW: u64 = 20;
-/// Tolerance. A difference of 1e-15 can grow to this value within the compared events. Times between events are
-/// far longer.
+/// A difference of 1e-15 can grow to this value. Times between events are far longer.
 const TOLERANCE: f64 = 1e-7;
 
 fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
@@ -44,7 +43,7 @@ fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>)
     }
 }
 
-/// Counts equal events, up to two events so close that round-off decides their order.
+/// Counts equal events. Stops before two events that are so close that round-off decides their order.
 fn agreeing(seed: u64, ours: &Scene, theirs: &Scene, number: impl Fn(ParticleId) -> u32, is_mirror: bool) -> usize {
     let (ours, theirs) = (events(ours, FEW), events(theirs, FEW));
     for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
@@ -149,7 +148,7 @@ fn spheres_far_away_change_no_event() {
         }
         let is_closed = |face| matches!(face, carom::model::space::Face::Wall(_));
         let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
-        // The added sphere is just beyond a wall, or too far away to be reached within a few events.
+        // The added sphere is beyond a wall, or too far away to be reached within a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
         let mut place = carom::Vector::zeros();
         place[axis] = scene.space().size[axis] + beyond;
@@ -212,7 +211,7 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
         if simulation.advance_with(until, |event| events.push(*event)).is_err() {
             break;
         }
-        // Observers read the state between two calls of `advance_with`, which must not change the events.
+        // Reading the state must not change the events.
         let _ = (simulation.snapshot(), simulation.energy(), simulation.deepest_overlap());
     }
     events
@@ -224,7 +223,7 @@ fn splitting_a_run_by_time_or_by_events_changes_no_bit() {
         let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
         let by_events = events_of(&scene, [Until::time(limit).or_events(100)]);
         let (Some(last), 100) = (by_events.last(), by_events.len()) else { continue };
-        // The reported time of an event is rounded, so the time limit is the next larger floating-point number.
+        // The reported time may be rounded down, so the limit is the next floating-point number.
         let time = last.time.next_up();
         let cut = |mut events: Vec<Event>| {
             events.truncate(100);

@@ -1,8 +1,7 @@
-//! Random scenes on any number of threads have the events, the state and the counts of a single thread, bit for bit.
+//! On any number of threads, random scenes have the events, state and counts of a single thread, bit for bit.
 //!
-//! A run is split at random: at a time, at a number of events, or where an observer stops. Between two pieces it may
-//! change its number of threads, be written and read like a checkpoint, and enter or leave a heat bath. Some systems
-//! start cold, and some rest for a long time before a bath warms them.
+//! A run is split at random. Between two pieces, it may change its number of threads, be written and read like a
+//! checkpoint, or enter or leave a heat bath. Some systems start cold or rest for a long time.
 //!
 //! ```text
 //! CAROM_FUZZ_SCENES=5000 cargo test --release --test random_scenes threads -- --nocapture
@@ -29,7 +28,7 @@ const STEPS: u64 = 20_000;
 struct Count {
     refused: usize,
     given_up: usize,
-    /// Sums over all pieces of all scenes. `spread` counts the pieces that ran on several threads.
+    /// Sums over all pieces. The count `spread` is for pieces on several threads.
     compared: usize,
     spread: usize,
     windows: u64,
@@ -39,7 +38,7 @@ struct Count {
     baths: usize,
 }
 
-/// The end of a piece of a run: at a time, at a number of events, or when the observer has seen a number of events.
+/// The end of a piece: at a time, after a number of events, or when an observer has seen a number of events.
 #[derive(Debug, Clone, Copy)]
 enum Stretch {
     Time(f64),
@@ -47,7 +46,7 @@ enum Stretch {
     Shown(usize),
 }
 
-/// Advances a simulation by a stretch. Returns the events and the reason for the end, or `None` if it takes too long.
+/// Returns the events and the reason for the end, or `None` if the run takes too long.
 fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>, Result<Reason, String>)> {
     let mut events = Vec::new();
     let (until, most) = match stretch {
@@ -69,7 +68,7 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     None
 }
 
-/// Chooses the next piece of a run. For a system at rest, which may have no events, the piece ends at a given time.
+/// Chooses the next piece of a run. A system at rest may have no events, so the piece ends at a given time.
 fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     if simulation.snapshot().velocities.iter().all(|velocity| *velocity == Vector::zeros()) {
         return Stretch::Time(simulation.time() + dice.power(-2.0, 4.0));
@@ -206,8 +205,7 @@ fn surface(text: &mut String, dice: &mut Dice) {
     }
 }
 
-/// A large scene with mixtures of wells, steps and cores, chains, walls, gravity, restitution, contact times, heat
-/// baths, cold starts and surfaces.
+/// A large scene with any combination of features.
 fn large(seed: u64) -> String {
     let mut dice = Dice::new(seed ^ 0x5eed);
     let dice = &mut dice;
@@ -281,7 +279,7 @@ fn random_scenes_have_the_same_bits_on_any_number_of_threads() {
     if let Some(&seed) = different.first() {
         panic!("{} of {scenes} scenes; the first is {seed}:\n{}", different.len(), text(seed));
     }
-    // With fewer than 40 scenes, some of these cases may not occur.
+    // With few scenes, some cases may not occur.
     assert!(
         scenes < 40 || count.spread as u64 > scenes && count.windows > 10 * scenes && count.undone > 0,
         "{count:?}"

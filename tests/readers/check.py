@@ -92,8 +92,7 @@ def comes_back(program, folder, writer):
     same("periodic axes", start.periodic, frame.periodic)
     same("velocities", start.velocities, frame.velocities, 1e-7)
     same("lower corner", start.lower, frame.lower)
-    # Rounding may move a position beyond a side, and the reader wraps it back. So positions are compared up to whole
-    # periods.
+    # A position that is rounded out of the box is wrapped to the opposite side, so whole periods are ignored.
     moved = start.positions - frame.positions
     moved -= frame.edges * np.round(moved / frame.edges)
     same("positions", frame.positions + moved, frame.positions, 1e-7)
@@ -162,7 +161,7 @@ def main(program):
             try:
                 work()
                 print(f"{name}agrees: {what}", flush=True)
-            except Exception as error:  # Whatever a reader objects to is a finding.
+            except Exception as error:  # Any objection of a reader is a finding.
                 faults += 1
                 print(f"{name}DIFFERS: {type(error).__name__}: {error}", flush=True)
     return 1 if faults else 0

@@ -76,7 +76,7 @@ def ovito_lammps(path, frames):
         same("velocities", data.particles["Velocity"][...], frame.velocities, ROUNDED)
         lower, edges = thick(frame)
         same("box", data.cell[:, 3], lower, 2 * ROUNDED)
-        # The dump contains the upper corner, from which OVITO subtracts the lower corner.
+        # OVITO subtracts the lower corner from the upper corner in the dump.
         rounded = ROUNDED * (1 + np.abs(lower).max() / edges.max())
         same("edges", np.transpose(data.cell[:, :3]), cell(frame, edges), rounded)
         same("periodic", data.cell.pbc, frame.periodic)
@@ -120,8 +120,7 @@ def ase_xyz(path, frames):
 
 
 def ase_lammps(path, frames):
-    # The dump has Lennard-Jones units. By default ASE interprets them as eV and Angstrom, which changes only the
-    # velocities.
+    # By default, ASE interprets Lennard-Jones units as eV and Angstrom, which changes only the velocities.
     speed = ase_unit(1.0, "velocity", "metal", "ASE")
     for index, (atoms, frame) in enumerate(
         zip(ase.io.read(path, ":", format="lammps-dump-text"), frames, strict=True)
@@ -170,8 +169,8 @@ def gsd_hoomd(path, frames):
 
 
 def mdanalysis_gsd(path, frames):
-    # MDAnalysis takes the tilt factors of a box for cosines of angles, so only the edges are compared. It stores no
-    # images, velocities or time.
+    # MDAnalysis interprets tilt factors as cosines, so only the edges are compared. It reads no images, velocities or
+    # times.
     universe = MDAnalysis.Universe(path)
     same("masses", universe.atoms.masses, frames[0].particle_masses)
     same("radii", universe.atoms.radii, frames[0].radii.astype(np.float32))

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-# Two species with names that ASE recognises, in a periodic box away from the origin. The bond order of each particle is
-# measured.
+# Two species with names that ASE recognises, in a periodic box away from the origin, with measured bond order.
 MIXTURE = """
 seed = 3
 [space]
@@ -36,7 +35,7 @@ temperature = 1.0
 until_events = 2000
 """
 
-# Chains in a periodic box so small that some bonds cross its sides.
+# Chains in a small periodic box. Some bonds cross its sides.
 POLYMER = """
 [space]
 size = [5.0, 5.0, 5.0]
@@ -86,7 +85,7 @@ temperature = 1.0
 until_events = 1000
 """
 
-# A sheared box: its periodic images along y move along x.
+# In a sheared box, periodic images along y move along x.
 SHEARED = """
 [space]
 lower = [-3.0, 1.0, 20.0]

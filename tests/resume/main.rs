@@ -1,4 +1,4 @@
-//! Runs that were stopped in any way and resumed give the same bits as uninterrupted runs.
+//! Runs that are stopped in any way and resumed have the same bits as uninterrupted runs.
 
 #[path = "../program/files.rs"]
 mod files;
@@ -29,8 +29,7 @@ fn seventy_two_random_stops_change_no_bit() {
         let whole = directory.path().join(format!("{scene}_whole"));
         let begun = std::time::Instant::now();
         finish(start(scene, events, &whole));
-        // Upper limit of the random time before a stop, in milliseconds. It decreases when a run ends before its stop,
-        // and increases when there is no checkpoint yet. It affects only the number of tries.
+        // Upper limit of the random time before a stop, in milliseconds. It affects only the number of tries.
         let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 4;
         let (mut runs, mut stops) = (0, 0);
         let fresh = |runs: usize| {
@@ -81,7 +80,7 @@ fn extending_a_finished_run_equals_one_longer_run() {
         let mut command = carom(&["run", &scene, "--quiet", "--until-time", time]);
         command.args(["--set", "run.equilibration_events=5000", "--set", "output.contacts=true"]);
         command.args(["--set", "output.events=true"]);
-        // The interval 0.1 is not a binary fraction, so the last tick is not exactly at the end.
+        // 0.1 is not a binary fraction, so the last tick is not exactly at the end.
         command.args(["--set", "output.thermo_interval=0.1", "--set", "output.frame_interval=0.3"]);
         command.arg("--out").arg(folder);
         command
@@ -120,7 +119,7 @@ fn damaged_checkpoints_are_rejected_and_the_run_is_kept() {
     refused("its end is");
     fs::write(&checkpoint, "").unwrap();
     refused("damaged");
-    // Both checkpoints are removed, because a run without its last checkpoint continues from the previous one.
+    // Without its last checkpoint, a run continues from the previous one.
     let _ = fs::remove_file(folder.join("checkpoint.previous"));
     fs::remove_file(&checkpoint).unwrap();
     refused("no checkpoint");
@@ -186,8 +185,7 @@ fn checkpoint_resumes_only_with_the_files_of_its_run() {
     }
     flip("events/time.npy", 128);
     refused("time.npy are not those of the checkpoint");
-    // Damage in these two places does no harm. The header is rewritten at the end, and data after the checkpoint are
-    // cut off.
+    // Damage in these places does no harm. The header is rewritten at the end, and later data are cut off.
     flip("events/time.npy", 100);
     let last = good["thermo.csv.partial"].len() - 1;
     flip("thermo.csv.partial", last);
@@ -195,7 +193,7 @@ fn checkpoint_resumes_only_with_the_files_of_its_run() {
     assert_same(&whole, &one, "granular cooling");
 }
 
-/// A limit on the length of files, in units of 512 bytes, acts like a full disk.
+/// A limit on the length of files acts like a full disk.
 #[cfg(unix)]
 #[test]
 fn run_stopped_by_a_full_disk_can_be_resumed() {
@@ -205,7 +203,7 @@ fn run_stopped_by_a_full_disk_can_be_resumed() {
         let arguments = |folder: &Path| {
             let scene = format!("{}/configs/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
             let mut command = carom(&["run", &scene, "--quiet", "--until-events", "20000", "--out"]);
-            // With a checkpoint every millisecond, the first one comes long before the size limit.
+            // The first checkpoint is written long before the output reaches its size limit.
             command.arg(folder).args(["--checkpoint-every", "0.001"]);
             command.args(["--set", "output.events=true", "--set", "output.contacts=true"]);
             command.args(["--set", "run.equilibration_events=1000"]);

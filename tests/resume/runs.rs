@@ -4,7 +4,7 @@ use std::process::{Child, Command, Output, Stdio};
 
 use super::files::files;
 
-/// Scenes for every kind of engine and external influence, with numbers of events that take a few tenths of a second.
+/// Scenes for every kind of engine and external influence, with numbers of events.
 pub const SCENES: [(&str, &str); 9] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
@@ -94,7 +94,7 @@ name = "layers"
 bins = [1, 10, 1]
 "#;
 
-/// Chains in a solvent under pressure. A stage adjusts the amplitude, and the measurement is at another pressure.
+/// Chains in a solvent under pressure. A stage adjusts the amplitude, and the measurement has another pressure.
 pub const ISOBARIC: &str = r#"
 [[species]]
 name = "A"
@@ -167,7 +167,7 @@ pub fn start(scene: &str, events: &str, folder: &Path) -> Command {
     let mut command = carom(&["run", &scene, "--quiet", "--until-events", events, "--checkpoint-every", "0.01"]);
     let equilibration = match () {
         () if scene.contains("hard_sphere") => "100000",
-        // The limit is high enough for the equilibration to end by its own criterion.
+        // The equilibration must end by its own criterion, not at this limit.
         () if scene.ends_with("grown.toml") => "150000",
         () => "1000",
     };
@@ -183,7 +183,7 @@ pub fn resume(folder: &Path) -> Command {
     command
 }
 
-/// Stops a run by SIGKILL, SIGTERM or SIGINT (`way` 0, 1 or 2). Returns whether the run was still running.
+/// Stops a run by SIGKILL, SIGTERM or SIGINT. Returns whether the run was still running.
 pub fn stop(child: &mut Child, way: u32) -> bool {
     if child.try_wait().unwrap().is_some() {
         return false;
@@ -198,7 +198,7 @@ pub fn stop(child: &mut Child, way: u32) -> bool {
     !child.wait().unwrap().success()
 }
 
-/// Results of a run that depend only on its scene and seed.
+/// Returns the results that depend only on the scene and the seed.
 pub fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut results = Vec::new();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml"] {
@@ -239,8 +239,7 @@ pub fn files_of(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
 
-/// Makes a finished run look like a run killed after its last checkpoint: its files have temporary names and incomplete
-/// data at the end, and there is no summary.
+/// Makes a finished run look like a killed run. Files get temporary names and incomplete data.
 pub fn unfinish(folder: &Path) {
     fs::remove_file(folder.join("summary.json")).unwrap();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml", "events/kind.npy"] {

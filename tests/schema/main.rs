@@ -1,4 +1,4 @@
-//! The schema of scene files agrees with the reader: the same keys, words, limits and defaults.
+//! The schema of scene files has the same keys, words, limits and defaults as the program.
 
 #[path = "../bad_scenes/cases.rs"]
 mod cases;
@@ -26,7 +26,7 @@ fn program(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// [`EVERY_KEY`] in a folder with its coordinate file.
+/// The scene [`EVERY_KEY`] in a folder with its coordinate file.
 struct Base(tempfile::TempDir);
 
 impl Base {
@@ -42,7 +42,7 @@ impl Base {
     }
 }
 
-/// Calls `visit` for every property of a schema, with its path, and with its value if the scene has one.
+/// Calls `visit` for every property of a schema, with its path and its value in the scene, if any.
 fn walk(schema: &Value, value: Option<&Value>, path: &str, visit: &mut impl FnMut(&str, &Value, Option<&Value>)) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten() {
         let value = value.and_then(|table| table.get(key));
@@ -76,7 +76,7 @@ fn carom_schema_prints_the_schema_with_its_id_and_title() {
     assert_eq!(serde_json::from_str::<Value>(&printed).unwrap(), schema);
 }
 
-/// Unicode classes need a flag in ECMA-262, and are unknown to Python's `re`.
+/// Unicode classes need a flag in ECMA-262, and Python's `re` does not support them.
 #[test]
 fn patterns_use_no_unicode_classes_or_escapes() {
     let mut patterns = Vec::new();
@@ -140,7 +140,7 @@ fn schema_accepts_scenes_of_configs_and_of_carom_new() {
     }
 }
 
-/// Scenes in `tests/bad_scenes` that the schema must reject, whatever the rest of the scene contains.
+/// The schema must reject these scenes of `tests/bad_scenes`.
 const REFUSED: [&str; 41] = [
     "barostat_with_negative_pressure",
     "bond_id_too_large",
@@ -204,7 +204,7 @@ fn reader_and_schema_have_the_same_keys() {
     for (header, table) in tables {
         let text = format!("{header}no_such_key = 1\n");
         let error = Scene::from_toml(text.as_str(), "scene.toml").unwrap_err();
-        // Required keys are missing as well, and may be the first error.
+        // Required keys are also missing, so the first error may be a missing key.
         let known = std::iter::once(&error).chain(error.others()).find_map(|error| match error.kind() {
             SceneErrorKind::UnknownKey { known, .. } => Some(known),
             _ => None,
@@ -217,7 +217,7 @@ fn reader_and_schema_have_the_same_keys() {
     }
 }
 
-/// The tables that a scene can have, with the TOML headers that lead to them.
+/// Collects the tables of a scene and the TOML headers that lead to them.
 fn collect_tables(schema: &Value, path: &mut Vec<(String, bool)>, tables: &mut Vec<(String, Value)>) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten() {
         let choices = property["anyOf"].as_array().cloned().unwrap_or_else(|| vec![property.clone()]);
@@ -338,8 +338,7 @@ fn schema_limits_are_those_of_the_reader() {
                 E::Value { .. } | E::Syntax { .. } | E::Potential(_) | E::PackingFraction { .. }
             );
             assert!(is_about_it, "{path} = {}: {error}", limit + outside);
-            // Limits of packing fractions are left out, because equal spheres cannot reach the limit that mixtures may
-            // reach.
+            // The limit of a packing fraction is not tried, because equal spheres cannot reach it.
             if outside != 0.0 && !path.ends_with("packing_fraction") {
                 let accepted = base.with(path, &text(limit));
                 assert!(accepted.is_ok(), "{path} = {limit}: {}", accepted.unwrap_err());
@@ -355,8 +354,8 @@ fn schema_rejects_numbers_outside_the_ranges_of_the_reader() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
-        // The limits of these keys depend on other keys. The height of a shoulder must be positive, unlike the height
-        // of a penetrable core. The ends of a slider are compared with each other.
+        // These limits depend on other keys. The height of a shoulder must be positive, unlike the height of a
+        // penetrable core. The ends of a slider are compared with each other.
         let is_relative = path.ends_with(".height") || path.starts_with("live.slider");
         if value.is_none_or(|value| !value.is_number()) || is_relative {
             return;

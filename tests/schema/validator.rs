@@ -30,7 +30,7 @@ fn check(schema: &Value, value: &Value, place: &str, found: &mut Vec<String>) {
     }
 }
 
-/// Whether a value obeys one rule. Errors inside the value are listed separately.
+/// Returns whether a value obeys a rule. Adds errors of nested rules to `found`.
 fn holds(
     rules: &serde_json::Map<String, Value>,
     keyword: &str,
@@ -112,7 +112,7 @@ fn is_of(name: &str, value: &Value) -> bool {
     }
 }
 
-/// Whether a text matches one of the patterns of the schema: character classes, each with a repetition count.
+/// Returns whether a text matches a pattern of the schema.
 fn fits(pattern: &str, text: &str) -> bool {
     // Characters beyond ASCII count as letters.
     let letters = |c: char| c.is_ascii_alphanumeric() || !c.is_ascii();

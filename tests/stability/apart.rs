@@ -1,4 +1,4 @@
-//! Pairs with an interaction of their own that lets them separate. They meet again through any side of a periodic box.
+//! Pairs whose own interaction lets them separate. They meet again through any side of a periodic box.
 
 use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
@@ -11,8 +11,7 @@ use rand_core::{Rng, SeedableRng};
 
 const RANGE: f64 = 1.5;
 
-/// Returns the first time before `until` at which two free particles, in any periodic images, come within `range` of
-/// each other.
+/// Returns the first time before `until` at which two free particles, in any images, come within `range`.
 fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, until: f64) -> Option<f64> {
     let mut first = None;
     #[expect(clippy::cast_possible_truncation, reason = "some periods")]
@@ -20,7 +19,7 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
     let most = |axis: usize| periods(velocity[axis].abs() * until / size[axis]);
     let ups = if size.y > 0.0 { -most(1)..=most(1) } else { 0..=0 };
     for up in ups {
-        // Because of the shear, images further up move faster.
+        // In a sheared box, images farther up move faster.
         let faster = rate * size.y * f64::from(up);
         let most_beside = periods(((velocity.x - faster).abs() * until) / size.x);
         for beside in -most_beside..=most_beside {
@@ -39,7 +38,7 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
     first
 }
 
-/// Two particles with an interaction of their own, among `others` particles that are at rest and interact with nothing.
+/// Two particles with their own interaction. The other particles are at rest and interact with nothing.
 fn scene(space: &Space, rate: Option<f64>, own: Potential, states: [(Vector, Vector); 2], others: u32) -> Scene {
     let mut builder = SceneBuilder::new("apart")
         .space(space.clone())
@@ -95,18 +94,16 @@ fn pair_meets_in_the_first_image_within_range() {
                 let vector = Vector::new(next() - 0.5, next() - 0.5, next() - 0.5) * scale;
                 if size.z == 0.0 { Vector::new(vector.x, vector.y, 0.0) } else { vector }
             };
-            // The particles start far apart and travel around the box.
             let (velocity, half) = (random_vector(4.0), random_vector(0.2));
             let direction = Vector::new(0.8, 0.55, 0.0);
             let middle = space.lower + 0.5 * size;
             let (a, b) = (middle + direction + half, middle - direction);
             let until = 6.0;
             let expected = first_meeting(RANGE, &size, rate.unwrap_or(0.0), &(a - b), &(2.0 * velocity), until);
-            // With few particles the engine uses neighbour lists, with many it uses cells.
+            // With few particles, the engine uses neighbour lists. With many particles, it uses cells.
             let others = if case % 2 == 0 { 0 } else { 60 };
             let found = first_event(scene(&space, rate, well(RANGE), [(a, velocity), (b, -velocity)], others), until);
             match (found, expected) {
-                // Because of rounding, a grazing contact may be missed.
                 (Some(found), Some(expected)) => {
                     assert!((found - expected).abs() < 1e-9, "{size} {rate:?} {case}: {found} {expected}");
                 }
@@ -122,7 +119,7 @@ fn pair_meets_in_the_first_image_within_range() {
 #[test]
 fn pair_meets_across_cell_rows_after_many_image_passages() {
     // Neither particle moves along y, the gradient of the shear. Both are in the second row of cells from the sliding
-    // sides. One drifts slowly along z within its cell, and comes into range at the sixth passage of an image.
+    // sides. One particle drifts slowly along z, and comes into range at the sixth passage of an image.
     let (size, range) = (Vector::repeat(10.0), 4.6);
     let states =
         [(Vector::new(1.0, 2.1, 2.9), Vector::new(0.0, 0.0, -0.0025)), (Vector::new(6.0, 7.9, 1.0), Vector::zeros())];
@@ -152,17 +149,17 @@ fn bond_longer_than_a_cell_ends_correctly_across_sliding_sides() {
         let v = velocities[0] - velocities[1];
         let (r2, b, v2) = (apart.norm_squared(), apart.dot(&v), v.norm_squared());
         let root = |distance: f64| (b * b - v2 * (r2 - distance * distance)).sqrt();
-        // `inner` is NaN if the particles do not reach the inner end of the bond.
+        // NaN if the particles do not reach the inner end of the bond.
         let (inner, outer) = ((-b - root(bond[0])) / v2, (root(bond[1]) - b) / v2);
         let expected = if b < 0.0 && inner > 0.0 { inner } else { outer };
-        // The other particle, wrapped into the box. Wrapping along y changes its velocity along x because of the shear.
+        // The second particle is wrapped into the box. In a sheared box, wrapping along y changes the velocity along x.
         let mut other = (place - apart, velocities[1]);
         for axis in 0..3 {
             let periods = ((other.0[axis] - space.lower[axis]) / size[axis]).floor();
             other.0[axis] -= periods * size[axis];
             if axis == 1 && periods != 0.0 {
                 other.1.x -= periods * rate * size.y;
-                // Five rows of cells; the first and the last are next to the sides.
+                // The first and the last of five rows of cells are next to the sides.
                 let rows = [place, other.0].map(|at| ((at.y - space.lower.y) / 2.2).floor());
                 across[usize::from(rows.iter().any(|row| (1.0..=3.0).contains(row)))] += 1;
             }
@@ -176,8 +173,8 @@ fn bond_longer_than_a_cell_ends_correctly_across_sliding_sides() {
 
 #[test]
 fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
-    // With few other particles, the engine uses neighbour lists. The list of the first particle does not reach its
-    // partner, which is 8 away across the side.
+    // With few particles, the engine uses neighbour lists. The list of the first particle does not contain the bonded
+    // particle, which is 8 away across a periodic side.
     let at = |x: f64, speed: f64| (Vector::new(x, 10.0, 10.0), Vector::new(speed, 0.0, 0.0));
     for others in [0, 30, 200] {
         let mut builder = SceneBuilder::new("overstretched")

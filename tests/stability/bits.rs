@@ -1,4 +1,4 @@
-//! The bits of a run depend only on its scene, not on observers, names of particles or the start time.
+//! The bits of a run depend only on the scene, not on observers, names of particles or the start time.
 
 use crate::fingerprints::fingerprint;
 use crate::listed::{fluid, hard_sphere, listed, particles, well};
@@ -131,7 +131,7 @@ fn observers_change_no_bit() {
     }
 }
 
-/// Few particles in a heat bath, a sheared box, or both. The event queue is often empty before the end of an epoch.
+/// Few particles in a heat bath or a sheared box. The event queue is often empty before the end of an epoch.
 fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
     let fill = Fill::new(Arrangement::Random, "A").count(count);
     let mut builder = SceneBuilder::new("driven")
@@ -180,8 +180,7 @@ fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) 
     let fluid = fluid(256, Amount::NumberDensity(0.6));
     let original = particles(&fluid);
     let shuffled: Vec<_> = order.iter().map(|&k| original[k]).collect();
-    // With gravity, a floor and a ceiling enclose the fluid, at least half a diameter away from the spheres of the
-    // lattice.
+    // With gravity, a floor and a ceiling enclose the fluid.
     let mut space = fluid.space().clone();
     if gravity != 0.0 {
         space.lower.z -= 1.0;
@@ -240,7 +239,7 @@ fn start_time_does_not_change_the_run() {
         let ((events, end), (late_events, late_end)) = (run(0.0), run(1e12));
         assert!(events.iter().map(timeless).eq(late_events.iter().map(timeless)));
         assert_eq!((&end.positions, &end.velocities), (&late_end.positions, &late_end.velocities));
-        // The sum of the start time and the elapsed time is rounded once.
+        // The start time plus the elapsed time is rounded once.
         for (event, late) in events.iter().zip(&late_events) {
             assert!((late.time - 1e12 - event.time).abs() <= 1e12 * f64::EPSILON);
         }

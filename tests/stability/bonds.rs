@@ -1,4 +1,4 @@
-//! Bonds with a narrow range of lengths, which alternate between the shortest and the longest length.
+//! Bonds that alternate between two nearly equal lengths.
 
 use crate::listed::{along, line, open_box};
 use crate::watched::Watched;
@@ -45,8 +45,8 @@ fn both_ends_of_a_bond_are_met_in_turn() {
                 assert_eq!(kinds[0], first);
                 assert!(kinds.windows(2).all(|two| two[0] != two[1] && [core, bounce].contains(&two[1])));
                 watched.assert_sound(1.0);
-                // Between two events the bond length changes by `range`, at a relative speed of 2. The tolerance allows
-                // for a first event at the start, and for rounding of coordinates and distances below 2 in each event.
+                // Between two events, the bond length changes by `range` at a relative speed of 2. The tolerance allows
+                // for an event at the start and for rounding.
                 let expected = 10_000.0 * range / 2.0;
                 let inexact = 10_000.0 * 8.0 * f64::EPSILON + range;
                 assert!((watched.simulation.time() - expected).abs() <= inexact, "{}", watched.simulation.time());
@@ -71,7 +71,7 @@ fn a_tight_pair_spins_for_a_million_events() {
         watched.assert_sound(1.0);
         let drift = (angular(&watched) - before).norm() / before.norm();
         println!("range {range:e}: angular momentum drifted by {drift:.1e}");
-        // Each event rounds positions below 16 and velocities below 1 about ten times, as often up as down.
+        // Each event rounds positions below 16 and velocities below 1 about ten times, with random signs.
         assert!(drift < 4.0 * 10.0 * 16.0 * f64::EPSILON * 1000.0, "{drift:e}");
         let now = watched.simulation.snapshot();
         let distance = (now.positions[1] - now.positions[0]).norm();
@@ -95,7 +95,7 @@ fn hanging(range: f64, position: Vector, restitution: f64) -> SceneBuilder {
         .bond([0, 1], "link")
 }
 
-/// A pendulum that starts at an angle to the vertical, in the middle between the ends of the bond.
+/// A pendulum that starts at an angle to the vertical, midway between the shortest and the longest bond length.
 fn pendulum(range: f64, angle: f64, restitution: f64, contact_time: Option<f64>) -> SceneBuilder {
     let position = Vector::new(libm::sin(angle), 0.0, -libm::cos(angle)) * (1.0 + 0.5 * range);
     let mut builder = hanging(range, position, restitution);
@@ -148,12 +148,12 @@ fn bead_on_a_taut_bond_arrests_unless_it_has_room_to_bounce() {
         assert!((simulation.snapshot().positions[1].z + 1.5).abs() < 1e-6);
         reason
     };
-    // A bead at rest on a fully stretched bond has no energy for a bounce. The run reports an arrest at once.
+    // A bead at rest on a fully stretched bond cannot bounce.
     for contact_time in [None, Some(1e-3)] {
         let arrest = end(0.0, contact_time).unwrap_err().arrest().unwrap();
         assert_eq!((arrest.time, arrest.particle.0, arrest.partner.map(|p| p.0)), (0.0, 1, Some(0)));
     }
-    // A bond that is shorter than its full length by only a rounding error gives the bead enough energy to bounce.
+    // A bond that is too short by a rounding error gives the bead enough energy to bounce.
     for short_by in [2.0 * f64::EPSILON, 1e-12, 1e-9] {
         assert_eq!(end(short_by, Some(1e-3)), Ok(Reason::Events));
         assert!(end(short_by, None).unwrap_err().arrest().unwrap().time < 1e-3);

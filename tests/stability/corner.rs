@@ -1,4 +1,4 @@
-//! A ball in the corner of three static spheres, under gravity.
+//! A ball under gravity, in the corner of three static spheres.
 
 use crate::listed::{hard_sphere, open_box};
 use crate::watched::Watched;
@@ -6,11 +6,11 @@ use carom::Vector;
 use carom::engine::{Arrest, Reason, Simulation, Until};
 use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
-/// The height of an equilateral triangle with edge 1, `sqrt(3) / 2`.
+/// `sqrt(3) / 2`, the height of an equilateral triangle.
 const TRIANGLE: f64 = 0.866_025_403_784_438_6;
 
-/// Three static spheres in contact with each other, and a ball above the hole between them. The ball rests at a height
-/// of `sqrt(2 / 3) = 0.816`, and escapes over two of the spheres at `sqrt(3) / 2 = 0.866`.
+/// Three static spheres in contact, and a ball above the hole between them. The ball rests at a height of `sqrt(2 / 3)
+/// = 0.816`, and can escape at `sqrt(3) / 2 = 0.866`.
 fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocity: Vector) -> SceneBuilder {
     let mut builder = SceneBuilder::new("corner")
         .space(open_box(8.0))
@@ -28,7 +28,7 @@ fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocit
     builder.particle("A", position, velocity)
 }
 
-/// Position of the ball at which it touches all three spheres.
+/// The ball touches all three spheres at this position.
 fn bottom() -> Vector {
     Vector::new(0.5, TRIANGLE / 3.0, (2.0_f64 / 3.0).sqrt())
 }
@@ -68,7 +68,7 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
         for part in 1..=100 {
             assert_eq!(watched.simulation.advance(Until::events(before + events / 100 * part)), Ok(Reason::Events));
             worst = worst.max((ball(&watched) - bottom()).norm());
-            // The energy never grows, except by rounding errors with random signs.
+            // The energy never grows, except by rounding errors.
             let now = above_bottom(&watched);
             assert!(now <= last + 4.0 * 16.0 * f64::EPSILON * (events as f64 / 100.0).sqrt(), "{now:e}, {last:e}");
             last = now;
@@ -78,10 +78,10 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
             watched.simulation.time()
         );
         watched.assert_sound(1.0);
-        // In the corner, flights are shorter than the contact time t_c; after a longer flight, the next contact would
-        // dissipate energy. A fall that lasts t_c / 2 bounds the speed, and the height is below g t_c^2 / 8. On these
-        // slopes the ball then moves sideways by at most t_c^2. A ball of restitution 0 is exempt, because it bounces
-        // elastically along the groove between two spheres and loses energy more slowly.
+        // Flights finally become shorter than the contact time t_c, and contacts after such flights dissipate no
+        // energy. The ball then moves at most as fast as after a fall of duration t_c / 2, and sideways by at most
+        // t_c^2. With restitution 0, the ball bounces elastically along the groove between two spheres and loses energy
+        // more slowly.
         assert!(last < contact_time * contact_time, "{last:e}");
         assert!(restitution == 0.0 || worst < contact_time * contact_time, "{worst:e}");
     }
@@ -95,11 +95,9 @@ fn without_the_tc_model_the_ball_arrests_in_the_corner() {
         let arrest: Arrest = simulation.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
         let events = simulation.event_counts().physical();
         println!("e = {restitution}: {events} events, {arrest} at {:?}", simulation.snapshot().positions[3] - bottom());
-        // The arrested pair is the ball and one of the spheres.
         assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
         assert!(arrest.time < 60.0, "{arrest}");
-        // The arrest is reported after about 1,000 events in which time hardly advances. The ball has about as many
-        // contacts before them. Each contact leaves only a fraction of its speed.
+        // An arrest is reported after about 1,000 events in which time hardly advances.
         assert!(events < 20_000, "{events} events");
         assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }

@@ -1,4 +1,4 @@
-//! Newton's cradle: moving spheres strike a line of spheres in contact.
+//! Newton's cradle: moving spheres strike a line of resting spheres in contact.
 
 use crate::listed::{State, along, hard_sphere, line, listed, open_box};
 use crate::watched::Watched;
@@ -8,9 +8,8 @@ use carom::model::potential::Potential;
 use carom::model::space::Boundary;
 use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
-/// A row of five spheres. The first `strikers` of them are in contact, come from the left at a speed of 1 and arrive at
-/// time 1. The others are at rest: the leftmost at `first`, and each further one at the position that `next` returns
-/// for the position of the sphere before it.
+/// A row of five spheres. The first `strikers` spheres come from the left at a speed of 1 and arrive at time 1. The
+/// resting spheres begin at the position `first`. The function `next` returns the position of the next sphere.
 fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
     let mut particles: Vec<State> =
         (0..strikers).rev().map(|k| (along(first - 1.0 - diameter * (k + 1) as f64), along(1.0))).collect();
@@ -27,7 +26,7 @@ fn cradle(diameter: f64, boundary: Boundary, particles: &[State]) -> Simulation 
         .space(line(16.0, boundary))
         .species(SpeciesDraft::new("A").mass(1.0).diameter(diameter))
         .interaction(InteractionDraft::new(Potential::hard_sphere(diameter).unwrap()).between("A", "A"))
-        // Because of rounding, spheres in contact may overlap by one floating-point number.
+        // By rounding, spheres in contact may overlap by one unit in the last place.
         .allow_invalid_start(true);
     for (position, velocity) in particles {
         builder = builder.particle("A", *position, *velocity);
@@ -41,7 +40,7 @@ fn as_many_spheres_leave_as_strike_with_the_same_speed() {
         let mut simulation = cradle(1.0, Boundary::OPEN, &row(0.0, 1.0, |x| x + 1.0, strikers));
         let mut times = Vec::new();
         assert_eq!(simulation.advance_with(Until::time(2.0), |event| times.push(event.time)), Ok(Reason::Time));
-        // The spheres pass on the velocity of each striker at time 1.
+        // The resting spheres pass on the velocity of each striker at time 1.
         assert_eq!(times, vec![1.0; strikers * (5 - strikers)]);
         let end = simulation.snapshot();
         let leaving = 5 - strikers;
@@ -68,9 +67,8 @@ fn a_cradle_between_walls_swings_for_ever() {
 
 #[test]
 fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
-    // Each row has a diameter, a first position, and a function that returns the next position. In the first row, the
-    // gaps are one unit in the last place. In the other rows, rounding makes neighbours overlap or be apart by such a
-    // unit.
+    // Diameter, first position and next position. In the first row, the gaps are one unit in the last place. In the
+    // other rows, rounding leaves gaps or overlaps of this size.
     type Next = fn(f64) -> f64;
     let rows: [(f64, f64, Next); 5] = [
         (1.0, 0.0, |x| (x + 1.0).next_up()),
@@ -85,14 +83,14 @@ fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
             let mut simulation = cradle(diameter, Boundary::OPEN, &start);
             assert_eq!(simulation.advance(Until::time(3.0)), Ok(Reason::Time));
             let events = simulation.event_counts().physical();
-            // Each event rounds two velocities of up to 1 a few times. Each velocity takes part in five events.
+            // Each event rounds two velocities of up to 1 a few times. A velocity is passed on at most five times.
             let bound = 5.0 * 8.0 * f64::EPSILON;
             let end = simulation.snapshot();
             let error = |k: usize| (end.velocities[k].x - if k < 5 - strikers { 0.0 } else { 1.0 }).abs();
             let worst = (0..5).map(error).fold(0.0, f64::max);
             println!("row {which}, {strikers} strike: {events} events, speeds off by {worst:.1e}");
             assert!(worst <= bound, "row {which}, {strikers} strike: {:?}", end.velocities);
-            // Round-off may leave a sphere with a small speed and cause further contacts.
+            // Round-off may leave small speeds, which cause further contacts.
             assert!(events <= 2 * 25, "{events} events");
             assert_eq!(simulation.event_counts().in_invalid_state, 0);
         }
@@ -139,8 +137,8 @@ fn different_masses_keep_energy_and_momentum_in_few_events() {
         let scale: f64 = masses.iter().map(|m| (2.0 * after.kinetic * m).sqrt()).sum();
         let drift = (after.momentum.x - momentum).abs();
         assert!(drift <= 8.0 * f64::EPSILON * scale * (1.0 + events as f64), "{drift:e}");
-        // A light sphere of mass m between two spheres of mass M bounces about pi/2 sqrt(M/m) times before it has
-        // turned them back. For a mass ratio of a thousand, this is less than 100. At most two spheres are light.
+        // A light sphere of mass m between two spheres of mass M bounces about pi/2 sqrt(M/m) times before the spheres
+        // separate. At a mass ratio of a thousand, this is less than 100. At most two spheres are light.
         assert!(events < 400, "{events} events");
     }
 }
@@ -164,7 +162,7 @@ fn long_row_transmits_a_blow_to_its_last_sphere() {
     assert_eq!(simulation.advance(Until::time(2.0)), Ok(Reason::Time));
     assert_eq!(simulation.event_counts().core, count as u64 - 1);
     let end = simulation.snapshot();
-    // Sphere `k` comes to rest at the position `k`, up to the rounding of contact times.
+    // Sphere `k` comes to rest at the position `k`.
     let is_at = |k: usize, x: f64| (end.positions[k] - along(x)).norm() <= 2.0 * f64::EPSILON * count as f64;
     assert!(end.velocities[count - 1] == along(1.0) && is_at(count - 1, count as f64));
     assert!((0..count - 1).all(|k| end.velocities[k] == along(0.0) && is_at(k, k as f64)));
@@ -172,8 +170,8 @@ fn long_row_transmits_a_blow_to_its_last_sphere() {
 
 #[test]
 fn pairs_with_speeds_one_ulp_apart_separate_at_once() {
-    // The impulse is as small as the rounding errors of the velocities. Nevertheless the pair must part, or the same
-    // event would repeat for ever.
+    // The impulse is as small as the rounding errors of the velocities. The pair must separate, or the event repeats
+    // forever.
     let (mut pairs, mut most) = (0, 0);
     for index in 0..2000_u16 {
         let k = f64::from(index);
@@ -184,7 +182,7 @@ fn pairs_with_speeds_one_ulp_apart_separate_at_once() {
         slower[axis] =
             if normal[axis] * velocity[axis] < 0.0 { velocity[axis].next_up() } else { slower[axis].next_down() };
         let start = [(Vector::zeros(), velocity), (normal, slower)];
-        // The unit vector may be too short by one floating-point number, so the spheres may overlap.
+        // By rounding, the spheres may overlap.
         let builder = listed(&open_box(64.0), &hard_sphere(), [1.0, 0.9, 0.5][usize::from(index) % 3], &start);
         let mut simulation =
             Simulation::without_plan(builder.allow_invalid_start(true).contact_time(1e-30).build().unwrap());

@@ -1,4 +1,4 @@
-//! Crystals close to the densest packing. Every particle stays in the cage of its twelve neighbours.
+//! Crystals close to the densest packing, in which every particle stays in its cage.
 
 use crate::listed::{fluid, hard_sphere, listed, particles};
 use crate::watched::Watched;
@@ -25,14 +25,14 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
     let (space, start) = (scene.space().clone(), particles(&scene));
     let mut watched = Watched::new(scene);
     watched.run(1_000_000);
-    // An event involves two of 500 particles, which have up to ten times the mean energy.
+    // An event changes the energies of two of the 500 particles. Each may have ten times the mean energy.
     watched.assert_sound(2.0 / 500.0 * 10.0);
-    // The overlap at a contact has the errors of the coordinates of two particles. Coordinates are at most as large as
-    // the box, and the bound allows for 32 roundings of each coordinate (see `Overlap::round_off`).
+    // The overlap at a contact has the errors of the coordinates of two particles. The bound allows for 32 roundings of
+    // each coordinate (see `Overlap::round_off`).
     let deepest = watched.simulation.event_counts().deepest_overlap;
     assert!(deepest < 32.0 * f64::EPSILON * (2.0 * space.size.x + 2.0), "{deepest:e}");
-    // No particle leaves its cage. At a packing fraction of 0.73, neighbours are 1.005 apart. Three of them would have
-    // to be sqrt(3) apart to let a particle pass between them. The crystal as a whole does not move.
+    // At a packing fraction of 0.73, neighbours are 1.005 apart. Three of them would have to be sqrt(3) apart to let a
+    // particle leave its cage.
     let moved = largest_displacement(&space, &start, &watched.simulation.snapshot());
     println!("largest displacement {moved}");
     assert!(moved < 0.2, "{moved}");
@@ -40,7 +40,7 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
 
 #[test]
 fn a_crystal_at_a_gap_of_a_millionth_of_a_diameter_stays_sound() {
-    // At the packing fraction `phi`, the gap between neighbours is `1 - (phi / DENSEST)^(1/3)` of their distance.
+    // At the packing fraction `phi`, the relative gap between neighbours is `1 - (phi / DENSEST)^(1/3)`.
     for gap in [1e-6_f64, 1e-9] {
         let fraction = DENSEST * (1.0 - gap).powi(3);
         let mut watched = Watched::new(fluid(108, Amount::PackingFraction(fraction)));
@@ -48,8 +48,8 @@ fn a_crystal_at_a_gap_of_a_millionth_of_a_diameter_stays_sound() {
         watched.assert_sound(2.0 / 108.0 * 10.0);
         let event_counts = watched.simulation.event_counts();
         println!("gap {gap:e}: time {:e}, virial {:e}", watched.simulation.time(), event_counts.virial.total());
-        // Free-volume theory gives Z -> 3 / (1 - phi / phi_0) near close packing, which is 1 / gap here (Salsburg and
-        // Wood, J. Chem. Phys. 37, 798, 1962).
+        // Near close packing, free-volume theory gives Z -> 3 / (1 - phi / phi_0) = 1 / gap (Salsburg and Wood, J.
+        // Chem. Phys. 37, 798, 1962).
         let particles = 107.0;
         let z = 1.0 + event_counts.virial.total() / (3.0 * particles * watched.simulation.time());
         println!("Z gap = {}", z * gap);
@@ -68,7 +68,7 @@ fn a_crystal_at_rest_does_nothing() {
         watched.assert_sound(1.0);
         let end = watched.simulation.snapshot();
         assert!(end.velocities.iter().all(|v| *v == velocity));
-        // Each crossing of a cell or of the box rounds a coordinate. There are fewer than a hundred crossings.
+        // A coordinate is rounded less than 100 times, when the particle leaves a cell or the box.
         let moved = |k: usize, axis: usize| {
             end.positions[k][axis] + f64::from(end.images[k][axis]) * scene.space().size[axis] - start[k].0[axis]
         };

@@ -1,4 +1,4 @@
-//! The bits of runs: fingerprints of final states, of events, and of counts.
+//! Hashes of the bits of final states, events and counts.
 
 mod hashes;
 mod systems;
@@ -80,7 +80,7 @@ fn set_on_the_way() -> Bits {
     bits
 }
 
-/// Scenes in `configs`, with the number of simulated events.
+/// Scenes in `configs`, with numbers of events.
 const SCENES: [(&str, u64); 10] = [
     ("bouncing_ball", 1000),
     ("elastic_spheres_1d", 2),
@@ -94,9 +94,9 @@ const SCENES: [(&str, u64); 10] = [
     ("stepped_lennard_jones", 20000),
 ];
 
-/// Hashes of the state, the events and the ledger of each system. State and events change whenever the engine rounds
-/// differently. The ledger also changes when sums are rounded differently. To renew the table, run `cargo test
-/// --release --test stability fingerprints` and copy its output. A run without `--release` must print the same hashes.
+/// Hashes of the state, the events and the ledger. All of them change if the engine rounds differently. The ledger also
+/// changes if sums are rounded differently. `cargo test --release --test stability fingerprints` prints this table. A
+/// run without `--release` must print the same hashes.
 #[rustfmt::skip]
 #[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
 const FINGERPRINTS: &[(&str, [u64; 3])] = &[

@@ -9,11 +9,11 @@ use carom::model::{ContactLaw, Scene};
 use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft};
 use std::time::Instant;
 
-/// Contact time of the TC model, in units in which gravity, masses and diameters are 1.
+/// Contact time of the TC model. Gravity, masses and diameters are 1.
 const CONTACT_TIME: f64 = 3e-3;
 const COUNT: u64 = 24;
 
-/// Grains that fall into a box with a floor and four walls, about three layers high.
+/// Grains fall into a box with a floor and four walls, about three layers high.
 fn grains(restitution: f64) -> Scene {
     let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(restitution)), upper: Face::Open };
     let space = Space {
@@ -42,13 +42,12 @@ fn farthest(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// Largest displacement of grains in a heap at rest, in units of `g t_c^2` with the contact time `t_c`. A flight lasts
-/// at most `t_c`. In this time, a contact opens by up to `g t_c^2 / 8` times the number of layers above it. With four
-/// layers, the four contacts open by at most 2 together. A grain wedged between other grains moves further: in 15
-/// heaps, by up to 140.
+/// Largest displacement of grains in a heap at rest, in units of `g t_c^2` with the contact time `t_c`. In a flight of
+/// at most `t_c`, a contact opens by up to `g t_c^2 / 8` times the number of layers above it. A grain wedged between
+/// other grains moves farther: in 15 heaps, by up to 140.
 const AT_REST: f64 = 300.0;
 
-/// Lets grains fall until none moves further than half of [`AT_REST`] in a time of 10. Some heaps rearrange later.
+/// Waits until no grain moves farther than half of [`AT_REST`] in a time of 10. Some heaps rearrange later.
 fn settle(watched: &mut Watched) {
     let mut before = positions(watched);
     for tens in 1..=30 {
@@ -75,8 +74,7 @@ fn rest(restitution: f64, events: u64) {
         assert!(now > last, "time stands still at {now}");
         last = now;
         reach = reach.max(farthest(&at_rest, &positions(&watched)));
-        // Between two contacts, a grain at rest flies for less than the contact time. Each contact carries the weight
-        // of a few layers at most.
+        // Between two contacts, a grain at rest flies for less than the contact time.
         let speed = (2.0 * watched.simulation.energy().kinetic / COUNT as f64).sqrt();
         assert!(speed < 4.0 * CONTACT_TIME, "grains fly at {speed}");
     }

@@ -1,4 +1,4 @@
-//! Starts with particles placed anywhere. Overlaps become shallower and vanish, and no new overlaps appear.
+//! Starts with overlaps. The overlaps become smaller and vanish, and no new overlaps appear.
 
 use crate::listed::{hard_sphere, open_box};
 use carom::Vector;
@@ -15,7 +15,7 @@ const COUNT: usize = 500;
 struct Recipe {
     name: &'static str,
     potential: fn(f64) -> Potential,
-    /// Diameters of the two species. The second species is static if `has_static` is set.
+    /// Diameters of the two species. With `has_static`, the second species is static.
     diameters: [f64; 2],
     restitution: f64,
     gravity: f64,
@@ -26,8 +26,8 @@ struct Recipe {
 }
 
 impl Recipe {
-    /// With or without the TC model, three inelastic particles whose cores overlap in a common well push each other
-    /// back without end. About a fifth of all seeds end in such a collapse.
+    /// Three inelastic particles whose cores overlap in a common well may push each other without end. About a fifth of
+    /// all seeds end in such a collapse, even with the TC model.
     fn may_arrest(&self) -> bool {
         self.restitution < 1.0 && self.name.contains("wells")
     }
@@ -44,7 +44,7 @@ const PLAIN: Recipe = Recipe {
     second: 0.5,
 };
 
-/// Recipes in which gravity presses overlapping particles onto static particles need the TC model.
+/// If gravity presses overlapping particles onto static particles, the TC model is needed.
 fn recipes() -> [Recipe; 10] {
     let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
     [
@@ -126,7 +126,7 @@ fn random_start(recipe: &Recipe, seed: u64) -> Scene {
 struct Cores {
     periods: Vector,
     pairs: Vec<([usize; 2], f64)>,
-    /// The overlap function `|r|^2 - s^2` of each pair at the last check, at most 0; `s` is the core diameter.
+    /// Overlap function `|r|^2 - s^2` of each pair at the last check, with the core diameter `s`. Zero without overlap.
     last: Vec<f64>,
 }
 
@@ -157,9 +157,8 @@ impl Cores {
     }
 }
 
-/// Largest increase of an overlap between two checks that rounding explains. The six coordinates of a pair are at most
-/// the length of the box, `|r|^2` is at most 1.5, and each is rounded a few times. A coordinate error changes the
-/// overlap function by twice the error times `|r|`.
+/// Largest increase of an overlap by rounding. Coordinates are at most the length of the box, and `|r|^2` is at most
+/// 1.5. An error of a coordinate changes the overlap function by twice the error times `|r|`.
 fn deepening(length: f64) -> f64 {
     2.0 * 1.2 * 16.0 * f64::EPSILON * length
 }
@@ -209,13 +208,13 @@ fn overlaps_of_a_random_start_only_improve_until_all_are_gone() {
 
 #[test]
 fn overlaps_held_by_gravity_arrest_without_the_tc_model() {
-    // Gravity pulls back a ball that is about to leave a static ball. At the turning point its normal velocity is zero,
-    // so a contact cannot separate the balls.
+    // Gravity pulls a ball back before it leaves a static ball. At the turning point, the normal velocity is zero, so
+    // no contact separates the balls.
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
     println!("{} events, {arrest}", simulation.event_counts().physical());
-    // Carom allows many simultaneous events before it reports an arrest.
+    // Many simultaneous events come before an arrest.
     assert!(simulation.event_counts().physical() < 1_000_000);
     assert!(arrest.particle.0.max(arrest.partner.unwrap().0) >= 450, "{arrest}");
 }

@@ -1,6 +1,5 @@
-//! Stability: whole runs of cases in which other programs fail, because systems are dense, degenerate, at rest, or
-//! invalid from the start. Also tests that some influences do not change a run. Tolerances are for round-off, and
-//! derived where they are used.
+//! Whole runs in which other programs fail, because systems are dense, degenerate, at rest, or invalid from the start.
+//! Also tests that some influences do not change a run. Tolerances for round-off are derived where they are used.
 
 mod apart;
 mod bits;

@@ -1,5 +1,4 @@
-//! Conservation of energy with masses, diameters and mass ratios that are not powers of two. The error grows like a
-//! random walk, not in proportion to the number of events.
+//! Conservation of energy with masses and diameters that are not powers of two. The error grows like a random walk.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -21,10 +20,9 @@ fn drift(scene: Scene, events: u64) -> f64 {
     (total(&simulation) + event_counts.dissipated.total() - before) / before
 }
 
-/// Bound for the relative change of the energy: four standard deviations of a random walk. Each of the six velocity
-/// components of a pair is rounded three times: when the velocity change is computed, divided between the particles,
-/// and added. The root mean square of the error is `0.8 eps` of the pair's energy per event. The bound assumes that the
-/// pair has all the energy.
+/// Four standard deviations of a random walk. Each event rounds six velocity components three times: when the velocity
+/// change is computed, divided between the particles, and added. The root mean square error is `0.8 eps` of the energy
+/// of the pair, which is at most the total energy.
 fn bound(events: u64) -> f64 {
     4.0 * 0.8 * f64::EPSILON * (events as f64).sqrt()
 }
@@ -51,15 +49,14 @@ fn elastic_spheres_of_any_masses_keep_their_energy() {
         println!("{masses:?}: {error:e}");
         worst = worst.max(error.abs());
     }
-    // If the velocity changes of the two particles were rounded separately, the error for masses of 10 would be 14
-    // times larger.
+    // If the two velocity changes were rounded separately, the error for masses of 10 would be 14 times larger.
     assert!(worst < bound(100_000), "{worst:e}");
 }
 
 #[test]
 fn elastic_spheres_of_any_diameter_keep_their_energy() {
-    // The engine multiplies squared distances by 9/16 to keep them away from powers of two. At a diameter of 4/3 the
-    // product would be 1, a power of two, so the engine must not use the factor there.
+    // The engine multiplies squared distances by 9/16 to keep them away from powers of two. At a diameter of 4/3, the
+    // product would be 1, so the engine must not use this factor.
     for (diameter, events) in [(4.0 / 3.0, 2_000_000), (0.7, 200_000), (3.0, 200_000), (1e-3, 200_000)] {
         let error = drift(two([1.0, 1.0], [diameter; 2], 3.0 * diameter), events);
         assert!(error.abs() < bound(events), "{diameter}: {error:e}, bound {:e}", bound(events));
@@ -118,7 +115,7 @@ fn a_mixture_with_walls_wells_and_static_spheres_keeps_its_energy() {
         "mixture.toml",
     )
     .unwrap();
-    // The bound assumes that a pair has the total energy, but most pairs have about a twentieth of it.
+    // The bound assumes that a pair has the total energy. Most pairs have about a twentieth of it.
     let error = drift(scene, 300_000);
     assert!(error.abs() < bound(300_000), "{error:e}, bound {:e}", bound(300_000));
 }

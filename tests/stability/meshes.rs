@@ -1,7 +1,8 @@
-//! Balls in random closed meshes: convex, rough, and with slivers. None ever escapes.
+//! Balls never escape from random closed meshes: convex, rough, and with slivers.
 //!
 //! ```text
-//! CAROM_MESH_EVENTS=1000000 cargo test --release --test stability meshes -- --nocapture     # 10^6 contacts in each of 30 meshes
+//! CAROM_MESH_EVENTS=1000000 cargo test --release --test stability meshes -- --nocapture  # 10^6 contacts in each of 30
+//! meshes
 //! ```
 
 use carom::engine::{Simulation, Until};
@@ -22,7 +23,7 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A sphere of radius 1 around the origin with 512 triangles that face outwards.
+/// A unit sphere around the origin with 512 triangles that face outwards.
 fn sphere() -> TriangleMesh {
     let mut vertices: Vec<Vector> =
         [Vector::x(), Vector::y(), Vector::z()].into_iter().flat_map(|axis| [axis, -axis]).collect();
@@ -45,8 +46,8 @@ fn sphere() -> TriangleMesh {
     TriangleMesh { vertices, triangles }
 }
 
-/// A closed mesh that is star-shaped about `middle`: a sphere whose vertices are moved inwards by up to `0.2 (kind %
-/// 4)` of the radius. If `kind` is odd, the mesh has slivers.
+/// A closed mesh: a sphere whose vertices are moved inwards by up to `0.2 (kind % 4)` of the radius. If `kind` is odd,
+/// the mesh has slivers.
 fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     let mut mesh = sphere();
     if kind > 0 {
@@ -56,8 +57,8 @@ fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
         }
     }
     if kind % 2 == 1 {
-        // To make slivers, some vertices move towards a neighbour until a millionth of the edge is left. The moved
-        // vertices have no common neighbours.
+        // Some vertices move to a neighbour until a millionth of the edge is left. Moved vertices have no common
+        // neighbours.
         let mut is_taken = vec![false; mesh.vertices.len()];
         for triangle in mesh.triangles.clone().iter().step_by(23) {
             let ring: Vec<[u32; 3]> =
@@ -76,7 +77,7 @@ fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     mesh
 }
 
-/// Returns the solid angle that a mesh subtends at a point: `4 pi` inside, 0 outside (Van Oosterom and Strackee, 1983).
+/// Returns the solid angle of a mesh at a point: `4 pi` inside, 0 outside (Van Oosterom and Strackee, 1983).
 fn solid_angle(mesh: &TriangleMesh, place: &Vector) -> f64 {
     let of = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|vertex| mesh.vertices[vertex as usize] - place);
@@ -121,7 +122,7 @@ fn nothing_ever_leaves_a_closed_mesh() {
         while here < events && thrown < (events / 100).max(100) {
             let scene = scene(mesh.clone(), &mut random, restitution, gravity, &middle);
             let mut simulation = Simulation::new(scene).unwrap();
-            // A ball at rest in a corner may arrest the simulation, which is not an escape.
+            // An arrest of a ball in a corner is not an escape.
             let _ = simulation.advance(Until::time(1e4).or_events((events - here).min(events.div_ceil(10))));
             thrown += 1;
             let snapshot = simulation.snapshot();

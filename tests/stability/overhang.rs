@@ -1,4 +1,4 @@
-//! Static spheres that extend beyond a wall, as in a protruding mesh, do not hide the wall.
+//! Static spheres that extend beyond a wall do not hide the wall.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -6,7 +6,7 @@ use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
 use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-/// A ball between two walls, above a row of static spheres along x. The row extends beyond each wall by `overhang`.
+/// A ball between two walls, above a row of static spheres that extends beyond each wall by `overhang`.
 fn over_a_row(overhang: f64) -> Scene {
     let wall = Face::Wall(ContactLaw::smooth(1.0));
     let mut space = Space::periodic_cube(10.0);
@@ -17,7 +17,7 @@ fn over_a_row(overhang: f64) -> Scene {
         .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "row"))
         .space(space)
         .particle("ball", Vector::new(5.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0));
-    // With this many particles, the engine uses cells.
+    // With this number of particles, the engine uses cells.
     let length = 10.0 + 2.0 * overhang;
     for k in 0..64 {
         scene = scene.particle("row", Vector::new(f64::from(k) / 63.0 * length - overhang, 5.0, 2.0), Vector::zeros());

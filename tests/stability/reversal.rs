@@ -1,4 +1,4 @@
-//! A run with reversed velocities returns to its start, unless chaos has amplified the round-off too much.
+//! A run with reversed velocities returns to its start, unless chaos amplifies round-off too much.
 
 use crate::listed::{State, fluid, hard_sphere, listed, particles, states, well};
 use carom::Vector;
@@ -16,7 +16,7 @@ impl Fluid {
     fn run(&self, start: &[State], until: Until) -> Simulation {
         let mut simulation = Simulation::without_plan(
             listed(&self.space, &self.potential, 1.0, start)
-                // At the reversal, round-off may leave a pair in contact with a small overlap.
+                // At the reversal, round-off may leave a small overlap.
                 .allow_invalid_start(true)
                 .build()
                 .unwrap(),
@@ -31,13 +31,13 @@ impl Fluid {
     }
 }
 
-/// Result of a run to a later time, and of a second run with reversed velocities that leads back.
+/// A run to a later time, and a second run back to the start with reversed velocities.
 struct Retraced {
     events: u64,
     events_back: u64,
-    /// Largest difference of any coordinate between the start and the end of the way back.
+    /// Largest difference between a coordinate at the start and at the end of the second run.
     error: f64,
-    /// Factor by which small shifts of all coordinates grow on the way back.
+    /// Growth of small shifts of all coordinates during the second run.
     amplification: f64,
 }
 
@@ -47,7 +47,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     let back = fluid.run(&turned, Until::time(time));
     let end = states(&back.snapshot());
     let shift = 1e-10;
-    // The signs of the shifts are irregular, so they are unrelated to the motion.
+    // The signs of the shifts must be unrelated to the motion.
     let sign = |k: usize| if (k * k % 7).is_multiple_of(2) { shift } else { -shift };
     let shifted: Vec<State> = turned
         .iter()
@@ -63,7 +63,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     }
 }
 
-/// A fluid, and one of its states that has evolved away from the initial lattice.
+/// Returns a fluid, and a state that has evolved away from the lattice.
 fn warm(density: f64, potential: Potential) -> (Fluid, Vec<State>) {
     let scene = fluid(108, Amount::NumberDensity(density));
     let fluid = Fluid { space: scene.space().clone(), potential };
@@ -85,8 +85,8 @@ fn reversed_velocities_retrace_the_run() {
             let time = 0.02 / density * f64::from(1 << doubling);
             let Retraced { events, events_back, error, amplification } = there_and_back(&fluid, &start, time);
             println!("{name}: {events:10} {events_back:6}   {error:14.1e}   {amplification:13.1e}");
-            // Each event adds a round-off error of about ten units in the last place of the box length, and all errors
-            // may add up. Chaos multiplies them by `amplification`, which is known only while the shift remains small.
+            // Each event adds a round-off error of about ten units in the last place of the box length. Chaos
+            // multiplies the errors by `amplification`, which is known only while the shift is small.
             let rounded = 10.0 * fluid.space.size.x * f64::EPSILON * (events + 1) as f64;
             if amplification < 1e5 {
                 assert_eq!(events, events_back);

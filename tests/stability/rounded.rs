@@ -1,8 +1,8 @@
-//! The audit must not report round-off as a fault: it accepts valid runs in long boxes, in boxes far from the origin,
+//! The audit must not report round-off as a fault. It accepts valid runs in long boxes, in boxes far from the origin,
 //! and across periodic sides.
 //!
 //! The error of a coordinate is about a unit in the last place of its largest value so far. At a contact near
-//! coordinate 0, one of the particles may have come from the far side of the box, where the error is much larger.
+//! coordinate 0, a particle may have come from the far side of the box, where the error is much larger.
 
 use carom::Vector;
 use carom::engine::Simulation;
@@ -44,7 +44,7 @@ fn placed(mut builder: SceneBuilder, space: &Space, places: &[Vector]) -> SceneB
     builder
 }
 
-/// A chain across the corner of a periodic box. Its centre of mass is at rest, so the chain stays there.
+/// A chain across the corner of a periodic box. The centre of mass is at rest, so the chain stays there.
 fn chain(space: Space, beads: u32, events: u64) -> Scene {
     let builder = SceneBuilder::new("chain")
         .space(space.clone())
@@ -93,8 +93,7 @@ fn rods_on_a_long_ring_pass_their_audit() {
     }
 }
 
-/// By round-off, a fast inelastic contact leaves a small overlap. The audit must accept the overlap even when the pair
-/// hardly moves.
+/// By round-off, a fast inelastic contact leaves a small overlap. The audit must accept it in a pair that hardly moves.
 #[test]
 fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
     for height in [10.0, 1e3, 1e5] {
@@ -117,8 +116,8 @@ fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
     }
 }
 
-/// The final state of a run can be the start of another run. A particle next to coordinate 0 may have crossed the
-/// periodic side and overlap its neighbour by one unit in the last place of the box length.
+/// A run can start from the final state of another run. A particle next to coordinate 0 may have crossed the periodic
+/// side and overlap by one unit in the last place of the box length.
 #[test]
 fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     let build = |length: f64, depth: f64| {
@@ -132,7 +131,7 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(build(1e6, 1e6 * f64::EPSILON).is_ok());
     assert!(build(10.0, 1e6 * f64::EPSILON).is_err());
     assert!(build(1e6, 1e-6).is_err());
-    // The length of a bond may exceed its limit by as much as two spheres may overlap.
+    // A bond may be too long by the same amount by which two spheres may overlap.
     let bonded = |length: f64, excess: f64| {
         let at = |x: f64| Vector::new(x, 0.0, 0.0);
         SceneBuilder::new("bonded")
@@ -150,9 +149,8 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(bonded(1e6, 1e-6).is_err());
 }
 
-/// Spheres grow much faster than they move. Contacts heat them, and the thermostat cools them again. The audit must
-/// compare the momentum error with the momenta of the hot spheres. The start is random, because growth on a lattice
-/// would end before the first contact.
+/// Fast growth heats spheres, and the thermostat cools them. The audit must compare the momentum error with the momenta
+/// of hot spheres. The start is random, because growth on a lattice would end before the first contact.
 #[test]
 fn growth_much_faster_than_the_thermal_speed_passes_its_audit() {
     for rate in [1.0, 1e6, 1e10] {
@@ -173,7 +171,7 @@ fn growth_much_faster_than_the_thermal_speed_passes_its_audit() {
     }
 }
 
-/// Particles fly a million diameters through a long box, but the number of transitions must stay small.
+/// Particles fly a million diameters through a long box. The number of transitions must stay small.
 #[test]
 fn few_particles_in_a_long_box_have_few_transitions() {
     for boundary in [Boundary::Periodic, Boundary::walls(1.0)] {

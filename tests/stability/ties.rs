@@ -1,4 +1,4 @@
-//! Thousands of events happen at the same instant, in a defined order. The result is as symmetric as the start.
+//! Thousands of simultaneous events have a defined order. The result is as symmetric as the start.
 
 use crate::listed::{State, hard_sphere, line, listed};
 use carom::Vector;
@@ -14,8 +14,8 @@ const COUNT: usize = (EDGE * EDGE * EDGE) as usize;
 const WIDE: f64 = 3.25;
 
 /// A lattice with a spacing of 2 along the x-axis. Neighbouring sheets perpendicular to this axis have opposite
-/// velocities of 1. All numbers are binary fractions with few digits, so nothing is rounded. With [`WIDE`], the cells
-/// are 2 long, so times of cell transitions are exact, too.
+/// velocities of 1. All numbers are short binary fractions, so nothing is rounded. With [`WIDE`], the cells are 2 long,
+/// so transitions are exact.
 fn sheets() -> (Space, Vec<State>) {
     let at = |k: u32| f64::from(2 * k) + 0.5;
     let across = |k: u32| WIDE * f64::from(k) + 0.5;
@@ -45,8 +45,7 @@ fn pair(event: &Event) -> (u32, u32) {
 #[test]
 fn sheets_of_a_lattice_collide_all_at_once_and_exactly() {
     let (space, particles) = sheets();
-    // The first gaps of 1 close in a time of 0.5, later gaps of 2 in a time of 1. The collisions are at 0.5, 1.5, 2.5
-    // and so on.
+    // The first gaps of 1 close in a time of 0.5, and later gaps of 2 in a time of 1.
     let (simulation, events) = run(&space, &hard_sphere(), &particles, 10.0);
     assert_eq!(events.len(), 10 * COUNT / 2);
     for (round, together) in events.chunks(COUNT / 2).enumerate() {
@@ -67,7 +66,7 @@ fn sheets_of_a_lattice_collide_all_at_once_and_exactly() {
 fn ties_between_separate_pairs_do_not_depend_on_the_numbering() {
     let (space, particles) = sheets();
     let (expected, _) = run(&space, &hard_sphere(), &particles, 7.25);
-    // 1,231 is coprime to the number of particles, so every particle occurs once in the new order.
+    // 1,231 is coprime to the number of particles, so every particle occurs once.
     let order: Vec<usize> = (0..COUNT).map(|k| k * 1231 % COUNT).collect();
     let shuffled: Vec<State> = order.iter().map(|&k| particles[k]).collect();
     let (renumbered, events) = run(&space, &hard_sphere(), &shuffled, 7.25);
@@ -79,8 +78,8 @@ fn ties_between_separate_pairs_do_not_depend_on_the_numbering() {
     }
 }
 
-/// Returns the largest difference between the motions of particles, each measured along its initial direction. Asserts
-/// that no particle moves perpendicular to the x-axis.
+/// Returns the largest difference between the motions of particles along their initial directions. Asserts that no
+/// particle moves perpendicular to the x-axis.
 fn asymmetry(simulation: &Simulation, particles: &[State]) -> f64 {
     let (end, size) = (simulation.snapshot(), simulation.scene().space().size.x);
     let moved = |k: usize| {
@@ -101,15 +100,14 @@ fn asymmetry(simulation: &Simulation, particles: &[State]) -> f64 {
 fn a_lattice_of_square_wells_stays_symmetric() {
     let (space, particles) = sheets();
     // A depth of 3 doubles the relative speed of 2 inside the well. Each particle has a Capture, a Core and a Release
-    // with one neighbour, and then with its other neighbour.
+    // with one neighbour, then with the other.
     let well = Potential::square_well(1.0, 1.25, 3.0).unwrap();
     let (simulation, events) = run(&space, &well, &particles, 20.0);
     let event_counts = simulation.event_counts();
     assert_eq!(event_counts.capture, event_counts.core);
     assert_eq!((event_counts.capture - event_counts.release) % (COUNT as u64 / 2), 0);
     assert_eq!(events.len() % (COUNT / 2), 0);
-    // Each event rounds positions below 32. Collisions in one dimension do not amplify errors, but the effect of
-    // velocity errors grows with time.
+    // Each event rounds positions below 32. The effect of velocity errors grows with time.
     let per_particle = 2.0 * events.len() as f64 / COUNT as f64;
     let bound = 16.0 * f64::EPSILON * 32.0 * per_particle * per_particle;
     for round in events.chunks(COUNT / 2) {
@@ -143,8 +141,7 @@ fn a_periodic_row_collides_all_at_once() {
 
 #[test]
 fn a_sphere_struck_from_all_sides_at_once_stays_where_it_is() {
-    // Along each axis, three simultaneous events exchange the velocities of two strikers through the sphere between
-    // them.
+    // Along each axis, three simultaneous events exchange the velocities of two strikers.
     for dimensions in 1..=3 {
         let space = Space {
             lower: Vector::repeat(-4.0),

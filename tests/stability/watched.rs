@@ -1,8 +1,7 @@
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 
-/// Number of roundings per event that affect the energy. They occur in the flights of two particles, in a dot product,
-/// a squared length and their quotient, and in the components of two new velocities.
+/// Number of roundings per event that affect the energy.
 const ROUNDINGS: f64 = 32.0;
 
 pub struct Watched {
@@ -28,8 +27,7 @@ impl Watched {
         }
     }
 
-    /// Runs the simulation in 100 parts to a number of events. Asserts that time advances in each part and no arrest
-    /// occurs.
+    /// Runs the simulation in 100 parts to a number of events. Asserts that time advances in each part.
     #[track_caller]
     pub fn run(&mut self, events: u64) {
         let (start, before) = (self.simulation.event_counts().physical(), self.simulation.time());
@@ -44,13 +42,12 @@ impl Watched {
         }
     }
 
-    /// The sum of kinetic, potential and dissipated energy, minus the initial energy.
     pub fn ledger_error(&self) -> f64 {
         let energy = self.simulation.energy();
         energy.kinetic + energy.potential + self.simulation.event_counts().dissipated.total() - self.start
     }
 
-    /// Asserts that energy is conserved within round-off, and that no invalid state occurred at an event or at the end.
+    /// Asserts that energy is conserved, and that no invalid state occurred at an event or at the end.
     #[track_caller]
     pub fn assert_sound(&self, share: f64) {
         self.assert_conserved(share);
@@ -58,10 +55,9 @@ impl Watched {
         assert_eq!(self.simulation.real_overlaps(), []);
     }
 
-    /// Asserts that energy is conserved except for round-off. `share` is the fraction of the largest energy that an
-    /// event may change. A rounding error has a random sign and at most `eps / 2` of the rounded number. For `n`
-    /// events, the standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`. The limit is four standard deviations, plus
-    /// the roundings of the total energy itself.
+    /// Asserts that energy is conserved within round-off. An event may change the fraction `share` of the largest
+    /// energy. A rounding error is at most `eps / 2` of the number, with a random sign. For `n` events, the standard
+    /// deviation is below `ROUNDINGS eps / 2 sqrt(n)`. The limit is four standard deviations.
     #[track_caller]
     pub fn assert_conserved(&self, share: f64) {
         let event_counts = self.simulation.event_counts();

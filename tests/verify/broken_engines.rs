@@ -1,4 +1,4 @@
-//! Imitates engines with one error: events are recorded in one scene and verified in a slightly different scene.
+//! Imitates engines with one error. Events are recorded in one scene and verified in a slightly different scene.
 
 use carom::check::verify::{Fault, Quantity};
 use carom::model::{Scene, SceneParts, Until};
@@ -76,7 +76,7 @@ fn a_wrong_mass_has_wrong_velocities() {
 fn spurious_gravity_gives_wrong_momentum() {
     let falling = changed(FLUID, "[run]", "[dynamics]\ngravity = [0.0, 0.0, -1e-9]\n[run]");
     let found = fault(&falling, scene(FLUID));
-    // The verifier checks the pair of the first event before other particles, and finds that its momentum has changed.
+    // The verifier first checks the pair of the first event.
     let Fault::WrongNumbers { quantity, .. } = found else { panic!("{found:?}") };
     assert_eq!(quantity, Quantity::Momentum);
 }

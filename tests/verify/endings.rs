@@ -1,4 +1,4 @@
-//! Ends of runs: the verifier accepts an end only if no event can follow.
+//! The verifier accepts the end of a run only if no event can follow.
 
 use carom::check::verify::{Contact, Fault, Verifier};
 use carom::engine::{Simulation, States};
@@ -6,7 +6,7 @@ use carom::model::Scene;
 
 use crate::scene;
 
-/// Spheres of diameter 1 with the given positions and velocities. The text of the scene begins with `head`.
+/// Spheres of diameter 1 with these positions and velocities. The text of the scene begins with `head`.
 fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> Scene {
     let mut text = format!(
         "{head}\n[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n[[interaction]]\nspecies = [\"A\", \"A\"]\n{potential}\n"
@@ -29,8 +29,7 @@ const OPEN: &str = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"open\"\ny = \"open
 
 #[test]
 fn end_is_not_proven_if_round_off_decides_about_a_collision() {
-    // A sphere approaches from a distance of 10^8 diameters. It misses the other sphere by 0.01 or 1e-9 diameters, or
-    // touches it.
+    // A sphere approaches from a distance of 10^8 diameters. It touches another sphere, or misses it narrowly.
     let pair =
         |miss: f64| spheres(OPEN, HARD, &[([1e8, miss, 0.0], [-1.0, 0.0, 0.0]), ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&pair(1.01)), Ok(()));
@@ -54,8 +53,7 @@ fn pair_that_meets_in_another_periodic_image_has_not_ended() {
     assert!(matches!(end_of(&meeting), Err(Fault::EndedEarly { due, .. }) if (88.0..90.0).contains(&due)));
     let passing = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.0, 0.0]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&passing), Ok(()), "the same again after every period");
-    // The path in this oblique direction hardly repeats itself, so the verifier cannot prove that the sphere misses all
-    // images.
+    // A path in this oblique direction hardly repeats itself. The sphere may hit an image.
     let dense = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.37, 0.11]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(end_of(&dense).is_err());
     let alike =

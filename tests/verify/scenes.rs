@@ -1,4 +1,4 @@
-//! The verifier proves the events of scenes of many kinds.
+//! The verifier proves the events of many kinds of scenes.
 
 use carom::check::verify::{Certificate, End, Verifier};
 use carom::model::Scene;
@@ -17,7 +17,7 @@ pub fn assert_proven(name: &str, certificate: &Certificate, events: u64) {
     assert!(counts.events() == events || certificate.end == End::RunEnded, "{name}: {certificate:?}");
     let margins = certificate.margins;
     let worst = margins.distance.max(margins.overlap).max(margins.outcome).max(margins.flight);
-    // The error bounds assume that all roundings add up. In practice they partly cancel.
+    // The error bounds assume that all roundings add up, but they partly cancel.
     assert!(worst < 0.5, "{name}: {margins:?}");
 }
 
@@ -84,7 +84,7 @@ fn invalid_starts_are_proven_to_improve() {
     let text = FLUID.replace("fcc", "overlapping").replace("256", "200").replace("0.35", "0.2");
     let mut particles = String::from("allow_invalid_start = true\n[space]\nsize = [8.0, 8.0, 8.0]\n");
     particles.push_str(&text[..text.find("[[fill]]").unwrap()]);
-    // Positions from a Weyl sequence, at a packing fraction of 0.2. Some particles overlap.
+    // Positions from a Weyl sequence. Some particles overlap.
     for k in 0..200 {
         let place = |step: f64| (f64::from(k) * step).fract();
         let (x, y, z) = (8.0 * place(0.819_172_5), 8.0 * place(0.671_043_6), 8.0 * place(0.549_700_4));
@@ -114,7 +114,7 @@ fn planes_lines_and_small_boxes_are_proven() {
     }
     rods.push_str("[run]\nuntil_events = 100000\n");
     assert_proven("rods", &prove(scene(&rods), 0, 3000), 3000);
-    // The box is only about two diameters long, so the same two particles meet in several images.
+    // In a box of about two diameters, two particles meet in several images.
     let small = FLUID.replace("256", "4").replace("0.35", "0.2");
     assert_proven("small box", &prove(scene(&small), 0, 3000), 3000);
     let thin = FLUID.replace("256", "4").replace("0.35", "0.000001");

@@ -18,7 +18,7 @@ use crate::{config, prove, scene};
 
 const MIDDLE: Vector = Vector::new(10.0, 10.0, 10.0);
 
-/// Grains of two sizes and masses on a lattice around the middle of an open region, with irregular velocities.
+/// Grains of two sizes and masses on a lattice in an open region, with irregular velocities.
 pub fn grains(seed: u32, count: u32) -> SceneBuilder {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -39,7 +39,7 @@ pub fn grains(seed: u32, count: u32) -> SceneBuilder {
     scene
 }
 
-/// A mesh, turned about the middle so that no face is perpendicular to an axis.
+/// Turns a mesh so that no face is perpendicular to an axis.
 pub fn turned(mesh: &TriangleMesh) -> SurfaceShape {
     let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
     SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(MIDDLE - rotation * MIDDLE)))
@@ -49,7 +49,7 @@ pub fn cuboid(half: f64) -> TriangleMesh {
     TriangleMesh::cuboid(&MIDDLE.add_scalar(-half), &MIDDLE.add_scalar(1.1 * half))
 }
 
-/// A prism with a star as its base. Every second edge between the two bases points inwards.
+/// A prism with a star as its base. Every second long edge points inwards.
 fn star(points: u32, radii: [f64; 2], height: f64) -> TriangleMesh {
     let count = 2 * points;
     let corner = |k: u32, z: f64| {
@@ -73,7 +73,7 @@ pub fn without(mut mesh: TriangleMesh, triangle: usize) -> TriangleMesh {
     mesh
 }
 
-/// Returns one of `KINDS` sets of surfaces around `MIDDLE`. Each set encloses the grains.
+/// Returns a set of surfaces that enclose the grains.
 pub fn around(kind: usize) -> Vec<SurfaceShape> {
     let at = |x: f64, y: f64, z: f64| MIDDLE + Vector::new(x, y, z);
     let plane = |k: u32| {
@@ -106,7 +106,7 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
             turned(&TriangleMesh::cuboid(&at(-1.0, -1.5, -4.2), &at(1.5, 1.0, -2.6))),
         ],
         5 => vec![turned(&star(5, [4.0, 2.8], 5.0))],
-        // A hollow sphere that contains a box with one open side, and a single triangle.
+        // A box with one open side and a single triangle, in a hollow sphere.
         6 => vec![
             ball(6.0, true),
             turned(&without(without(cuboid(2.4), 11), 10)),
@@ -127,8 +127,7 @@ pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) ->
 }
 
 /// Asserts that the verifier proves `events` events of a scene, or all events if there are fewer. Also accepts a run
-/// that stops because particles would need infinitely many events to come to rest. Returns the number of proven events
-/// with surfaces.
+/// that ends with an arrest. Returns the number of proven events with surfaces.
 fn assert_surfaces(name: &str, scene: Scene, events: u64) -> u64 {
     let certificate: Certificate = prove(scene, 0, events);
     match certificate.end {
@@ -145,7 +144,7 @@ fn scenes_of_configs_with_surfaces_are_proven() {
         let certificate = prove(config(name), 0, events);
         assert_proven(name, &certificate, events);
     }
-    // Starts the proof after grains have reached the surfaces.
+    // The grains must first reach the surfaces.
     for (name, from) in [("funnel", 30_000), ("silo", 30_000)] {
         let certificate = prove(config(name), from, 1000);
         assert_proven(name, &certificate, 1000);
@@ -154,7 +153,7 @@ fn scenes_of_configs_with_surfaces_are_proven() {
     }
 }
 
-/// Range with all events of every run in the test below.
+/// This range contains all events of the runs below.
 const ALL: EventRange = EventRange { from: 0, events: 1_000 };
 
 /// Ball A bounces on a gate, which is present in the stage `shut`. Ball B falls through the gate to the floor.
@@ -224,8 +223,7 @@ fn gate_acts_only_in_its_stage_and_on_its_species() {
     }
     let by_events = GATE.replace("until_time = 12.0", "until_events = 7");
     assert_proven("by events", &prove(scene(&by_events), 0, 30), 30);
-    // The verifier accepts a run that ends at a recorded time in any stage. It also checks the number of events, if
-    // known.
+    // A run may end at a recorded time in any stage. The number of events is checked if it is known.
     let run = |events, time| verify_run(scene(GATE), RunEnd { events, time }, ALL, &mut |_| ControlFlow::Continue(()));
     for time in [11.0, 12.1, 25.0, 42.0] {
         let found = run(None, time);
@@ -237,7 +235,7 @@ fn gate_acts_only_in_its_stage_and_on_its_species() {
         assert!(matches!(run(Some(events + 1), time).end, End::Departed { .. }));
         assert!(matches!(run(Some(events - 1), time).end, End::Departed { .. }));
     }
-    // The verifier cannot predict when a stage with automatic equilibration ends.
+    // The verifier cannot predict when an automatic equilibration ends.
     let open = GATE.replace("until_time = 12.0", "measure = true\nequilibration = \"auto\"\nuntil_time = 12.0");
     let found = prove(scene(&open), 0, 10);
     assert!(found.end == End::OpenStages && !found.is_proven(), "{found:?}");
@@ -254,8 +252,7 @@ fn surfaces_in_periodic_boxes_are_proven_in_all_images() {
         SurfaceShape::Cylinder { point: Vector::new(0.1, 0.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
     let ball = SurfaceShape::Sphere { centre: Vector::new(6.9, 3.0, 3.0), radius: 0.8, is_inside: false };
     let other = SurfaceShape::Sphere { centre: Vector::new(3.0, 0.2, 6.8), radius: 0.8, is_inside: false };
-    // With 3 particles, the engine uses neighbour lists, and each particle crosses the box many times. With 40, it uses
-    // cells.
+    // With 3 particles, the engine uses neighbour lists. With 40 particles, it uses cells.
     for (count, gravity) in [(3, 0.0), (3, 0.3), (40, 0.0), (40, 0.3)] {
         let gas = grains(0, 0).space(Space::periodic_cube(7.0)).gravity(Vector::new(0.1, 0.2, -1.0) * gravity);
         let gas = gas.fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);

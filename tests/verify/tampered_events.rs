@@ -20,7 +20,7 @@ fn well() -> Recording {
     Recording::of(scene(WELL), 1500)
 }
 
-/// The index of the first event with the given outcome from event `K` on.
+/// Returns the first event with this outcome from event `K` on.
 fn first(recording: &Recording, outcome: Outcome) -> usize {
     let is_it = |at: &usize| recording.events[*at].0.kind == EventKind::Pair(outcome);
     (K..recording.events.len()).find(is_it).unwrap()
@@ -63,7 +63,7 @@ fn swapped_events_are_found() {
     let expected = Contact::of(&recording.events[K + 1].0);
     let Some((K, Fault::Missed { contact, .. })) = recording.fault() else { panic!("{:?}", recording.fault()) };
     assert_eq!(contact, expected);
-    // An event that is inserted too early also counts as a missed contact.
+    // A later event in place of the next event is also a missed contact.
     recording.events.remove(K);
     recording.events.insert(K, recording.events[K + 1].clone());
     assert!(matches!(recording.fault(), Some((K, Fault::Missed { .. }))));
@@ -194,8 +194,8 @@ fn wrong_pair_state_is_reported() {
     let mut verifier = Verifier::resume(&recording.scene, &recording.start, &captured).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
 
-    // The captured pairs lack the pair that is released first. At its distance, an uncaptured pair can only have an
-    // event while it approaches.
+    // The first released pair is missing in the list of captured pairs. At this distance, a pair that is not captured
+    // can have an event only while it approaches.
     let release =
         recording.events.iter().position(|(event, _)| event.kind == EventKind::Pair(Outcome::Release)).unwrap();
     let pair = Contact::of(&recording.events[release].0);

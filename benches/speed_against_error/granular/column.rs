@@ -1,4 +1,4 @@
-//! Grains that come to rest on top of each other, with exactly known heights.
+//! A column of grains at rest. The heights of the grains are known exactly.
 
 use super::spring_dashpot::{SpringDashpot, Start};
 use super::{COST, Method, UNREST, sheet, timed};
@@ -14,8 +14,8 @@ pub const SHEET: &str = "granular_column";
 
 pub const EXPLANATION: &str = "### A column at rest
 
-Ten grains, each 0.1 above the one below it, fall on a floor at gravity 1 with a restitution of 0.5. At t = 30 they should lie on each
-other, at heights 0.5, 1.5, ... The error is the largest error of a height.";
+Ten grains, each 0.1 above the one below it, fall on a floor at gravity 1 with a restitution of 0.5. At t = 30 they should lie on top of
+each other, at heights 0.5, 1.5, ... The error is the largest error of a height.";
 
 const GRAINS: usize = 10;
 const TIME: f64 = 30.0;
@@ -48,7 +48,7 @@ fn error(positions: &[Vector]) -> f64 {
     heights.map(|(k, position)| (position.z - 0.5 - k as f64).abs()).fold(0.0, f64::max)
 }
 
-/// Number of particles times simulated time of a run.
+/// Number of particles, multiplied by the simulated time.
 const AMOUNT: f64 = GRAINS as f64 * TIME;
 
 fn scene(contact_time: f64) -> Outcome<Scene> {

@@ -26,12 +26,12 @@ const RESTITUTION: f64 = 0.9;
 const TIME: f64 = 10.0;
 const SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
 
-/// Pairs of stiffness and steps per contact.
+/// Stiffness of the springs, and number of time steps per contact.
 const BASELINES: [(f64, f64); 7] =
     [(1e3, 20.0), (1e4, 5.0), (1e4, 10.0), (1e4, 20.0), (1e4, 50.0), (1e5, 20.0), (1e6, 20.0)];
 
-/// Results of one run: processor time per particle and unit time, remaining fraction of the kinetic energy, relative
-/// error of the energy balance, and deepest overlap.
+/// Processor time per particle and unit time, final energy divided by initial energy, relative error of the energy
+/// balance, and deepest overlap.
 type Run = [f64; 4];
 
 pub fn measure() -> Outcome {
@@ -56,7 +56,7 @@ pub fn measure() -> Outcome {
     Ok(())
 }
 
-/// The remaining fraction of the energy at the end of a run, by Haff's law.
+/// Final energy divided by initial energy, by Haff's law.
 fn haff() -> f64 {
     let (e, phi) = (RESTITUTION, PACKING_FRACTION);
     let a2 = 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (81.0 - 17.0 * e + 30.0 * e * e * (1.0 - e));
@@ -95,7 +95,7 @@ fn carom(start: &Start) -> Outcome<Run> {
         .space(Space::periodic_cube(start.periods.x))
         .species(SpeciesDraft::new("grain").mass(1.0).diameter(1.0))
         .interaction(InteractionDraft::new(Model::HardSphere).between("grain", "grain").restitution(RESTITUTION))
-        // The start is valid, except that spheres in contact may overlap by round-off.
+        // Spheres in contact may overlap by round-off.
         .allow_invalid_start(true);
     for (position, velocity) in start.positions.iter().zip(&start.velocities) {
         builder = builder.particle("grain", *position, *velocity);

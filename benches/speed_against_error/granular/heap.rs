@@ -1,4 +1,4 @@
-//! Grains that fall on a floor and form a heap, with periodic sides.
+//! Grains that fall on a floor and form a heap.
 
 use super::spring_dashpot::{SpringDashpot, Start};
 use super::{COST, Method, UNREST, sheet};
@@ -25,12 +25,12 @@ const TIME: f64 = 30.0;
 const RESTITUTION: f64 = 0.5;
 const SEEDS: [u64; 3] = [1, 2, 3];
 
-/// Pairs of stiffness and steps per contact. The first pair is the reference.
+/// Stiffness of the springs, and number of time steps per contact. The first pair is the reference.
 const BASELINES: [(f64, f64); 5] = [(1e6, 20.0), (1e5, 20.0), (1e4, 50.0), (1e4, 10.0), (1e3, 20.0)];
 
 const CONTACT_TIMES: [f64; 3] = [0.03, 0.01, 0.005];
 
-/// Results of one run: processor time per particle and unit time, height, kinetic energy per particle, overlap.
+/// Processor time per particle and unit time, height, kinetic energy per particle, and deepest overlap.
 type Run = [f64; 4];
 
 pub fn measure() -> Outcome {

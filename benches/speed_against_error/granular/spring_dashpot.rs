@@ -3,17 +3,15 @@
 use crate::neighbours::{List, Periods};
 use carom::Vector;
 
-/// Range of the neighbour list beyond contact `[sigma]`. The list is rebuilt when a grain has moved by half of this
-/// range.
+/// Range of the neighbour list beyond contact `[sigma]`.
 const SKIN: f64 = 0.3;
 
-/// Initial state of the grains, whose diameter and mass are 1, and their surroundings.
+/// Initial state of grains with diameter 1 and mass 1.
 #[derive(Debug, Clone)]
 pub struct Start {
     /// Edge lengths of the box; infinite along open axes.
     pub periods: Vector,
     pub gravity: f64,
-    /// Whether there is a floor at `z = 0`.
     pub has_floor: bool,
     pub positions: Vec<Vector>,
     pub velocities: Vec<Vector>,
@@ -23,14 +21,14 @@ pub struct SpringDashpot {
     start: Start,
     periods: Periods,
     stiffness: f64,
-    /// Damping force divided by the speed of approach: between two grains, and between a grain and the floor.
+    /// Damping force divided by the speed of approach. The first number is for two grains, the second for a grain and
+    /// the floor.
     damping: [f64; 2],
     dt: f64,
     forces: Vec<Vector>,
     list: List,
     listed: Vec<Vector>,
     pub dissipated: f64,
-    /// Deepest overlap so far, in diameters.
     pub deepest: f64,
     elastic: f64,
 }
@@ -50,7 +48,7 @@ impl SpringDashpot {
         grains
     }
 
-    /// Advances by `time` in equal steps. Shortens the steps so that a whole number of them fits.
+    /// Advances by `time`. Shortens the time steps so that a whole number of them fits.
     pub fn advance(&mut self, time: f64) {
         let steps = (time / self.dt).ceil();
         self.dt = time / steps;
@@ -137,7 +135,7 @@ impl SpringDashpot {
     }
 }
 
-/// The decay rate `eta` of a damped spring with restitution `e`: `e = exp(-eta t)` after half a period `t`.
+/// The decay rate `eta` of a damped spring. The restitution is `e = exp(-eta t)`, where `t` is half a period.
 fn decay(stiffness: f64, mass: f64, restitution: f64) -> f64 {
     let logarithm = -restitution.ln();
     (stiffness / mass).sqrt() * logarithm / std::f64::consts::PI.hypot(logarithm)

@@ -1,4 +1,4 @@
-//! The formal example of Bamme and Sbalzarini: three elastic spheres on a line, with an exact solution.
+//! The example of Bamme and Sbalzarini: three elastic spheres on a line, with an exact solution.
 
 use super::spring_dashpot::{SpringDashpot, Start};
 use super::{COST, Method, sheet, timed};
@@ -23,8 +23,7 @@ pub const OVERLAPPED: &str = "three spheres: overlapped start";
 
 const TIME: f64 = 10.0;
 
-/// Initial position of the middle sphere, and exact final positions of all three. At each collision, two spheres of
-/// equal mass exchange their velocities.
+/// Initial position of the middle sphere, and exact final positions of all spheres.
 const STARTS: [(&str, f64, [f64; 3]); 2] =
     [(VALID, 1.02, [-19.98, 23.0, 42.0]), (OVERLAPPED, 0.98, [-20.0, 23.0, 41.98])];
 
@@ -84,7 +83,6 @@ fn carom(middle: f64, exact: [f64; 3]) -> Outcome<[f64; 4]> {
     let (cost, simulation) = timed(run);
     let simulation = simulation?;
     let energy = simulation.energy().kinetic / initial_energy() - 1.0;
-    // If the spheres overlap at the start, this is their initial overlap.
     let deepest = simulation.event_counts().deepest_overlap;
     Ok([cost / (3.0 * TIME), farthest(&simulation.snapshot().positions, exact), energy, deepest])
 }

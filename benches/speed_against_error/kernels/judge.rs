@@ -1,5 +1,3 @@
-//! Compares the answer of a method with the exact answer.
-
 use super::problem::Pair;
 use crate::oracle::dyadic::Dyadic;
 use crate::oracle::exact::Overlap;
@@ -9,23 +7,22 @@ use crate::oracle::witness::witness;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The answer is correct: there is no event, or the event is now.
+    /// There is no event, or the event is now, and the method says so.
     Right,
-    /// The answer is the correct event, later than now. `relative` is the relative error of its time, and `of_allowed`
-    /// is the error in units of the error that rounding allows.
+    /// The method finds the correct later event. `relative` is the relative error of the time. `of_allowed` is the
+    /// error in units of the allowed round-off.
     Time { relative: f64, of_allowed: f64 },
     /// The answer is correct for coefficients that differ from the given ones only by round-off.
     WithinRounding,
-    /// The answer misses the next event: it gives a later time or none.
+    /// The answer is too late, or the method finds no event.
     Missed,
-    /// The answer is an event that does not happen. The next event is later, or there is none.
+    /// The answer is too early, or there is no event.
     Invented,
 }
 
-/// An event time with a larger relative error counts as the time of another event.
+/// If the relative error of a time is larger than this, the method has found another event.
 const ANOTHER_EVENT: f64 = 1e-2;
 
-/// Bits of an exact event time, more than in a floating-point number.
 const BITS: i64 = 80;
 
 pub struct Truth {
@@ -66,8 +63,8 @@ impl Truth {
         if witness(&self.overlap, answer, None) { Judgement::WithinRounding } else { wrong }
     }
 
-    /// Whether `f` is zero at `t` within round-off. A turning point at `t` may then be a root. The time of a root has a
-    /// different error bound.
+    /// Whether `f(t)` is zero within round-off. A turning point at `t` may then be a root, whose time has a different
+    /// error bound.
     fn may_be_root(&self, t: f64) -> bool {
         self.overlap.polynomial().value(&Dyadic::from(t)).to_f64().abs() <= self.overlap.error_at(t)
     }

@@ -5,7 +5,7 @@ use carom::physics::detection::{accelerated, inertial};
 pub struct Method {
     pub name: &'static str,
     pub ask: fn(&Pair) -> Option<f64>,
-    /// Whether a call needs thousands of evaluations of `f`. Slow methods are timed with fewer calls.
+    /// Whether a call takes thousands of evaluations of `f`. Slow methods are timed with fewer calls.
     pub is_slow: bool,
 }
 
@@ -13,7 +13,7 @@ fn quick(name: &'static str, ask: fn(&Pair) -> Option<f64>) -> Method {
     Method { name, ask, is_slow: false }
 }
 
-/// Methods for a problem. The paper bisects only for accelerated pairs, in Algorithms 4 to 6.
+/// Methods that solve a problem. The paper uses bisection only for accelerated pairs, in Algorithms 4 to 6.
 pub fn of(problem: Problem) -> Vec<Method> {
     let mut methods = if problem.is_accelerated {
         vec![

@@ -1,20 +1,18 @@
-//! Algorithms 4 to 6 of the paper as printed. The roots of `f'` are found in closed form, and brackets are bisected to
-//! a chosen width.
+//! Algorithms 4 to 6 of the paper as printed, with the roots of `f'` in closed form and with bisection.
 //!
-//! The only changes are corrections without which the printed version does not run: the upper limit in Algorithm 6, and
-//! the use of the simple root if `f'` has a double root.
+//! The printed version does not run without two corrections: the upper limit in Algorithm 6, and the choice of the
+//! simple root if `f'` has a double root.
 
 use super::problem::Pair;
 use carom::physics::overlap::Side;
 
-/// Returns the time of the next event. Brackets are bisected down to the relative width `width`.
+/// Returns the time of the next event. `width` is the relative width at which bisection ends.
 pub fn next_event(pair: &Pair, width: f64) -> Option<f64> {
     let [d0, d1, d2, d3] = pair.quartic.derivative();
     let found = roots::find_roots_cubic(d3, d2, d1, d0);
-    // The crate `roots` returns the roots in ascending order.
     let turns = match found.as_ref() {
-        // Of two roots, one is double. The cubic `f'` does not change sign at the double root, so only the simple root
-        // is a turning point.
+        // Two roots: one is a double root, at which the cubic `f'` does not change sign. Only the simple root is a
+        // turning point.
         [first, second] if pair.slope(0.5 * (first + second)) * pair.side.sign() > 0.0 => &[*first],
         [_, second] => &[*second],
         turns => turns,
@@ -71,14 +69,13 @@ fn algorithm_6(pair: &Pair, mut from: f64, width: f64) -> Option<f64> {
     Some(bisect(f, from, from + step, width))
 }
 
-/// Time of an event in an interval in which `f` becomes negative. If `f` is already zero or negative at the start of
-/// the interval, the event is at the start.
+/// Time of an event in an interval at whose end `f` is negative. The event is at the start if `f` is not positive
+/// there.
 fn fall(f: impl Fn(f64) -> f64, from: f64, to: f64, width: f64) -> f64 {
     if f(from) <= 0.0 { from } else { bisect(f, from, to, width) }
 }
 
-/// Bisects a bracket until it is as narrow as `width` times its upper end. Returns the end at which `f` is not
-/// negative.
+/// Bisects until `invalid - valid` is at most `width * invalid`. Returns `valid`, where `f` is not negative.
 pub fn bisect(f: impl Fn(f64) -> f64, mut valid: f64, mut invalid: f64, width: f64) -> f64 {
     loop {
         let middle = 0.5 * (valid + invalid);

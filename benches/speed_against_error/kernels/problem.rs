@@ -1,10 +1,9 @@
-//! Four problems of detection, one for each of the paper's algorithms.
-
 use crate::oracle::exact::{Overlap, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
 use carom::physics::motion::RelativeState;
 use carom::physics::overlap::{Quadratic, Quartic, Side};
 
-/// A kind of pair problem: with or without relative acceleration, starting outside or inside the discontinuity.
+/// A detection problem of the paper: with or without relative acceleration, starting outside or inside the
+/// discontinuity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Problem {
     pub is_accelerated: bool,
@@ -35,7 +34,7 @@ impl Problem {
     }
 }
 
-/// A pair in the form that the compared methods use, and the state from which it was made.
+/// A pair in the form that the compared methods use.
 pub struct Pair {
     pub problem: Problem,
     pub side: Side,
@@ -53,13 +52,12 @@ impl Pair {
         Self { problem, side: problem.side, state, quadratic, quartic }
     }
 
-    /// The overlap function at time `t`, with the sign that makes it positive for a valid pair.
+    /// The overlap function at time `t`, positive for a valid pair.
     pub fn value(&self, t: f64) -> f64 {
         let positive = if self.problem.is_accelerated { self.quartic.value(t) } else { self.quadratic.value(t) };
         self.side.sign() * positive
     }
 
-    /// The derivative of the overlap function at time `t`, with the same sign as in `value`.
     pub fn slope(&self, t: f64) -> f64 {
         let positive = if self.problem.is_accelerated {
             let c = self.quartic.derivative();

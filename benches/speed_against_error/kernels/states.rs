@@ -1,4 +1,4 @@
-//! Random states from a fixed seed: ordinary states, and hard states for which many programs fail.
+//! Random states: ordinary states, and hard states for which many programs fail.
 
 use super::problem::{Pair, Problem};
 use crate::oracle::cases::FAMILIES;
@@ -24,8 +24,7 @@ impl Class {
 
 const SEED: u64 = 20_240_607;
 
-/// Names of difficult states from the oracle's tests. Their lengths and times are of order one, as methods with fixed
-/// steps require.
+/// Names of hard states in the oracle's tests. Lengths and times are of order one, as methods with fixed steps require.
 const HARD: [&str; 5] = ["contact", "one float from contact", "grazing", "overlapped", "resting contact"];
 
 pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
@@ -37,8 +36,7 @@ pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
     (0..count).map(|k| Pair::new(problem, make(k))).collect()
 }
 
-/// A random pair. Pairs outside the discontinuity are 1.05 to 3 diameters apart. In half of these pairs, one particle
-/// moves towards the other and hits it or passes nearby.
+/// A random pair. Outside the discontinuity, the particles of half of the pairs approach each other.
 fn ordinary(random: &mut Random, problem: Problem) -> State {
     let (along, across) = random.directions();
     let (position, velocity) = match problem.side {
@@ -64,7 +62,7 @@ fn hard(random: &mut Random, problem: Problem, k: usize) -> State {
     let (_, family) = FAMILIES.iter().find(|(known, _)| known == name).expect("a family of the oracle");
     let mut state = family(random, problem.is_accelerated);
     if problem.is_accelerated && state.acceleration == Vector::zeros() {
-        // The detection of accelerated pairs requires a nonzero relative acceleration.
+        // Detection requires a nonzero relative acceleration.
         state.acceleration.z = -1.0;
     }
     state

@@ -1,10 +1,10 @@
-//! Textbook methods. None of them handles invalid states: each returns the next time at which `f` falls through zero.
+//! Textbook methods. They return the next time at which `f` becomes negative, and do not handle overlapping pairs.
 
 use super::paper::bisect;
 use super::problem::Pair;
 use carom::physics::overlap::Side;
 
-/// Solves `t = (-B -+ sqrt(B^2 - V2 R2)) / V2`. The sign is minus for a pair outside of the discontinuity.
+/// Solves `v2 t^2 + 2 b t + r2 = 0`. Outside the discontinuity, the event is the root with the minus sign.
 pub fn quadratic(pair: &Pair) -> Option<f64> {
     let f = &pair.quadratic;
     let root = (f.b * f.b - f.v2 * f.r2).sqrt();
@@ -15,7 +15,7 @@ pub fn quadratic(pair: &Pair) -> Option<f64> {
     (t >= 0.0 && t.is_finite()).then_some(t)
 }
 
-/// Finds all four roots by Ferrari's formula. Returns the first root after now at which the overlap function falls.
+/// Finds all four roots by Ferrari's formula. Returns the first future root at which `f` falls.
 pub fn closed_form_quartic(pair: &Pair) -> Option<f64> {
     let c = &pair.quartic.coefficients;
     let roots = roots::find_roots_quartic(c[4], c[3], c[2], c[1], c[0]);
@@ -42,7 +42,7 @@ pub fn newton(pair: &Pair) -> Option<f64> {
 
 const HORIZON: f64 = 100.0;
 
-/// Takes steps of fixed length until the overlap function is negative at the end of a step. Bisects this step.
+/// Takes steps of fixed length until `f` is negative at the end of a step, and bisects this step.
 pub fn scan(pair: &Pair, step: f64) -> Option<f64> {
     let mut before = pair.value(0.0);
     #[expect(clippy::cast_possible_truncation, reason = "steps are no shorter than 1e-6")]

@@ -1,8 +1,6 @@
-//! Thermodynamic means, given by both methods.
-
 use carom::Vector;
 
-/// Time averages; energies are per particle.
+/// Time averages. Energies are per particle.
 #[derive(Debug, Clone, Copy)]
 pub struct Thermodynamics {
     pub temperature: f64,
@@ -22,7 +20,7 @@ impl Thermodynamics {
         }
     }
 
-    /// Takes the energies and the virial `sum r_ij . F_ij` of `count` particles whose total momentum is zero.
+    /// The virial is the sum of `r_ij . F_ij`. The total momentum is zero.
     pub fn new(count: f64, volume: f64, kinetic: f64, potential: f64, virial: f64) -> Self {
         Self {
             temperature: 2.0 * kinetic / (3.0 * (count - 1.0)),
@@ -42,7 +40,7 @@ pub struct State {
     pub box_length: f64,
     pub positions: Vec<Vector>,
     pub velocities: Vec<Vector>,
-    /// Total energy per particle, for the cut and shifted potential.
+    /// Total energy per particle in the cut and shifted potential.
     pub energy: f64,
 }
 

@@ -1,5 +1,3 @@
-//! Carom: the cut and shifted potential in steps.
-
 use super::fluid::{Fluid, State, Thermodynamics};
 use super::{CUTOFF, verlet};
 use crate::Outcome;
@@ -19,8 +17,8 @@ pub struct Stepped {
 }
 
 impl Stepped {
-    /// Starts from a state, with velocities scaled so that the total energy equals the energy of the state. `None` if
-    /// the potential energy of the coarse steps is already larger.
+    /// Starts from `state`, with velocities scaled to the energy `state.energy`. Returns `None` if the potential energy
+    /// alone is larger.
     pub fn new(state: &State, steps: usize) -> Outcome<Option<Self>> {
         let potential = potential(steps)?;
         let energy = Simulation::without_plan(scene(state, &potential, 1.0)?).energy();

@@ -126,7 +126,7 @@ impl Fluid for Verlet {
     }
 }
 
-/// Returns a fluid near the planned temperature. It starts from a lattice, with velocities that are scaled at first.
+/// Melts a lattice, repeatedly scales the velocities to the temperature of the plan, and then lets the fluid relax.
 pub fn equilibrate(plan: &Plan) -> State {
     let scene = SceneBuilder::new("start")
         .species(SpeciesDraft::new("atom").mass(1.0).diameter(1.0))

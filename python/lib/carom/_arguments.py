@@ -32,7 +32,7 @@ def is_number(value: Any) -> bool:
 
 
 def real(name: str, value: Any) -> float:
-    """Checks for a real number and returns it."""
+    """Checks that the value is a real number and returns it."""
     if not is_number(value):
         raise TypeError(f"{name}: expected a number, found {shown(value)}")
     try:
@@ -42,7 +42,7 @@ def real(name: str, value: Any) -> float:
 
 
 def finite(name: str, value: Any) -> float:
-    """Checks for a finite real number and returns it."""
+    """Checks that the value is a finite real number and returns it."""
     number = real(name, value)
     if not math.isfinite(number):
         raise ValueError(f"{name}: expected a finite number, found {number}")
@@ -50,7 +50,7 @@ def finite(name: str, value: Any) -> float:
 
 
 def whole(name: str, value: Any, least: int = 0) -> int:
-    """Checks for a whole number and returns it. Floats such as ``1e6`` are accepted."""
+    """Checks that the value is a whole number and returns it. Floats such as ``1e6`` are accepted."""
     wrong = TypeError(f"{name}: expected a whole number, found {shown(value)}")
     if not is_number(value):
         raise wrong
@@ -78,14 +78,14 @@ def threads_of(value: Any) -> str | None:
 
 
 def flag(name: str, value: Any) -> bool:
-    """Checks for a boolean and returns it. Strings are rejected, because ``"no"`` is true in Python."""
+    """Checks that the value is a boolean and returns it. Strings are rejected, because ``"no"`` is true in Python."""
     if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{name}: expected True or False, found {shown(value)}")
     return bool(value)
 
 
 def path_of(name: str, path: Any) -> Path:
-    """Checks a path and returns it. An empty path is rejected: it would mean the working directory."""
+    """Checks a path and returns it. An empty path is rejected, because it would refer to the working directory."""
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"{name}: expected a path, found {type(path).__name__}")
     text = os.fspath(path)

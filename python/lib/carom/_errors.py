@@ -7,7 +7,7 @@ from pathlib import Path
 
 __all__ = ["CaromError", "CaromWarning", "FolderError", "SceneError", "SimulationError", "SweepError", "in_python"]
 
-#: The program's suggestions, and their Python counterparts.
+#: Replaces commands of the program by Python calls.
 _IN_PYTHON = (
     (r"`carom run --resume DIR --until-time T`", r"`carom.resume(DIR, until_time=T)`"),
     (r"`carom run --resume DIR`", r"`carom.resume(DIR)`"),
@@ -20,11 +20,11 @@ _IN_PYTHON = (
     (r"change together are separated by `;`", r"change together form a tuple"),
 )
 
-#: An option of the command-line program. The pattern also matches whole commands in backticks, so that their options
-#: stay unchanged.
+#: An option of the program. The pattern also matches whole commands in backticks, so that their options are not
+#: replaced.
 _OPTION = re.compile(r"`carom [^`]*`|(?<![\w-])--(out|force|jobs|until-time|until-events|from-events|events|size|frames|fps)\b")
 
-#: Largest number of characters in a line of a message. A message that contains an array could have millions of them.
+#: Largest number of characters in a line of a message. A message with an array could have millions of characters.
 _MOST = 240
 
 
@@ -73,7 +73,7 @@ class CaromError(Exception):
         self.cure = None if cure is None else in_python(cure)
 
     def __reduce__(self) -> tuple[object, ...]:
-        # Exceptions may move between processes, with their attributes.
+        # Pickles the attributes too.
         return (_again, (type(self), self.args, self.__dict__))
 
 

@@ -96,7 +96,7 @@ def exchange(
         faults = _carom.exchange(made._core, folder, threads, orders, bar.callback)
     result = Exchange(folder, _temporary=temporary)
     if faults:
-        # A temporary folder is deleted with the exchange.
+        # A temporary folder is deleted together with the exchange.
         kept = folder if temporary is None else None
         raise SimulationError(f"the audit failed: {'; '.join(faults)}", folder=kept)
     return result

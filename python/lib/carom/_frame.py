@@ -184,11 +184,11 @@ class Frame:
             cell=self.cell,
             pbc=self.periodic,
         )
-        # The masses come first, because ASE converts velocities to momenta.
+        # Sets the masses first, because ASE uses them to convert velocities to momenta.
         masses: Any = np.where(np.isfinite(self.masses), self.masses, 1.0)
         atoms.set_masses(masses)
         atoms.set_velocities(self.velocities)
-        # Converts unsigned numbers to signed ones, because ASE cannot write unsigned numbers.
+        # ASE cannot write unsigned numbers.
         for name, kind in (("ids", np.int64), ("species", np.int64), ("radii", np.float64)):
             atoms.set_array(name, np.array(getattr(self, name), dtype=kind))
         atoms.set_array("species_names", np.array(self.species_names, dtype=str)[self.species])

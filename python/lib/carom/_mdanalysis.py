@@ -20,10 +20,10 @@ class FrameReader(MemoryReader):  # type: ignore[misc]
     """Frames in memory, each with its own time. The reader of MDAnalysis assumes evenly spaced times."""
 
     def __init__(self, *arguments: Any, times: NDArray[np.float64], **keywords: Any) -> None:
-        # The constructor of the base class already reads the first frame, which needs the times.
+        # The constructor of the base class reads the first frame and its time.
         self.times = times
         super().__init__(*arguments, **keywords)
-        # MDAnalysis creates copies of this reader from these arguments.
+        # MDAnalysis copies this reader with these arguments.
         self._kwargs["times"] = times
 
     def _read_next_timestep(self, ts: Any = None) -> Any:
@@ -54,7 +54,7 @@ def universe_of(frames: list[Frame]) -> Any:
         velocities=np.array([frame.velocities for frame in frames]),
         dimensions=_boxes(frames),
         times=times,
-        # Takes the median, because the last interval may be shorter: the last frame is at the end of the run.
+        # The median, because the last frame is at the end of the run and its interval may be shorter.
         dt=float(np.median(np.diff(times))) if len(times) > 1 else 1.0,
     )
     return universe

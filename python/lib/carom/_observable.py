@@ -79,11 +79,11 @@ class Observable:
     unit: str
     is_stationary: bool | None = None
     is_conserved: bool = False
-    #: Measured values on which this value depends, by unique keys. Each entry has the derivative of this value and
-    #: the standard error of the measured value.
+    #: Measured values on which this value depends, by unique keys. Each entry contains the derivative of this value,
+    #: and the standard error of the measured value.
     _terms: Mapping[str, tuple[float, float | None]] = field(init=False, compare=False)
 
-    #: Makes NumPy scalars use the operators of this class in arithmetic.
+    #: Makes NumPy scalars use the operators of this class.
     __array_ufunc__: ClassVar[None] = None
 
     def __post_init__(self) -> None:
@@ -152,7 +152,6 @@ class Observable:
         largest = _exponent(size)
         is_plain = -5 < largest < 7
         scale = 1.0 if is_plain else 10.0**largest
-        # Shows two digits of the error.
         digits = max(0, 1 - _exponent(float(f"{self.error / scale:.1e}")))
         text = f"{self.mean / scale:.{digits}f} +- {self.error / scale:.{digits}f}"
         return f"{text} [{self.unit}]" if is_plain else f"({text})e{largest} [{self.unit}]"
@@ -204,7 +203,7 @@ def _result(mean: float, unit: str, *terms: tuple[float, Observable]) -> Observa
         for name, (inner, error) in it._terms.items():
             before = sources.get(name, (0.0, error))[0]
             sources[name] = (before + slope * inner, error)
-    # If the derivative with respect to a measured value is zero, an unknown error of this value does not matter.
+    # If the derivative with respect to a measured value is zero, its unknown error does not matter.
     found = {name: (slope, error) for name, (slope, error) in sources.items() if slope != 0.0}
     errors = [None if error is None else slope * error for slope, error in found.values()]
     known = [error for error in errors if error is not None]

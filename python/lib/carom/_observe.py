@@ -20,7 +20,7 @@ def observed(observe: Functions | None, every: float | None) -> tuple[list[tuple
     """Returns the functions and the time between two calls, in the form that the compiled part expects."""
     if not observe:
         if every is not None:
-            raise ValueError("every: has no effect without functions in observe: add functions, or leave every out")
+            raise ValueError("every: has no effect without functions in observe: add functions, or omit every")
         return [], 1.0
     if not isinstance(observe, Mapping):
         raise TypeError(f"observe: expected a dictionary of functions, found {shown(observe)}")

@@ -14,11 +14,10 @@ from carom._progress import Progress
 
 __all__ = ["Outputs", "Proof"]
 
-#: Selected frames: one frame, a range given by its first and last frame, or all frames (`None`). In a range, `None`
-#: means no limit.
+#: One frame, the first and last frame of a range, or `None` for all frames. In a range, `None` means no limit.
 FramesLike = Union[int, tuple[Union[int, None], Union[int, None]], None]
 
-#: Direction of view: a side, or an azimuth and an elevation in degrees.
+#: A side, or an azimuth and an elevation in degrees.
 ViewLike = Union[str, tuple[float, float], None]
 
 _SIDES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

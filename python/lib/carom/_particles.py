@@ -27,17 +27,17 @@ __all__ = [
 
 _KEYS = ("species", "positions", "velocities", "bonds", "bond")
 
-#: Skews below this fraction of an edge are round-off of single precision.
+#: Smaller skews, relative to an edge, are round-off of single precision.
 _SKEW = 1e-6
 
 #: With more names than this, sorting the array is faster than searching for each name.
 _FEW_NAMES = 64
 
-#: Pickled form of given particles: their name in messages, the frame, the interaction of their bonds, and three flags:
-# whether the box is known, whether the radii are known, and whether z is unknown.
+#: Pickled form of given particles: the name in messages, the frame, the interaction of the bonds, and three flags.
+# The flags tell whether the box is known, whether the radii are known, and whether z is unknown.
 State = tuple[str, Frame, Union[str, None], tuple[bool, bool, bool]]
 
-#: Returns the names of the species of a scene. They are needed if species are given by number.
+#: Returns the names of the species in a scene, for species that are given by number.
 Names = Callable[[], list[str]]
 
 
@@ -97,9 +97,9 @@ def given_of_ase(atoms: Any, species: Any, names: Names) -> _carom.Given:
     else:
         found, numbers = np.unique(atoms.numbers, return_inverse=True)
         species_names = [chemical_symbols[number] for number in found]
-    # `Frame.to_ase` subtracts the lower corner of the box from the positions, and stores it as `origin`. A trajectory
-    # of Carom that ASE has read differs: positions are unchanged and the corner is stored as `Origin`; the columns are
-    # `type`, `velo` and `radius`; the cell has an extent along flat axes.
+    # `Frame.to_ase` subtracts the lower corner of the box from the positions, and stores the corner as `origin`. A
+    # trajectory file of Carom has the original positions, and the corner as `Origin`. There, the columns are `type`,
+    # `velo` and `radius`, and the cell has an extent along flat axes.
     origin = np.asarray(atoms.info.get("origin", np.zeros(3)), dtype=np.float64).reshape(3)
     corner = np.asarray(atoms.info.get("Origin", np.zeros(3)), dtype=np.float64).reshape(3) + origin
     masses = _mass_of_each("atoms", atoms.get_masses(), numbers, species_names) if atoms.has("masses") else None
@@ -141,8 +141,7 @@ def given_of_gsd(path: str | os.PathLike[str], frame: int, species: Any, bond: s
                 raise IndexError(f"frame {frame} of {count} in {file}")
             at = frame % count
             snapshot = trajectory[at]
-            # The snapshot has defaults of HOOMD-blue for missing values. Only the file itself shows which values are
-            # known.
+            # HOOMD-blue replaces missing values by defaults. Only the file shows which values are missing.
             has = {name: any(trajectory.file.chunk_exists(it, f"particles/{name}") for it in (0, at)) for name in _OPTIONAL}
     except (OSError, RuntimeError) as error:
         raise FolderError(f"cannot read {file}: {error}") from error
@@ -301,7 +300,7 @@ def _array(name: str, value: Any) -> NDArray[Any]:
 
 
 def _rows(name: str, value: Any, columns: tuple[int, ...], count: int | None = None) -> NDArray[Any]:
-    """Checks for a 2D array of real numbers; ``columns`` lists the allowed numbers of columns."""
+    """Checks that the value is a 2D array of real numbers. ``columns`` lists the allowed numbers of columns."""
     array = _array(name, value)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
@@ -324,7 +323,7 @@ def _in_space(rows: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _pairs(name: str, value: Any, count: int) -> NDArray[np.int64]:
-    """Checks for pairs of particle indices."""
+    """Checks that the rows of an array are pairs of particle indices, and returns the array."""
     array = _array(name, value)
     if array.size == 0:
         return np.zeros((0, 2), dtype=np.int64)

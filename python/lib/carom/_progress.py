@@ -18,7 +18,7 @@ class Progress:
     file, where each update would add a line.
     """
 
-    #: Stages that do not count events, with the unit of their progress.
+    #: Units of progress, for stages that do not count events.
     COUNTED = {"sweeping": "runs done", "exchanging": "attempts"}
 
     def __init__(self, wanted: bool, title: str) -> None:

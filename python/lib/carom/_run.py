@@ -202,7 +202,7 @@ def _ended(run: Run, trouble: str | None, functions: list[tuple[str, Any]], ever
             message = f"observe: {', '.join(uncalled)} has no value, because the measurement is shorter than every = {every:g}: choose a smaller every, or run for longer"
             warnings.warn(message, CaromWarning, stacklevel=3)
         return run
-    # The files of the run outlive the exception only if the user has named the folder.
+    # A temporary folder is deleted after the exception.
     folder = run.folder if run._temporary is None else None
     raise SimulationError(trouble, folder=folder)
 
@@ -236,8 +236,8 @@ class Results:
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
                 own = self._number(it)
-                # An instrument may measure an observable more precisely without judging its stationarity. The judgement
-                # on the observable itself applies, because it covers the same time.
+                # An instrument may measure an observable more precisely, but without a verdict on stationarity. The
+                # run's verdict is then used, because the run covers the same time.
                 known = found.get(it["name"])
                 found[it["name"]] = own if known is None or own.is_stationary is not None else replace(own, is_stationary=known.is_stationary)
         run = source(self._summary.get("seed"), self._summary["observables"])
@@ -342,9 +342,9 @@ class Run(Outputs, InFolder, Results):
 
     def _open(self) -> Path:
         if self._is_closed:
-            raise ValueError("the run is closed, and its temporary folder was removed: pass out to carom.run to keep the files")
+            raise ValueError("the run is closed, and its temporary folder was removed: pass out= to carom.run to keep the files")
         if not self._folder.is_dir():
-            cure = "pass out to carom.run: a temporary folder is removed together with its run"
+            cure = "pass out= to carom.run: a temporary folder is removed together with its run"
             raise FolderError(f"the folder {self._folder} of the run no longer exists\n  help: {cure}", cure=cure)
         return self._folder
 

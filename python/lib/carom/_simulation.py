@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["EVENT", "EVENT_KINDS", "Simulation"]
 
-#: Kinds of events, in the order of their numbers in the field ``kind``.
+#: Kinds of events. The field ``kind`` is an index of this tuple.
 EVENT_KINDS: tuple[str, ...] = (
     "core",
     "capture",
@@ -291,7 +291,7 @@ class Simulation(State, Driven):
         time, count = self._until(duration, events, until)
         if stop is None:
             if kinds is not None:
-                raise ValueError("kinds: has no effect without stop: add stop, or leave kinds out")
+                raise ValueError("kinds: has no effect without stop: add stop, or omit kinds")
             with Progress(flag("progress", progress), self._scene.name) as bar:
                 return self._core.advance(time, count, bar.callback)
         if not callable(stop):
@@ -395,7 +395,7 @@ class Simulation(State, Driven):
         >>> bool(abs(z - 3.95) < 0.1)
         True
         """
-        # Invalid arguments raise their errors here, not at the first batch.
+        # Invalid arguments raise an error here, not at the first batch.
         time, count = self._until(duration, events, until)
         batches = self._batches(time, count, _bits(kinds), whole("batch", batch, 1))
         if columns is None:

@@ -21,7 +21,7 @@ class State:
     __slots__ = ("_core", "_is_asking", "_scene")
 
     _core: _carom.Simulation
-    #: Whether a call of a `stop` function is in progress.
+    #: Whether a `stop` function is being called.
     _is_asking: bool
     _scene: Scene
 

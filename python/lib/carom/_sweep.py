@@ -25,10 +25,10 @@ from carom._tables import Table
 
 __all__ = ["Sweep", "sweep"]
 
-#: Functions of a frame, and the time between two calls, as given by users.
+#: Functions of a frame, and the time between two calls.
 _Observed = tuple[Union[Functions, None], Union[float, None]]
 
-#: Number of significant digits of floating-point values. The program rounds the values of ranges to as many digits.
+#: Number of significant digits of floating-point values, as in the ranges of the program.
 _DIGITS = 12
 
 
@@ -156,7 +156,7 @@ def _text(key: str, value: Any) -> str:
     """A value of an axis, in the syntax of the command line."""
     if isinstance(value, str):
         plain = value.replace("-", "").replace("_", "").replace(".", "").isalnum() and ".." not in value
-        # A text such as "1e5" stays a text: without quotes it would be a number.
+        # Keeps the quotes of a text such as "1e5", which would otherwise become a number.
         return value if plain and isinstance(_value(value), str) else _carom.Scene.value_of(value, key)
     if isinstance(value, (float, np.floating)) and not isinstance(value, bool):
         number = float(value)
@@ -200,7 +200,7 @@ def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> 
 
 
 def _numbers(core: _carom.Sweep, folder: Path) -> Iterator[tuple[str, dict[str, float | None]]]:
-    """Yields the name of each complete run and its measured numbers by name."""
+    """Yields the name of each complete run, and a dictionary of its measured numbers."""
     for name in [point for point, state, _ in core.standing(folder) if state == "done"]:
         path = folder / name / "measurements.json"
         numbers = json_of(path).get("numbers", []) if path.exists() else []
@@ -243,7 +243,6 @@ def _submit(
                 future.cancel()
             raise
     if lost is not None:
-        # Updates the tables with all finished points. Repeating the call continues the sweep.
         core.write(folder)
         raise lost
 

@@ -232,7 +232,7 @@ def _column(path: Path) -> NDArray[Any]:
     try:
         column: NDArray[Any] = np.load(path, mmap_mode="r")
     except ValueError:
-        # The file of a log without events has no data that can be mapped into memory.
+        # NumPy cannot map an empty array into memory.
         column = np.load(path)
     except OSError as error:
         raise FolderError(f"cannot read {path}: {error}") from error

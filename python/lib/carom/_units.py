@@ -6,8 +6,8 @@ from fractions import Fraction
 
 __all__ = ["powers", "product"]
 
-#: Largest denominator of an exponent. The text of a unit shows exponents as rounded decimals, from which the fractions
-#: are recovered.
+#: Largest denominator of an exponent. The text of a unit shows exponents as rounded decimals, which are converted to
+#: fractions.
 _LARGEST = 1000
 
 

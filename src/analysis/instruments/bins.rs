@@ -1,23 +1,17 @@
-//! Bins of equal width, for distributions and profiles.
-
 use crate::base::numbers::{index, trunc_to_usize};
 use crate::model::measurement_plan::MOST_BINS;
 
-/// Bins of equal width along a line. Positions and widths have the dimension of the values.
-///
-/// Bins are given by their whole extent or by the width of one of them. All positions are computed from the given
-/// length, so that it has no round-off.
+/// Bins of equal width along a line, for distributions and profiles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bins {
     from: f64,
-    /// The given length, and the number of bins in it.
+    /// The whole extent, or the width of one bin. All edges follow from this length without further round-off.
     length: f64,
     per_length: f64,
     pub count: usize,
 }
 
 impl Bins {
-    /// Divides the range from `from` to `from + extent`.
     pub fn over(from: f64, extent: f64, count: usize) -> Self {
         Self { from, length: extent, per_length: count as f64, count }
     }
@@ -35,28 +29,28 @@ impl Bins {
         self.length / self.per_length
     }
 
-    /// Position of a value, in bins from the lower end. It may lie outside of the bins.
+    /// Distance of a value from the lower end, in bins.
     pub fn place(&self, value: f64) -> f64 {
         (value - self.from) / self.length * self.per_length
     }
 
-    /// Index of the bin that contains a value. The lower edge belongs to a bin, the upper edge to the next bin.
+    /// Index of the bin that contains a value. A bin includes the lower edge, but not the upper edge.
     pub fn index(&self, value: f64) -> Option<usize> {
         let place = self.place(value);
         (place >= 0.0 && place < self.count as f64).then(|| trunc_to_usize(place))
     }
 
-    /// Index of the bin that is nearest to a value, which may lie outside of the bins by round-off.
+    /// Index of the bin nearest to a value that may lie outside of all bins because of round-off.
     pub fn nearest(&self, value: f64) -> usize {
         trunc_to_usize(self.place(value)).min(self.count - 1)
     }
 
-    /// Density of a fraction of all values that lies in one bin.
+    /// Probability density in a bin that contains a fraction of all values.
     pub fn density(&self, fraction: f64) -> f64 {
         fraction * self.per_length / self.length
     }
 
-    /// Lower edge of a bin, or upper edge of the bin before it.
+    /// Lower edge of a bin.
     pub fn edge(&self, bin: usize) -> f64 {
         self.at(bin as f64)
     }

@@ -1,21 +1,19 @@
-//! End times of the equal blocks that a measurement is divided into.
-
 use super::instrument::Setup;
 use crate::analysis::sampling_times::SamplingTimes;
 
 /// Fraction of an interval by which a sample may come early because times are rounded.
 pub(super) const EARLY: f64 = 1e-6;
 
-/// Shortest interval as a fraction of the expected duration. With shorter intervals, sampling would take far too long.
+/// Shortest interval, as a fraction of the expected duration. Shorter intervals would take far too long.
 const SHORTEST: f64 = 1e-8;
 
 pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
 
-/// Returns an interval close to `interval` that is neither a multiple nor a simple fraction of the time between two
-/// scalings of the velocities. The samples are then spread evenly over the time between two scalings. The ratio of the
-/// two times, or its inverse, is a whole number plus or minus the golden section, 0.618.
+/// Returns an interval near `interval`, so that the samples are spread evenly over the time between two scalings of the
+/// velocities. The ratio of the two times, or the inverse ratio, becomes a whole number plus or minus the golden
+/// section.
 pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let Some(scaling) = scaling else { return interval };
@@ -30,7 +28,7 @@ pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
     found.filter(|found| found.is_finite()).map_or(interval, |found| found * scaling)
 }
 
-/// If no interval is given, the expected duration is divided into `aim` blocks.
+/// Without a given interval, divides the expected duration into `aim` blocks.
 pub(super) fn block_times(setup: &Setup<'_>, given: Option<f64>, aim: u32) -> SamplingTimes {
     let (start, duration) = (setup.sample.time, setup.duration);
     match given {
@@ -54,9 +52,8 @@ mod tests {
             let mut phases = [0_u32; 10];
             let count = 20_000;
             (1..=count).for_each(|k| phases[trunc_to_usize(10.0 * (f64::from(k) * found / 5.0).fract())] += 1);
-            // With the golden section, the numbers of samples in the ten bins differ by an amount that grows as the
-            // logarithm of the total number. If the interval is much shorter than the time between two scalings, the
-            // difference is up to the number of samples in this time.
+            // The samples are spread so evenly that the ten counts differ little. If the interval is short, they differ
+            // by up to the number of samples between two scalings.
             assert!(phases.iter().all(|n| n.abs_diff(count / 10) < 600), "{interval} {found} {phases:?}");
         }
         assert_eq!(incommensurate(0.3, None), 0.3);

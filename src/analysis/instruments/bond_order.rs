@@ -1,5 +1,4 @@
-//! Bond-orientational order, which compares the directions from a particle to its neighbours with the directions in a
-//! crystal.
+//! Bond-orientational order, which compares the neighbours of a particle with the neighbours in a crystal.
 //!
 //! P. J. Steinhardt, D. R. Nelson and M. Ronchetti, Phys. Rev. B 28, 784 (1983),
 //! [doi:10.1103/PhysRevB.28.784](https://doi.org/10.1103/PhysRevB.28.784).
@@ -26,10 +25,10 @@ const DEGREES: [usize; 2] = [6, 4];
 
 /// `q_l` of each moving particle, in the order of ids; in two dimensions `|psi_l|`.
 ///
-/// `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)`, where `q_lm` is the mean of `Y_lm` over the directions to
-/// all neighbours. Neighbours are moving particles closer than `cutoff` `[length]`. `psi_l` is the mean of
-/// `exp(i l phi)`. The cutoff is at most half of the shortest period. The value is 0 for static particles,
-/// for particles without neighbours, in one dimension, and for a degree of 0 or above 8.
+/// `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)`, where `q_lm` is the mean of `Y_lm` over the directions to all
+/// neighbours. `psi_l` is the mean of `exp(i l phi)`. Neighbours are moving particles closer than `cutoff` `[length]`,
+/// which is at most half of the shortest period. The value is 0 for static particles, for particles without neighbours,
+/// in one dimension, and for a degree of 0 or above 8.
 #[must_use]
 pub fn per_particle(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64, degree: usize) -> Vec<f64> {
     let mut values = vec![0.0; system.species.len()];
@@ -75,23 +74,19 @@ fn cell_list(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64) -> Ce
     sample.cell_list(&system.space, range, &system.moving)
 }
 
-/// Returns the length of the mean of `count` vectors, from their sum. `None` if `count` is 0.
+/// Length of the mean of `count` vectors, from their sum.
 fn length(sums: &[f64], count: usize) -> Option<f64> {
     (count > 0).then(|| sums.iter().map(|sum| sum * sum).sum::<f64>().sqrt() / count as f64)
 }
 
-/// Measures the distribution, mean and global value of `q_6` and `q_4`, or of `psi_6` and `psi_4` in two
-/// dimensions. Measures nothing in one dimension.
+/// Measures the distribution, mean and global value of `q_6` and `q_4`; in two dimensions of `psi_6` and `psi_4`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct BondOrder {
     times: SamplingTimes,
-    /// The requested cutoff `[length]`.
     asked: f64,
-    /// The cutoff in use `[length]`.
     cutoff: f64,
     bins: usize,
-    /// Averages: first the number of neighbours; then, for each degree, the mean order, the global order and the
-    /// density in each bin.
+    /// The number of neighbours. Then, for each degree: the mean order, the global order, and the density in each bin.
     curve: CurveAverage,
 }
 
@@ -102,8 +97,8 @@ impl BondOrder {
         let bins = Bins::planned(plan.bins, BINS);
         let count = system.moving.len() as f64;
         let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
-        // Testing a candidate takes about three operations. About one candidate in six is a neighbour, and takes about
-        // 150 more.
+        // Estimated operations: about three for each candidate, and 150 for each neighbour. About one candidate in six
+        // is a neighbour.
         let work = count * (100.0 + 30.0 * (count * cube / system.space.volume()).min(count));
         Self {
             times: budgeted_times(setup, plan.interval, work),
@@ -122,7 +117,7 @@ impl BondOrder {
         Bins::over(0.0, 1.0, self.bins)
     }
 
-    /// Index of the mean order of a degree in `curve`. The global order and the bins follow it.
+    /// Index in `curve` of the mean order of a degree. The global order and the bins of this degree follow.
     fn first(&self, degree: usize) -> usize {
         1 + degree * (2 + self.bins)
     }
@@ -183,8 +178,7 @@ impl Instrument for BondOrder {
             measured.numbers.push(Number::estimated(name, title, "1", self.curve.estimate(element), method));
         };
         number("neighbours", "Number of neighbours", 0, &format!("mean number of {neighbours}"));
-        // The number of particles with neighbours differs between samples, so each sample was normalised by its own
-        // number.
+        // Each sample was normalised by the number of particles that had neighbours at this time.
         let normalisation = Normalisation::of(
             "fraction of particles in the bin, among the particles with neighbours, over all samples",
         )

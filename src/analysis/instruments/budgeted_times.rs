@@ -1,34 +1,28 @@
-//! Sampling times of instruments whose samples are expensive.
-
 use super::block_times::incommensurate;
 use super::instrument::Setup;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::base::numbers::trunc_to_u32;
 
-/// Intended number of samples, if samples are cheap.
 const MOST: f64 = 200.0;
 
-/// Smallest intended number of samples, if samples are expensive. Sixteen blocks are just enough for a
-/// standard error.
+/// Smallest number of expensive samples. Sixteen blocks are just enough for a standard error.
 const FEWEST: f64 = 16.0;
 
-/// Number of floating-point operations that all samples of a run may take in total, however short the run is. They take
-/// about one second, at two nanoseconds each.
+/// Number of floating-point operations for all samples, even in a short run. They take about one second.
 const FREE: f64 = 5e8;
 
-/// Additional operations per particle and flight, beyond [`FREE`]. A flight is the time in which a particle
-/// travels the mean distance between neighbours. In a fluid, the engine needs about four microseconds for it,
-/// and the samples may take a tenth of that.
+/// Further operations per particle and flight. A flight is the time in which a particle travels the mean distance
+/// between neighbours. In a fluid, these operations take about a tenth of the engine's time.
 const PER_FLIGHT: f64 = 200.0;
 
-/// Evenly spaced sampling times at the interval of the plan.
+/// Evenly spaced sampling times for expensive samples.
 ///
-/// If the plan has no interval, a budget of floating-point operations gives 16 to 200 samples in the expected duration,
-/// at `work` operations each. Their interval is neither a simple fraction nor a multiple of the time between two
-/// scalings of the velocities.
+/// Without a given interval, the expected duration contains 16 to 200 samples. The number follows from a budget of
+/// floating-point operations and from the operations of a sample, `work`. If velocities are scaled, the interval is
+/// [`incommensurate`] with the scalings.
 pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
     let start = setup.sample.time;
-    // This is the shortest interval that floating-point times can resolve.
+    // The shortest interval that floating-point times can resolve.
     let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
     match given {
         Some(interval) => SamplingTimes::given(start, interval.max(shortest)),

@@ -21,32 +21,31 @@ use serde::{Deserialize, Serialize};
 pub use sizes::CHAIN_SIZES;
 pub(crate) use sizes::ChainSizes;
 
-/// Largest number of molecule sizes that are reported one by one, smallest first.
+/// Largest number of kinds of molecules in the report.
 const MOST_GROUPS: usize = 256;
 
-/// Largest number of chain lengths whose end-to-end distances have their own distribution, shortest first.
+/// Largest number of end-to-end distributions, one for each chain length. Short chains have priority.
 const MOST_DISTRIBUTIONS: usize = 8;
 
-/// Longest end-to-end distance in the distribution, in units of `sqrt(n) b`, the length of a random walk of
-/// `n` bonds of maximum length `b`. Fewer than one chain in a million is longer.
+/// Longest end-to-end distance in the distribution, in units of `sqrt(n) b`, the length of a random walk of `n` bonds
+/// of maximum length `b`. Fewer than one chain in a million is longer.
 const LONGEST_WALK: f64 = 4.0;
 
-/// Bond lengths, and the size of each molecule. Molecules are unwrapped along their bonds by nearest images, because
-/// bonds are shorter than half a period.
+/// Bond lengths, and the size of each molecule. Bonds are shorter than half a period, so nearest images unwrap a
+/// molecule.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Chains {
     times: SamplingTimes,
     bins: usize,
     bond_lengths: [f64; 2],
     groups: Vec<Group>,
-    /// Averages over all bonds: the mean length, the mean square length, then the probability density of the
-    /// length in each bin.
+    /// The mean length of a bond, the mean square length, and the probability density of the length in each bin.
     bonds: CurveAverage,
     /// Mean square end-to-end distance and mean square radius of gyration of each group.
     sizes: CurveAverage,
     /// Densities of the end-to-end distance: the bins of one group after the other.
     ends: CurveAverage,
-    /// The molecules, which follow from the bonds of the scene. They are computed again after a restart.
+    /// The molecules, which follow from the bonds of the scene.
     #[serde(skip)]
     components: Option<Vec<Component>>,
 }
@@ -56,7 +55,7 @@ struct Group {
     is_linear: bool,
     particles: u32,
     components: u32,
-    /// Index of the distribution of this group in `ends`, and the upper end of its bins `[length]`.
+    /// Index of the distribution in [`Chains::ends`], and upper limit of the bins `[length]`.
     distribution: Option<(usize, f64)>,
 }
 
@@ -153,7 +152,7 @@ impl Instrument for Chains {
     }
 }
 
-/// Groups molecules by kind and size: linear molecules come first, then the number of particles increases.
+/// Groups molecules by kind and size. Linear molecules come first. Sizes increase within each kind.
 fn groups(components: &[Component], longest_bond: f64) -> Vec<Group> {
     let mut kinds: Vec<(bool, u32)> =
         components.iter().map(|component| (!component.is_linear, id(component.ids.len()))).collect();

@@ -1,5 +1,3 @@
-//! Mean squared displacement, velocity autocorrelation and diffusion coefficients.
-
 mod lags;
 mod report;
 mod spread;
@@ -17,39 +15,38 @@ use lags::{LOGARITHMIC, Lags, TICKS_PER_STEP, logarithmic, next_logarithmic};
 use spread::{Slopes, Spread};
 use tracers::Tracers;
 
-/// Largest memory for the positions, velocities and slopes at all time origins `[byte]`.
+/// Memory for the positions, velocities and slopes at all time origins `[bytes]`.
 const BUDGET: usize = 64 << 20;
 
-/// Largest number of origins that are older than the span. They are kept for the long logarithmic lags. When
-/// there are more, every second origin is dropped.
+/// Largest number of origins older than the span, which are kept for long logarithmic lags. Beyond this number, every
+/// second origin is dropped.
 const MOST_LONG: usize = 16;
 
-/// Largest number of origins younger than the span: four that overlap, one that has just ended, and one that has just
-/// begun.
+/// Largest number of origins that are not older than the span: four overlapping origins, one that has just reached the
+/// span, and a new one.
 const MOST_YOUNG: usize = 6;
 
-/// Indices of the three linear curves of each group: mean squared displacement, velocity autocorrelation, and
-/// its integral.
+/// Indices of the linear curves of a group: mean squared displacement, velocity autocorrelation, and integral of the
+/// autocorrelation.
 const MSD: usize = 0;
 const VACF: usize = 1;
 const INTEGRAL: usize = 2;
 const CURVES: usize = 3;
 
-/// Follows particles from several time origins.
+/// Mean squared displacement and velocity autocorrelation of particles, from several time origins.
 ///
-/// Each origin is compared with the samples at linear lags, `k interval` up to the span, and at logarithmic lags from
-/// 1/32 of an interval to the whole run. Samples less than an interval apart are taken only in the first two intervals
-/// after an origin. At most 16 origins older than the span are kept, evenly spaced in the elapsed time, so memory and
-/// work stay bounded. The mean over all particles from one origin counts as one value. Errors come from blocks of
-/// origins; the error of the slope also uses the scatter of particles and of axes.
+/// Each origin is compared with samples at linear lags, `k interval` up to the span, and at logarithmic lags from 1/32
+/// of an interval to the whole run. Lags that are not multiples of the interval occur only in the first two intervals.
+/// At most 16 origins older than the span are kept, so memory and work are bounded. The mean over all particles from
+/// one origin is one value. Errors come from blocks of origins. The error of the slope also uses the scatter of
+/// particles and of axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Diffusion {
     lags: Lags,
     tracers: Tracers,
     origins: Vec<Origin>,
-    /// Tick at which the next sample is needed.
     next: u64,
-    /// All origins younger than the span are kept. Of the older origins, every n-th is kept, where n is this stride.
+    /// Only origins whose number is a multiple of this stride are kept beyond the span.
     long_stride: u64,
     linear: CurveAverage,
     logarithmic: CurveAverage,
@@ -60,11 +57,10 @@ pub(super) struct Diffusion {
 struct Origin {
     tick: u64,
     positions: Vec<Vector>,
-    /// Empty if the origin is older than the span.
+    /// Empty once the origin is older than the span.
     velocities: Vec<Vector>,
-    /// For each group, the MSD and then the VACF at each linear lag. Empty if the origin is older than the span.
+    /// For each group, the MSD and then the VACF at each linear lag. Empty once the origin is older than the span.
     curve: Vec<f64>,
-    /// Empty if the origin is older than the span.
     slopes: Slopes,
 }
 
@@ -94,8 +90,7 @@ impl Diffusion {
         diffusion
     }
 
-    /// Takes a sample at tick `now`: starts a new origin if it is time, and updates the curves of all
-    /// origins.
+    /// Takes a sample at tick `now`: starts a new origin if one is due, and updates the curves of all origins.
     fn look(&mut self, sample: &Sample<'_>, system: &SystemDescription, now: u64) {
         let frame = self.tracers.frame(sample, system);
         let groups = self.tracers.groups();
@@ -174,12 +169,12 @@ impl Instrument for Diffusion {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        // At very late times, round-off exceeds the tolerance of `passed`. A sample at the requested time
-        // must count even then.
+        // At very late times, round-off can exceed the tolerance of `Lags::passed`. A sample at the requested time is
+        // used anyway.
         let is_due = sample.time >= self.next_sample();
         let now = self.lags.passed(sample.time).max(if is_due { self.next } else { 0 });
         if now > self.next {
-            // If a sample was missed, none of the current origins can be completed.
+            // After a missed sample, no origin can be completed.
             self.origins.clear();
             self.next = self.next_tick(now);
         } else if now == self.next {
@@ -192,8 +187,8 @@ impl Instrument for Diffusion {
     }
 }
 
-/// Integrals of a function from its first value up to each value. The values have the spacing 1. Each step uses the
-/// cubic through the four values around it, or trapezoids if there are fewer values.
+/// Integrals of a function from the first value up to each value, at a spacing of 1. Each step uses the cubic through
+/// four values, or trapezoids if there are fewer values.
 fn integrals(values: &[f64]) -> impl Iterator<Item = f64> {
     let last = values.len().saturating_sub(1);
     let step = move |k: usize| match (k, last) {

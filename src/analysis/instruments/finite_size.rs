@@ -1,4 +1,4 @@
-//! Corrections to diffusion for the finite size of a periodic box and the finite span of a measurement.
+//! Corrections of diffusion for the finite box and the finite span.
 
 use super::free_time;
 use super::quantity::{Measured, Number};
@@ -14,33 +14,30 @@ const GREEN_KUBO: &str = "diffusion_coefficient_green_kubo";
 const DISPLACEMENT: &str = "mean_squared_displacement";
 const CORRELATION: &str = "velocity_autocorrelation";
 const VISCOSITY: &str = "shear_viscosity";
-/// Name of the coefficient of an infinite system. The name of the species follows it.
+/// The name of a species follows this name.
 const INFINITE: &str = "diffusion_coefficient_infinite";
 
-/// Largest relative error of a viscosity `eta` used as a divisor. The mean of `1 / eta` is too large by the
-/// square of its relative error, so by at most a ninth.
+/// Largest relative error of a viscosity `eta` used as a divisor. The mean of `1 / eta` is too large by the square of
+/// this error, so by at most a ninth.
 const LARGEST_ERROR: f64 = 1.0 / 3.0;
 
-/// Largest correction for times beyond the span, as a fraction of the coefficient. The theory of this correction is of
-/// leading order only, so the correction must be small.
+/// Largest correction for times beyond the span, as a fraction of the coefficient. The theory is of leading order, so
+/// the correction must be small.
 const LARGEST_TAIL: f64 = 0.1;
 
 /// Corrects each diffusion coefficient of a fluid that conserves momentum in a periodic box.
 ///
-/// [`VelocityTail`] gives `D_tail`, the part of the coefficient that the span misses. This part is added to the
-/// error in quadrature. In a cube, a measured viscosity also gives the coefficient of an infinite system at the
-/// mean temperature of the measurement, see [`finite_size_of_diffusion`]:
-/// `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L) * nu / (nu + D + D_tail)`, with `xi = 2.837297` and
-/// `nu = eta / rho`. This coefficient is not defined if `L / 2 pi` is below the mean free path, nor if `D_tail`
-/// is more than a tenth of `D`.
+/// [`VelocityTail`] gives `D_tail`, the part of the coefficient that the span misses. This part is added to the error
+/// in quadrature. In a cube, a measured viscosity also gives the coefficient of an infinite system, see
+/// [`finite_size_of_diffusion`]: `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L) * nu / (nu + D + D_tail)`, with
+/// `xi = 2.837297` and `nu = eta / rho`. This coefficient is not defined if `L / 2 pi` is below the mean free path, nor
+/// if `D_tail` is more than a tenth of `D`.
 ///
-/// The box suppresses all motion on scales longer than its edge. By the Oseen tensor of the periodic box, the
-/// correction does not depend on the size of the particles. The finite-size term already accounts for the missing
-/// motion of the centre of mass. The measured `D` has been divided by `1 - m / M` for the same reason, so here it is
-/// multiplied by this factor again. For all particles together, the factor is `1 - 1 / N`.
+/// The finite-size term accounts for the missing motion of the centre of mass. The measured `D` was divided by `1 - m /
+/// M` for the same reason, so here it is multiplied by this factor. For all particles together, the factor is `1 - 1 /
+/// N`.
 ///
-/// Errors of both coefficients propagate as if they were independent. The error of the temperature is far
-/// smaller.
+/// Errors of both coefficients propagate as if they were independent. The error of the temperature is far smaller.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147).
 pub(super) fn complete_diffusion(measured: &mut Measured, system: &SystemDescription) {
@@ -66,11 +63,11 @@ struct Fluid<'s> {
     system: &'s SystemDescription,
     /// Mean temperature during the measurement `[energy]`.
     temperature: f64,
-    /// Whether `L / 2 pi` is longer than the mean free path, so that flows in the box are hydrodynamic. The
-    /// mean free path follows from the diffusion coefficient of all particles.
+    /// Whether `L / 2 pi` is longer than the mean free path. The path follows from the diffusion coefficient of all
+    /// particles.
     is_hydrodynamic: bool,
     has_viscosity: bool,
-    /// The measured viscosity, if its error is small enough `[mass / (length^(D - 2) time)]`.
+    /// The measured viscosity, if the error is small enough `[mass / (length^(D - 2) time)]`.
     viscosity: Option<Estimate>,
     /// Shortest and longest lag of the straight part of the mean squared displacement `[time]`.
     span: [f64; 2],
@@ -106,8 +103,8 @@ impl<'s> Fluid<'s> {
         })
     }
 
-    /// Calculates the part of a diffusion coefficient that the finite span misses `[length^2 / time]`. Uses the
-    /// measured viscosity or, if there is none, Enskog's viscosity.
+    /// The part of a diffusion coefficient that the finite span misses `[length^2 / time]`. Uses the measured viscosity
+    /// or, if there is none, Enskog's viscosity.
     fn tail(&self, number: &Number) -> Option<f64> {
         let mass = self.system.moving_mass();
         let measured = self.viscosity.map(|it| it.mean);
@@ -148,8 +145,8 @@ impl<'s> Fluid<'s> {
     }
 }
 
-/// Returns `1 - m / M` for a species, given as `_` and its name. For any other text, `m` is the mean mass of
-/// all particles.
+/// Returns `1 - m / M`. The mass `m` is the mass of the particles of the species `_NAME`, or the mean mass of all
+/// moving particles.
 fn free_part(species: &str, system: &SystemDescription) -> f64 {
     let is_one =
         |id: &u32| Some(&*system.species_names[system.species[*id as usize] as usize]) == species.strip_prefix('_');
@@ -162,10 +159,14 @@ fn estimate(number: &Number) -> Option<Estimate> {
     number.mean.map(|mean| Estimate { mean, standard_error: number.standard_error })
 }
 
-const METHOD: &str = "(1 - m / M) (D + D_tail) + 2.837297 T / (6 pi eta L) * nu / (nu + D + D_tail) with the Einstein coefficient D, the shear viscosity eta and nu = eta / rho of this run in its cube of edge L; errors of \
-    both coefficients propagate. The first term is the displacement relative to the centre of mass, M the mass of all, with what flows that have not decayed within the span would still add to it: (2 / 3) (T / M) sum_k exp(-(eta / rho + D) k^2 t), \
-    integrated over the times that the slope leaves out (Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254, 1970, doi:10.1103/PhysRevLett.25.1254). None where the error of eta is more than a \
-    third of it, D_tail more than a tenth of D, or L / 2 pi below the mean free path. Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), doi:10.1021/jp0477147.";
+const METHOD: &str = "(1 - m / M) (D + D_tail) + 2.837297 T / (6 pi eta L) * nu / (nu + D + D_tail), with the \
+    Einstein coefficient D, the shear viscosity eta, nu = eta / rho and the edge L of the cubic box: Yeh and Hummer, J. \
+    Phys. Chem. B 108, 15873 (2004), doi:10.1021/jp0477147. The factor 1 - m / M converts D to displacements relative to \
+    the centre of mass; M is the total moving mass. D_tail is the contribution of long times that the fitted slope \
+    misses: an integral of (2 / 3) (T / M) sum_k exp(-(nu + D) k^2 t) over these times (Ernst, Hauge and van Leeuwen, \
+    Phys. Rev. Lett. 25, 1254, 1970, doi:10.1103/PhysRevLett.25.1254). The errors of D and eta are combined as if they \
+    were independent. Withheld if the error of eta is more than a third of eta, if D_tail is more than a tenth of D, or \
+    if L / 2 pi is below the mean free path.";
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,3 @@
-//! Counts the particles that pass through a plane.
-
 mod passages;
 
 use serde::{Deserialize, Serialize};
@@ -18,21 +16,20 @@ use passages::{MASS, NUMBER, Passages};
 
 const SAMPLES: u32 = 2000;
 
-/// With more species than this, species are not counted separately. A scene may have one species per
-/// diameter, for example.
+/// With more species than this, species are not counted separately. A scene may have one species per diameter, for
+/// example.
 const MOST_SPECIES: usize = 20;
 
 /// Largest number of crossings of one particle between two samples that are handled one by one. More crossings are
-/// handled in groups: the first crossing of a group decides for all.
+/// handled in groups. The first crossing of a group decides whether the whole group is counted.
 const MOST_CROSSINGS: f64 = 1000.0;
 
 /// Counts passages through a plane between samples, forwards minus backwards, and the mass that passes.
 ///
-/// The positions of a particle at two samples decide how often it passed. Positions along periodic axes are
-/// unwrapped. A particle that passes and returns between two samples does not change the net count, so the
-/// count is exact for any sampling interval. If the plane is limited to a rectangle, a straight line between
-/// the two positions decides whether the particle passed inside it. The same line gives the time of the
-/// passage. The default interval is 1/2000 of the expected duration; it grows if the run takes longer.
+/// The unwrapped positions of a particle at two samples decide how often it passed. A particle that passes and returns
+/// between two samples does not change the net count, so the count is exact for any sampling interval. If the plane is
+/// limited to a rectangle, a straight line between the two positions decides whether the particle passed inside. The
+/// default interval is 1/2000 of the expected duration. It grows if the run takes longer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Flow {
     name: String,
@@ -41,7 +38,7 @@ pub(super) struct Flow {
     normal: Option<Vector>,
     at: f64,
     rectangle: Option<[Vector; 2]>,
-    /// Ids of the counted particles, and their unwrapped positions at the last sample.
+    /// Ids of the counted particles, and the unwrapped positions at the last sample.
     ids: Vec<u32>,
     positions: Vec<Vector>,
     time: f64,
@@ -49,12 +46,12 @@ pub(super) struct Flow {
     /// Amount that a passage towards larger coordinates adds to the count: 1 or -1.
     forwards: i64,
     passages: Passages,
-    /// Net passages of each species. Empty if there is one species or too many.
+    /// Net passages of each species. Empty if there is only one species, or more than [`MOST_SPECIES`].
     by_species: Vec<(u32, i64)>,
 }
 
 impl Flow {
-    /// Nothing is counted for an unknown axis or species, but the reader of scenes rejects both.
+    /// The reader of scenes rejects unknown axes and species, so here they only count nothing.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
         let named = |word: &&str| plan.axis.as_deref() == Some(*word);
@@ -99,8 +96,8 @@ impl Flow {
     fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
         let (at, period) = (self.at, self.period(system));
         let [start, end] = [from, to].map(|position| self.along(position));
-        // The plane and its periodic images are numbered in ascending order. Each end of the path gets the number
-        // of the last image at or below it.
+        // Numbers the plane and its periodic images in ascending order. Each end of the path gets the number of the
+        // next image below.
         let planes = [start, end]
             .map(|x| if period.is_finite() { ((x - at) / period).floor() } else { f64::from(u8::from(x >= at)) });
         let crossings = planes[1] - planes[0];
@@ -109,7 +106,6 @@ impl Flow {
         }
         let sign = crossings.signum();
         let first = if sign > 0.0 { planes[0] + 1.0 } else { planes[0] };
-        // Each step handles one crossing, or a group of crossings if there are very many.
         let group = (crossings.abs() / MOST_CROSSINGS).ceil();
         let mut crossing = 0.0;
         while crossing < crossings.abs() {
@@ -132,7 +128,7 @@ impl Flow {
         self.normal.map_or(position[self.axis], |normal| normal.dot(position))
     }
 
-    /// Distance between the plane and its next periodic image; infinite if it has no image.
+    /// Distance between the plane and the next periodic image; infinite if there is no image.
     fn period(&self, system: &SystemDescription) -> f64 {
         if self.normal.is_some() { f64::INFINITY } else { system.space.periods()[self.axis] }
     }
@@ -144,7 +140,7 @@ impl Flow {
         }
     }
 
-    /// Whether a point of the plane, or its image in the box, is inside the rectangle.
+    /// Whether a point of the plane, or the image of the point in the box, is inside the rectangle.
     fn is_inside(&self, point: &Vector, system: &SystemDescription) -> bool {
         let Some([lower, upper]) = &self.rectangle else { return true };
         let space = &system.space;
@@ -180,7 +176,7 @@ impl Instrument for Flow {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// The last sample of the run also counts the passages since the previous sample.
+    /// The last sample counts the passages since the previous sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }
@@ -222,10 +218,10 @@ impl Instrument for Flow {
 
 const COUNT: &str =
     "Passages in the direction of the flow minus passages against it, since the start of the measurement.";
-const RATE: &str = "Passages after the first one, divided by the time from the first to the last one. The error comes from the rates in pieces of the \
-    curve between them.";
-const RATE_IN_WINDOW: &str =
-    "Passages in the window divided by its length; the error comes from the rates in pieces of the curve in it.";
+const RATE: &str = "Number or mass of the passages after the first, divided by the time from the first to the last \
+    passage. The error follows from the rates in pieces of the curve during this time.";
+const RATE_IN_WINDOW: &str = "Number or mass of the passages in the time window, divided by the length of the \
+    window. The error follows from the rates in pieces of the curve in the window.";
 
 #[cfg(test)]
 mod tests;

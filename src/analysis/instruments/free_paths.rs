@@ -1,5 +1,3 @@
-//! Free paths and free times between contacts of hard cores.
-
 mod histogram;
 
 use serde::{Deserialize, Serialize};
@@ -18,28 +16,26 @@ use histogram::Histogram;
 /// Number of flights per block. The scatter of the blocks gives the error of the mean.
 const BLOCK: u64 = 64;
 
-/// Follows each particle from one Core event to the next.
+/// Free paths and free times between the contacts of each particle.
 ///
-/// A free path is the length of such a flight, summed over its straight pieces if other events come between; the free
-/// time is its duration. If momentum is conserved, lengths are relative to the centre of mass. Flights that are
-/// unfinished at the start or at the end do not count. Paths are not measured if particles accelerate, or in a sheared
-/// box, where they accelerate relative to the streaming around them.
+/// A flight is the motion between two Core events. Its length is summed over straight pieces if other events come
+/// between. If momentum is conserved, lengths are relative to the centre of mass. Flights that begin before the start
+/// or are unfinished at the end are left out. Lengths are not measured if particles accelerate or if the box is
+/// sheared.
 ///
-/// The mean free time has the relative error of `N t / n`, where `n` flights end in a time `t`. The
-/// error of the mean free path follows in the same way from the total distance. The scatter of single flights
-/// says little about these errors: all flights share the total time and distance, so a long flight leaves
-/// less for the others.
+/// The mean free time has the same relative error as `N t / n`, where `n` flights of `N` particles end in a time `t`.
+/// The error of the mean free path follows in the same way from the total distance. The scatter of single flights would
+/// be a poor estimate, because a long flight leaves less time for the other flights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FreePaths {
     /// By particle id.
     flights: Vec<Flight>,
-    /// Statistics of the finished flights: their times, then their lengths. Lengths are missing if particles accelerate
-    /// or the box is sheared.
+    /// Statistics of the times and of the lengths of finished flights. Lengths may be missing.
     ended_flights: Vec<EndedFlights>,
-    /// Velocity of the centre of mass if it is conserved.
+    /// Velocity of the centre of mass, if it is conserved.
     drift: Vector,
-    /// Time of the last event or scaling, the current sum of all speeds, and the number of flights that have
-    /// ended in the current block.
+    /// Time of the last event or scaling, sum of all speeds, and number of flights that have ended in the current
+    /// block.
     now: f64,
     speeds: f64,
     ended: u64,
@@ -47,10 +43,9 @@ pub(super) struct FreePaths {
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Flight {
-    /// Time of the particle's last Core event; `None` before the first Core event.
+    /// Time of the last Core event; `None` before the first one.
     begin: Option<f64>,
-    /// Time of the particle's last event of any kind, and length of its path between the last Core event and
-    /// this time.
+    /// Time of the last event of any kind, and length of the path from the last Core event to this time.
     turned: f64,
     path: f64,
 }
@@ -58,8 +53,8 @@ struct Flight {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct EndedFlights {
     histogram: Histogram,
-    /// In each block, the total time or distance flown by all particles, divided by the number of finished flights.
-    /// `flown` is the total of the current block.
+    /// In each block, the time or distance flown by all particles, divided by the number of finished flights. `flown`
+    /// is the sum of the current block.
     per_flight: BlockAverage,
     flown: f64,
 }
@@ -183,7 +178,9 @@ fn curve(name: &str, [variable, unit]: [&str; 2], ended: &EndedFlights, method: 
         x: centres.clone(),
     };
     let published = mean.map(exponential);
-    let method = format!("{method} Bins up to eight means of the first flights; errors as of independent flights.");
+    let method = format!(
+        "{method} The bins end at eight times the mean of the first flights. Errors are computed as for independent flights."
+    );
     Curve::new(&format!("free_{name}s"), &format!("Distribution of free {name}s"), &method)
         .variable(variable, unit, centres)
         .series(&format!("p({variable})"), &format!("1 / {unit}"), &densities)
@@ -193,10 +190,10 @@ fn curve(name: &str, [variable, unit]: [&str; 2], ended: &EndedFlights, method: 
 }
 
 const TIME: &str = "Time between two successive Core events of a particle.";
-const PATH: &str = "Length of the path between two successive Core events of a particle, relative to the centre of mass where momentum is conserved. Only \
-     without gravity, in a box at rest.";
-const EXPONENTIAL: &str = "Exact if each particle collided at its own constant rate. In a dilute gas fast particles collide more \
-    often, which leaves more of the longest times: Visco, van Wijland and Trizac, Phys. Rev. E 77, 041117 (2008), \
+const PATH: &str = "Length of the path between two successive Core events of a particle, relative to the centre of mass if momentum is conserved. Not \
+     measured if particles accelerate or the box is sheared.";
+const EXPONENTIAL: &str = "Exact if all particles collided at the same constant rate. In a dilute gas, fast particles collide more \
+    often than slow ones, so the longest times are more frequent: Visco, van Wijland and Trizac, Phys. Rev. E 77, 041117 (2008), \
     doi:10.1103/PhysRevE.77.041117";
 
 #[cfg(test)]
@@ -226,8 +223,8 @@ mod tests {
         let measured = report(&instrument, &system);
         let (time, error) = estimate(&measured, "mean_free_time");
         let rate = 2.0 * (simulation.event_counts().core - core) as f64 / (256.0 * 100.0);
-        // Each particle has about 80 flights. The two unfinished flights at the start and end do not count.
-        // They are longer than average, so the mean may be too small by about 1/80.
+        // Each particle has about 80 flights. The unfinished flights at the start and end are longer than average, so
+        // the mean may be too small by about 1/80.
         assert!((time * rate - 1.0).abs() < 4.0 * error * rate + 1.0 / 80.0, "{time} {error} {rate}");
         let fluid = HardSphereFluid::reduced(0.05);
         assert!((time * fluid.collision_rate() - 1.0).abs() < 4.0 * error / time + 1.0 / 80.0);
@@ -290,8 +287,8 @@ mod tests {
             let measured = report(&instrument, &system);
             number(&measured, "mean_free_path").mean.unwrap()
         };
-        // The particles collide every 4 time units. In between, A travels 6 and B travels 2, so the mean free
-        // path is 4.
+        // The particles collide every 4 time units. In between, A travels 6 and B travels 2, so the mean free path is
+        // 4.
         for drift in [0.0, 5.0] {
             assert!((measured(drift) - 4.0).abs() < 1e-10, "{drift} {}", measured(drift));
         }
@@ -308,8 +305,8 @@ mod tests {
             .particle("A", Vector::new(7.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0));
         let (system, mut simulation) = start(scene.build().unwrap());
         let mut instrument = free_paths(&simulation, &system);
-        // The particles first collide at t = 1.5. At t = 4.5 they have travelled 3 of the 8 length units to
-        // the next collision; then their speed doubles.
+        // The particles collide at t = 1.5. At t = 4.5 they have travelled 3 of the 8 length units to the next
+        // collision, and their speed doubles.
         measure(&mut simulation, &system, &mut instrument, 4.5);
         let before = simulation.snapshot();
         simulation.scale_velocities(2.0, &Vector::zeros());

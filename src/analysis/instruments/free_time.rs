@@ -1,4 +1,4 @@
-//! Estimated mean free time and flow decay time of a fluid, used to choose sampling times.
+//! Estimates of relaxation times, for the choice of sampling times.
 
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
 
@@ -10,8 +10,7 @@ use crate::analysis::published::{
 /// Highest packing fraction, by number of axes, for which the collision rate is estimated.
 const DENSEST: [f64; 4] = [0.0, 0.9, 0.65, 0.5];
 
-/// Temperature of the moving particles relative to their drift, or relative to the streaming velocity in a
-/// sheared box `[energy]`.
+/// Temperature of the moving particles relative to their drift or to the streaming velocity `[energy]`.
 fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     let drift = system.drift(sample.velocities);
     let mut twice_kinetic = 0.0;
@@ -25,9 +24,8 @@ fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     twice_kinetic / (system.moving.len() as f64 * system.space.dimensions() as f64)
 }
 
-/// Treats the moving particles as hard spheres that fill the box evenly, in as many dimensions as the box has. The
-/// spheres have the mean diameter and the mean mass. The estimate is good enough for the choice of times. `None` if
-/// particles accelerate or all axes are flat.
+/// Treats the moving particles as hard spheres, disks or rods that fill the box evenly, with the mean diameter and the
+/// mean mass. This is good enough for the choice of times. `None` if particles accelerate or all axes are flat.
 fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid> {
     let dimensions = system.space.dimensions();
     let moving = system.moving.len() as f64;
@@ -52,8 +50,7 @@ fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid
     })
 }
 
-/// Enskog's shear viscosity of the fluid that `guess` returns, in two or three dimensions
-/// `[mass / (length^(D - 2) time)]`.
+/// Enskog's shear viscosity of the estimated fluid, in two or three dimensions `[mass / (length^(D - 2) time)]`.
 pub(super) fn viscosity(system: &SystemDescription, temperature: f64) -> Option<f64> {
     let fluid = guess(system, temperature)?;
     let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
@@ -64,7 +61,7 @@ pub(super) fn viscosity(system: &SystemDescription, temperature: f64) -> Option<
     }
 }
 
-/// Mean time between two contacts of a particle in the fluid that `guess` returns `[time]`.
+/// Mean time between two contacts of a particle in the estimated fluid `[time]`.
 pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
     let fluid = guess(system, temperature(system, sample))?;
     let HardSphereFluid { packing_fraction, diameter, mass, temperature } = fluid;
@@ -76,12 +73,11 @@ pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) ->
     Some(1.0 / rate).filter(|time| is_time(*time))
 }
 
-/// Decay time of the slowest transverse flow in the box, `(L / 2 pi)^2 / nu`, with the longest period `L` and
-/// Enskog's kinematic viscosity `nu` of the estimated fluid `[time]`.
+/// Decay time of the slowest transverse flow in the box, `(L / 2 pi)^2 / nu`, with the longest period `L` and Enskog's
+/// kinematic viscosity `nu` of the estimated fluid `[time]`.
 ///
-/// The diffusion coefficient keeps growing for a few of these times, because a particle and the flow around it
-/// drag each other along. `None` if momentum is not conserved, and in one dimension, where there is no such
-/// flow.
+/// The diffusion coefficient grows for a few of these times, because a particle and the flow around it drag each other
+/// along. `None` if momentum is not conserved, and in one dimension, where there is no such flow.
 pub(super) fn flow_decay_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
     let longest = system.space.periods().iter().copied().filter(|period| period.is_finite()).fold(0.0, f64::max);
     if !system.conserves_momentum || longest == 0.0 {
@@ -105,8 +101,7 @@ mod tests {
     fn the_mean_free_time_is_that_of_hard_spheres() {
         let (system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
         let snapshot = simulation.snapshot();
-        // The scene has the temperature 1 with 3 (N - 1) degrees of freedom. `mean_free_time` divides the same
-        // kinetic energy by 3 N degrees of freedom.
+        // The scene has the temperature 1 with 3 (N - 1) degrees of freedom, but `mean_free_time` assumes 3 N.
         let expected = (108.0_f64 / 107.0).sqrt() / HardSphereFluid::reduced(0.3).collision_rate();
         let time = mean_free_time(&system, &Sample::of(&snapshot)).unwrap();
         assert!((time / expected - 1.0).abs() < 1e-9, "{time} {expected}");
@@ -117,8 +112,6 @@ mod tests {
         let (mut system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
         let snapshot = simulation.snapshot();
         let sample = Sample::of(&snapshot);
-        // The scene has the temperature 1 with 3 (N - 1) degrees of freedom. `flow_decay_time` assumes 3 N
-        // degrees of freedom.
         let fluid = HardSphereFluid { temperature: 107.0 / 108.0, ..HardSphereFluid::reduced(0.3) };
         let viscosity = fluid.shear_viscosity() / fluid.number_density();
         let edge = system.space.size.x;

@@ -4,14 +4,13 @@ use super::quantity::Measured;
 use super::system::{Sample, SystemDescription};
 use crate::engine::event::Event;
 
-/// Initial conditions of an instrument: the system and its state at the start of the measurement.
+/// The system and its state at the start of the measurement.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Setup<'a> {
     /// The particles, species and box of the simulation.
     pub system: &'a SystemDescription,
-    /// The particles at the start of the measurement. They are not passed to [`Instrument::sample`], so an
-    /// instrument that needs them has to read them here.
+    /// The particles at the start of the measurement. They are not passed to [`Instrument::sample`].
     pub sample: Sample<'a>,
     /// Expected duration of the measurement, positive and finite `[time]`.
     pub duration: f64,
@@ -19,34 +18,31 @@ pub struct Setup<'a> {
 
 /// An instrument measures one kind of quantity during a run, like a *compute* in other programs.
 ///
-/// An instrument sees the particles at times that it chooses, and all events if it asks for them. It only
-/// reads: the trajectory of a run is the same, bit for bit, whatever is measured. Its report is written with
-/// the other measurements of the run (`measurements.json`, and a table for each curve) and drawn on the page
-/// of the run.
+/// An instrument samples the particles at times that it chooses, and can receive all events. It does not change the
+/// trajectory, which is the same, bit for bit, whatever is measured. The results are written to `measurements.json`, to
+/// a table for each curve, and to the page of the run.
 ///
 /// To add your own instrument, implement this trait and register the type with
-/// [`Run::instrument`](crate::run::Run::instrument). Its state is part of every checkpoint through
-/// `serde::Serialize` and `serde::Deserialize`. Derive both and `Clone`, and keep everything that later
-/// samples depend on in its fields. Checkpoints are written with `postcard`, which stores no field names, so
-/// `serde`'s attributes `flatten`, `untagged` and `skip_serializing_if` cannot be used.
+/// [`Run::instrument`](crate::run::Run::instrument). Checkpoints contain the state of the instrument: derive
+/// `serde::Serialize`, `serde::Deserialize` and `Clone`, and keep everything that later samples depend on in fields.
+/// Checkpoints are written with `postcard`, which stores no field names, so `serde`'s attributes `flatten`, `untagged`
+/// and `skip_serializing_if` cannot be used.
 ///
-/// [The guide of the crate](crate#an-instrument-of-ones-own) and `examples/own_instrument.rs` have complete
-/// examples.
+/// [The guide of the crate](crate#an-instrument-of-ones-own) and `examples/own_instrument.rs` have complete examples.
 #[doc(alias = "compute")]
 #[doc(alias = "fix")]
 #[doc(alias = "observable")]
 pub trait Instrument {
-    /// Simulated time of the next sample, which must be later than the previous sample; infinite if there is
-    /// none.
+    /// Time of the next sample, which must be later than the previous sample; infinite if there is none.
     fn next_sample(&self) -> f64;
 
     /// Takes a sample of the particles at the requested time.
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription);
 
-    /// Called with the particles at the end of the measurement, even if it was interrupted.
+    /// Called with the particles at the end of the measurement, even if the measurement was interrupted.
     ///
-    /// By default, it takes a sample if the requested time has been reached; your own method must do the same. A
-    /// checkpoint is written before this call, so an instrument restored from the checkpoint has not seen the call.
+    /// The default method takes a sample if the requested time has been reached. Your own method must do the same. The
+    /// checkpoint at the end is written before this call.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let due = self.next_sample();
         if is_now(due, sample.time) {
@@ -54,7 +50,7 @@ pub trait Instrument {
         }
     }
 
-    /// Whether the instrument needs to see events.
+    /// Whether the instrument receives events.
     fn has_events(&self) -> bool {
         false
     }
@@ -62,11 +58,11 @@ pub trait Instrument {
     /// Takes an event.
     fn event(&mut self, _event: &Event, _system: &SystemDescription) {}
 
-    /// Called after a thermostat has scaled all velocities, with the particles just before and just after the scaling.
-    /// A scaling is not reported as an event.
+    /// Called after a thermostat has scaled all velocities, with the particles before and after the scaling. The
+    /// scaling is not an event.
     fn scaled(&mut self, _before: &Sample<'_>, _after: &Sample<'_>, _system: &SystemDescription) {}
 
-    /// Whether the run should end now. The run asks after every sample and event.
+    /// Whether the run should end now. Called after every sample and event.
     fn is_done(&self) -> bool {
         false
     }

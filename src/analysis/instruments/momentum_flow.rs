@@ -1,5 +1,4 @@
-//! Flow of momentum and energy through a system: the integrals from which pressure and transport coefficients
-//! follow.
+//! Flow of momentum and energy through a system, which determines the pressure and transport coefficients.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +9,6 @@ use crate::engine::event::{Event, EventKind};
 /// Row and column of each stored component of a symmetric tensor.
 pub(super) const COMPONENTS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
-/// A symmetric tensor.
 pub(super) type Tensor = [f64; 6];
 
 pub(super) fn trace(tensor: &Tensor) -> f64 {
@@ -21,13 +19,12 @@ pub(super) fn trace(tensor: &Tensor) -> f64 {
 struct Transfer {
     /// `r_ij` to the nearest image of the partner; zero for an event with a wall or a thermostat `[length]`.
     apart: Vector,
-    /// For each of the two particles, the ratio of the box volume to the volume that its centre can reach.
+    /// For each particle, the volume of the box divided by the volume that the centre of the particle can reach.
     crowding: [f64; 2],
-    /// `r_ij` weighted by the ratio of volumes in `crowding`: `c r_ij`, or `c_i x_i - c_j x_j` between two
-    /// species along an axis with walls, where `x` is measured from the middle of the box `[length]`.
+    /// `r_ij` times the mean `crowding` `[length]`. If `c_i` and `c_j` in `crowding` differ, the component between two
+    /// walls is `c_i x_i - c_j x_j`, where `x` is measured from the middle of the box.
     arm: Vector,
-    /// Momentum that the particle gained; if the particle is static, minus the momentum of its partner `[mass
-    /// length / time]`.
+    /// Momentum that the particle gained, or that the partner lost if the particle is static `[mass length / time]`.
     momentum: Vector,
     /// Kinetic energy that the particle gained `[energy]`.
     energy: f64,
@@ -47,7 +44,7 @@ impl Transfer {
         let energy =
             movers[0].map_or(0.0, |(m, before, after)| 0.5 * m * (after.norm_squared() - before.norm_squared()));
         let apart = match event.kind {
-            // The separation in the nearest image that the engine used, also in a sheared box.
+            // The separation in the nearest image that the engine used, even in a sheared box.
             EventKind::Pair(_) => event.normal * event.distance,
             EventKind::Surface | EventKind::Thermostat => Vector::zeros(),
         };
@@ -69,13 +66,12 @@ fn arm(event: &Event, system: &SystemDescription, apart: &Vector, crowding: [f64
     })
 }
 
-/// Time integrals of the kinetic and of the collisional flow of momentum, `sum m v_a v_b dt` and `sum r_a
-/// J_b`.
+/// Time integrals of the kinetic and of the collisional flow of momentum, `sum m v_a v_b dt` and `sum r_a J_b`.
 ///
-/// Walls keep centres a radius away. Each part is weighted by the ratio of the box volume to the volume that
-/// centres of its species can reach, because the result is divided by the volume of the box.
+/// Walls keep centres a radius away. The integrals are later divided by the volume of the box, so each term is weighted
+/// by the volume of the box divided by the volume that the centres of the species can reach.
 ///
-/// The kinetic sum changes only at events, unless particles accelerate or stream in a sheared box. Then it is
+/// The kinetic flow changes only at events, unless particles accelerate or the box is sheared. In these cases it is
 /// integrated along straight lines between samples. Each sample removes the accumulated round-off.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct MomentumFlow {
@@ -83,8 +79,7 @@ pub(super) struct MomentumFlow {
     pub time: f64,
     /// Velocity of the centre of mass at the start, along the axes on which momentum is conserved.
     drift: Vector,
-    /// Whether the flow of momentum changes between events, because particles accelerate or the box is
-    /// sheared.
+    /// Whether the flow changes between events, because particles accelerate or the box is sheared.
     is_changing: bool,
     /// The current `sum m v_a v_b` `[energy]`.
     flow: Tensor,
@@ -123,7 +118,7 @@ impl MomentumFlow {
         Self { heat: Some(heat), ..self }
     }
 
-    /// Advances to a later time. No event may lie in between.
+    /// Advances to a later time. There must be no event in between.
     pub fn pass(&mut self, time: f64) {
         if !self.is_changing {
             let passed = (time - self.time).max(0.0);
@@ -179,7 +174,7 @@ impl MomentumFlow {
 
 fn kinetic_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Tensor {
     let mut flow = [0.0; 6];
-    // In a sheared box, a common velocity along y makes the common peculiar velocity along x grow, so its
+    // In a sheared box, the common peculiar velocity along x grows if there is a common velocity along y, so the
     // current value is subtracted.
     let drift = drift + system.common_peculiar_velocity(sample);
     for &id in &system.moving {

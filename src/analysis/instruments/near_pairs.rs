@@ -1,4 +1,4 @@
-//! Pairs of particles closer than a given distance, for instruments.
+//! Search for pairs of particles closer than a distance.
 
 use thiserror::Error;
 
@@ -44,15 +44,12 @@ pub enum NearPairsError {
 }
 
 impl Sample<'_> {
-    /// Calls `visit` once for each pair of the given particles that is closer than a distance, in no
-    /// particular order.
+    /// Calls `visit` once for each pair of the given particles that is closer than a distance, in no particular order.
     ///
-    /// `ids` names each particle once, for example
-    /// [`SystemDescription::moving`](super::SystemDescription::moving); `space` is the box,
-    /// [`SystemDescription::space`](super::SystemDescription::space). Separations use nearest images along
-    /// periodic axes, also in a sheared box; walled, open and flat axes have no images. Particles are sorted
-    /// into cells of the given distance, so the work grows with the number of particles plus the number of
-    /// pairs found.
+    /// `ids` contains each particle once, for example [`SystemDescription::moving`](super::SystemDescription::moving).
+    /// `space` is the box, [`SystemDescription::space`](super::SystemDescription::space). Separations use nearest
+    /// images along periodic axes, even in a sheared box. Particles are sorted into cells, so the work grows with the
+    /// number of particles plus the number of pairs found.
     ///
     /// ```
     /// use carom::analysis::instruments::{NearPairsError, Sample, SystemDescription};
@@ -66,9 +63,9 @@ impl Sample<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`NearPairsError::Distance`] if the distance is not positive or is more than half of the shortest
-    /// period, beyond which two images of a particle can be near. [`NearPairsError::NoParticle`] if the
-    /// sample has no particle with one of the ids. `visit` is not called in either case.
+    /// [`NearPairsError::Distance`] if the distance is not positive or is more than half of the shortest period.
+    /// [`NearPairsError::NoParticle`] if the sample has no particle with one of the ids. After an error, `visit` has
+    /// not been called.
     #[doc(alias = "neighbours")]
     #[doc(alias = "cell list")]
     pub fn for_each_pair_within(

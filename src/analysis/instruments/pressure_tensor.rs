@@ -1,5 +1,3 @@
-//! Measures the pressure tensor and the rates of events.
-
 use serde::{Deserialize, Serialize};
 
 use super::block_times::{EARLY, block_times};
@@ -15,26 +13,26 @@ use crate::model::measurement_plan::PressureTensor as Plan;
 
 const BLOCKS: u32 = 1000;
 
-/// Names of the counted kinds of events, in the order in which their rates are stored.
+/// Counted kinds of events.
 const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 
-/// Measures the pressure tensor from all events.
+/// Measures the pressure tensor and the rates of events.
 ///
 /// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`. If momentum along `a` or `b` is conserved, velocities
 /// are relative to the centre of mass; otherwise the factor `N / (N - 1)` is absent. Walls keep centres a radius away,
-/// so between walls each species has its own volume `V_i`. The kinetic part of the pressure is then `<sum m v_a v_b /
-/// V_i>`, with the factor of [`freed`]. Along an axis between walls, the collisional part is the sum of `r_a J_b / V_i`
-/// over the particles, where `r_a` is measured from the middle of the box. The trace is `D (N T + W / (D t))`, derived
-/// at [`Observer`](crate::analysis::observables::Observer). `Z` is the mean trace divided by the mean of its kinetic
-/// part, `D rho T`. The kinetic part is exact, except that it is integrated along straight lines between samples if
-/// particles accelerate.
+/// so between walls each species has its own volume `V_i`. The kinetic part is then `<sum m v_a v_b / V_i>` times the
+/// factor [`freed`]. Along an axis between walls, the collisional part is the sum of `r_a J_b / V_i` over the
+/// particles, where `r_a` is measured from the middle of the box. The trace is `D (N T + W / (D t))`, derived at
+/// [`Observer`](crate::analysis::observables::Observer). `Z` is the mean trace divided by the mean of the kinetic part,
+/// `D rho T`. The kinetic part is exact, unless particles accelerate: then it is integrated along straight lines
+/// between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {
     blocks: SamplingTimes,
     flow: MomentumFlow,
     block_start: f64,
-    /// For each kind of event in [`RATES`], how many times moving particles took part: in this block, and in the whole
-    /// run.
+    /// For each kind of event in [`RATES`], the number of moving particles that took part: in this block, and in the
+    /// whole run.
     counts: [u64; 5],
     totals: [u64; 5],
     tensor: Vec<BlockAverage>,
@@ -88,14 +86,12 @@ impl PressureTensor {
     }
 }
 
-/// Factor of the kinetic part along axes with conserved momentum, which makes up for the missing motion of
-/// the centre of mass.
+/// Factor of the kinetic part along axes with conserved momentum, for the missing motion of the centre of mass.
 ///
-/// In the frame of the centre of mass, a velocity component has the mean square `T / m_i (1 - m_i / M)`,
-/// where `M` is the total mass: velocities have the variance `T / m_i`, the centre of mass has `T / M`, and
-/// the two are independent. With the crowding `c_i = V / V_i`, the sum of `c_i m_i v_i^2` has the mean `T sum
-/// c_i (1 - m_i / M)` instead of `T sum c_i`. If all have the same crowding, the factor is `N / (N - 1)` for
-/// any masses.
+/// In the frame of the centre of mass, a velocity component has the mean square `T / m_i (1 - m_i / M)`, where `M` is
+/// the total mass. Without conservation, it has `T / m_i`. With the crowding `c_i = V / V_i`, the sum of `c_i m_i
+/// v_i^2` has the mean `T sum c_i (1 - m_i / M)` instead of `T sum c_i`. The factor is the ratio of these means. If all
+/// particles have the same crowding, it is `N / (N - 1)` for any masses.
 fn freed(system: &SystemDescription) -> f64 {
     let mass = system.moving_mass();
     let parts = system.moving.iter().map(|&id| (system.crowding_of(id), system.masses[id as usize] / mass));
@@ -113,7 +109,7 @@ fn freed(system: &SystemDescription) -> f64 {
     }
 }
 
-/// Whether a component of the pressure tensor is the time derivative of a bounded moment. Its mean over a time `t` is
+/// Whether a component of the pressure tensor is the time derivative of a bounded moment. The mean over a time `t` is
 /// then the change of the moment divided by `t`.
 ///
 /// This requires walls across `a` and no transfer of momentum along `b`, not even by these walls. No thermostat may
@@ -138,7 +134,7 @@ impl Instrument for PressureTensor {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// Closes the last block at the end of the run. The block includes the events since the last sample.
+    /// Closes the last block, which includes the events since the last sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }
@@ -295,8 +291,8 @@ mod tests {
         measure(&mut simulation, &system, &mut instrument, 4.0);
         let measured = report(&instrument, &system);
         let mean = |name: &str| number(&measured, name).mean.unwrap();
-        // The expected kinetic pressure is m v_a v_b / A, where A = 90 is the area that the centre can reach.
-        // The wall reverses v_x once, at t = 6.5 / 3.
+        // The kinetic pressure is m v_a v_b / A, where A = 90 is the area that the centre can reach. The wall reverses
+        // v_x once, at t = 6.5 / 3.
         assert!((mean("pressure_xx") - 0.2).abs() < 1e-12);
         assert!((mean("pressure_yy") - 0.02 / 0.9).abs() < 1e-12);
         assert!((mean("pressure") - 0.2).abs() < 1e-12, "that on the walls");
@@ -321,8 +317,8 @@ mod tests {
             let (system, mut simulation) = start(scene(space).build().unwrap());
             let mut instrument = tensor(&simulation, &system, 1.0);
             measure(&mut simulation, &system, &mut instrument, 1.0);
-            // The exact mean of (g t)^2 from 0 to 1 is 1/3. The trapezoidal rule over 1000 samples exceeds it
-            // by (1/1000)^2 / 6.
+            // The exact mean of (g t)^2 from 0 to 1 is 1/3. The trapezoidal rule over 1000 samples exceeds it by
+            // (1/1000)^2 / 6.
             let zz = number(&report(&instrument, &system), "pressure_zz").mean;
             assert_eq!(zz.is_some(), pressure.is_some());
             assert!((zz.unwrap_or(0.0) - pressure.unwrap_or(0.0)).abs() < 0.2e-9, "{zz:?}");
@@ -331,9 +327,8 @@ mod tests {
 
     #[test]
     fn two_unlike_particles_in_a_slit_have_exact_kinetic_pressure() {
-        // Along the slit, A moves at 5 and B at -1/2 relative to the centre of mass. With the reduced mass
-        // 10/11 and the relative speed 11/2, the temperature of the one free velocity component is T = 10/11
-        // (11/2)^2.
+        // Along the slit, A moves at 5 and B at -1/2 relative to the centre of mass. There is one free velocity
+        // component, with the reduced mass 10/11 and the relative speed 11/2, so T = 10/11 (11/2)^2.
         let slit = Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat], ..flat_box() };
         let slit = Space { size: Vector::new(8.0, 8.0, 0.0), ..slit };
         let scene = SceneBuilder::new("slit")

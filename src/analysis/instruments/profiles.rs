@@ -14,20 +14,20 @@ use crate::model::measurement_plan::MOST_CELLS;
 use crate::model::space::{Boundary, Space};
 use serde::{Deserialize, Serialize};
 
-/// Quantities averaged in each cell: number, mass and momentum along three axes, then `m |v|^2` and the
-/// momentum along x, both relative to the streaming velocity.
+/// Quantities averaged in each cell: number, mass and momentum along three axes, then `m |v|^2` and the momentum along
+/// x, both relative to the streaming velocity.
 const ELEMENTS: usize = 7;
 
-/// Time averages in cells: number density, flow velocity and kinetic temperature.
+/// Time averages in the cells of a grid: number density, flow velocity and kinetic temperature.
 ///
-/// With `N` particles in a cell, `M = <sum m>`, `P = <sum m v>` and `A = <sum m |v|^2>`, the density is `<N>
-/// / V`, the velocity is `u = P / M`, and the temperature is `<sum m |v - u|^2> / f` with `<sum m |v - u|^2>
-/// = A - P^2 / M`. Errors follow from the errors of the means and their correlations.
+/// With `N` particles in a cell of volume `V`, `M = <sum m>`, `P = <sum m v>` and `A = <sum m |v|^2>`, the density is
+/// `<N> / V`, the velocity is `u = P / M`, and the temperature is `(A - P^2 / M) / f`. Errors follow from the errors of
+/// the means and their correlations.
 ///
-/// `f` is the number of free velocity components per sample, from `D` axes and `S` samples. Along each axis all samples
-/// have `S <N>` components, and the mean `u` removes one of them. Each of the `c` conserved components of the total
-/// momentum removes the fraction `M / M_total` of a component from each sample, because it makes `<m v^2> = T (1 - m /
-/// M_total)`. The mean does not remove this fraction again. So `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)`.
+/// `f` is the number of free velocity components per sample, for `D` axes and `S` samples: `f = D (<N> - 1 / S) - c (M
+/// / M_total) (1 - 1 / S)`. Along each axis, all samples have `S <N>` components, and the mean `u` removes one of them.
+/// Each of the `c` conserved components of the total momentum removes the fraction `M / M_total` of a component from
+/// each sample, because `<m v^2> = T (1 - m / M_total)`. The term `1 / S` avoids counting this fraction twice.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Profile {
     name: String,
@@ -76,7 +76,7 @@ impl Profile {
                     // Round-off may put a position outside the box, and the grid need not start at the corner of the
                     // box.
                     if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
-                        // The result of `rem_euclid` may round up to the period itself.
+                        // The result of `rem_euclid` may round up to the period.
                         offset = offset.rem_euclid(space.size[k]).min(space.size[k].next_down());
                     }
                     if !(0.0..self.size[k]).contains(&offset) {
@@ -90,14 +90,13 @@ impl Profile {
         Some(cell)
     }
 
-    /// Volume of a cell; its area or length if the box has flat axes.
+    /// Volume of a cell; area or length if the box has flat axes.
     fn cell_volume(&self, space: &Space) -> f64 {
         (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(|k| self.bins(k).width()).product()
     }
 }
 
-/// Limits the numbers of bins along the three axes, so that there are at most [`MOST_CELLS`] cells. An axis gets fewer
-/// bins than given if the axes before it leave too few cells.
+/// Reduces the numbers of bins to at most [`MOST_CELLS`] cells. The last axes are reduced first.
 fn affordable(bins: [u64; 3]) -> [usize; 3] {
     let mut left = MOST_CELLS;
     bins.map(|count| {
@@ -182,7 +181,7 @@ struct Cell {
 }
 
 impl Profile {
-    /// Returns the cell centres along each axis with more than one cell, or the x of a single cell.
+    /// Returns the cell centres along each axis with more than one cell, or along x if there is only one cell.
     fn variables(&self) -> Vec<Variable> {
         let axes = (0..3).filter(|&k| self.bins[k] > 1 || (k == 0 && self.bins == [1; 3]));
         let cells = self.bins.iter().product();
@@ -206,7 +205,7 @@ impl Profile {
             return Cell { density: Some(Estimate { mean: 0.0, standard_error: None }), ..Cell::default() };
         }
         let flow = Vector::from_fn(|k, _| mean(2 + k).unwrap_or(0.0) / mass);
-        // The mean velocity relative to the streaming along x. It does not count as thermal motion.
+        // The mean velocity relative to the streaming velocity. It is no thermal motion.
         let common = flow - Vector::new(mean(6).unwrap_or(0.0) / mass, 0.0, 0.0);
         let error = |terms: &[(usize, f64)]| self.curve.combination(terms).and_then(|sum| sum.standard_error);
         let velocity = |k: usize| Estimate {
@@ -220,8 +219,7 @@ impl Profile {
             // Round-off may make this difference slightly negative if all velocities are equal.
             let fluctuation = (square - mass * common.norm_squared()).max(0.0);
             let temperature = fluctuation / degrees;
-            // Propagates the errors through T = (A - P^2 / M) / f by its derivatives, where f is proportional
-            // to the particle number N.
+            // The derivatives of T = (A - P^2 / M) / f, where f is proportional to the particle number N.
             let part = 1.0 / degrees;
             let terms = [
                 (first + 5, part),

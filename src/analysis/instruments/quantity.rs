@@ -1,4 +1,4 @@
-//! Results of instruments: numbers and curves with standard errors, ready to be written and drawn.
+//! Results of instruments: numbers and curves with standard errors.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::analysis::statistics::Estimate;
 pub struct Measured {
     /// Single numbers, such as a diffusion coefficient.
     pub numbers: Vec<Number>,
-    /// Curves and grids, such as a radial distribution function. Each is also written to a table of its own.
+    /// Curves and grids, such as a radial distribution function. Each curve is also written to its own table.
     pub curves: Vec<Curve>,
 }
 
@@ -29,9 +29,10 @@ impl Measured {
 
     /// Adds the results of a user's instrument, in a form that all readers of the results accept.
     ///
-    /// Names keep only letters, digits, `_` and `-`, because curves name files. A number is appended to a
-    /// name that is already used. All columns of a curve are cut to the length of the shortest column. Rows
-    /// with an infinite or undefined variable are left out. Infinite and undefined values become unknown.
+    /// In names, characters other than letters, digits and `-` become `_`, because curves are saved in files of the
+    /// same name. A number is appended to a name that is in use. Columns of a curve are cut to the length of the
+    /// shortest column. Rows with an infinite or undefined variable are left out. Infinite and undefined values become
+    /// unknown.
     pub(super) fn join(&mut self, own: Self) {
         for mut number in own.numbers {
             number.name = free_name(&number.name, self.numbers.iter().map(|other| other.name.as_str()));
@@ -77,10 +78,9 @@ pub struct Number {
 }
 
 impl Number {
-    /// Creates a number from an estimate; `None` stands for insufficient data.
+    /// Creates a number from an estimate. `None`, or a mean that is not finite, stands for insufficient data.
     #[must_use]
     pub fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
-        // A mean that is infinite or undefined counts as insufficient data.
         let estimate = estimate.filter(|estimate| estimate.mean.is_finite());
         Self {
             name: name.to_owned(),
@@ -115,25 +115,24 @@ impl Scalar {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Curve {
-    /// Name, unique in the run; `measurements/NAME.csv` is its table.
+    /// Name, unique in the run. The table of the curve is `measurements/NAME.csv`.
     pub name: String,
     /// Display name.
     pub title: String,
     /// Definition and measurement of the curve, in one sentence with its equation.
     pub method: String,
-    /// The independent variables: one for a curve, up to three for a grid. They have as many rows as the
-    /// series.
+    /// The independent variables: one for a curve, up to three for a grid.
     pub variables: Vec<Variable>,
-    /// Measured series.
+    /// Measured series. All series and variables have the same number of rows.
     pub series: Vec<Series>,
     /// Whether a plot has logarithmic axes: first for the variable, then for the values.
     pub is_logarithmic: [bool; 2],
-    /// Published or exact curves to draw together with this one; may be empty.
+    /// Published or exact curves that are drawn together with this curve; may be empty.
     pub published: Vec<Published>,
 }
 
 impl Curve {
-    /// Creates a curve with no columns yet, on linear axes.
+    /// Creates a curve without columns, on linear axes.
     #[must_use]
     pub fn new(name: &str, title: &str, method: &str) -> Self {
         Self { name: name.to_owned(), title: title.to_owned(), method: method.to_owned(), ..Self::default() }
@@ -202,9 +201,9 @@ impl Curve {
 pub struct Variable {
     /// Name of the variable in plots and table headers, for example `r`.
     pub name: String,
-    /// Unit: `length`.
+    /// Unit, for example `length`.
     pub unit: String,
-    /// Its values.
+    /// The values.
     pub values: Vec<f64>,
 }
 
@@ -218,7 +217,7 @@ pub struct Series {
     pub unit: String,
     /// The mean values; `None` for insufficient data.
     pub values: Vec<Option<f64>>,
-    /// Their standard errors.
+    /// The standard errors of the values.
     pub standard_errors: Vec<Option<f64>>,
     /// The divisors that turned a sum into the values of this series; `None` if unknown.
     #[serde(default)]
@@ -229,7 +228,7 @@ pub struct Series {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Normalisation {
-    /// The sum or count before division: `pairs in the bin, over all samples`.
+    /// Description of the sum or count before division, for example `pairs in the bin, over all samples`.
     pub sum: String,
     /// The divisors; empty if the values are plain counts.
     pub divisors: Vec<Divisor>,
@@ -243,8 +242,7 @@ pub struct Divisor {
     pub name: String,
     /// Unit of the divisor; `1` for a pure number.
     pub unit: String,
-    /// A single divisor for all values, or one divisor for each value. A divisor of 0 means that there is no
-    /// value.
+    /// A single divisor for all values, or one divisor for each value; 0 if there is no value.
     pub values: Vec<f64>,
 }
 
@@ -271,7 +269,7 @@ impl Normalisation {
     }
 }
 
-/// A published or exact curve, for comparison with a measured one.
+/// A published or exact curve, for comparison with a measured curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Published {

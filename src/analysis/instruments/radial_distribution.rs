@@ -22,20 +22,19 @@ use room::Room;
 use serde::{Deserialize, Serialize};
 use unequal::Rooms;
 
-/// With more species than this, all moving particles count as one species.
+/// With more species than this, all moving particles are treated as one species.
 const MOST_SPECIES: usize = 8;
 
 /// `g(r)` of each pair of species, except pairs of two static species.
 ///
-/// `g_AB(r) = n_AB(r) / n_ideal(r)`, where `n_AB` is the number of pairs (`N_A (N_A - 1) / 2` within one
-/// species, `N_A N_B` between two) with a distance in the bin, and `n_ideal` is the expected number for
-/// uncorrelated points in the same volume.
+/// `g_AB(r) = n_AB(r) / n_ideal(r)`. `n_AB` is the number of pairs in a bin, out of `N_A (N_A - 1) / 2` pairs within
+/// one species or `N_A N_B` pairs between two. `n_ideal` is the expected number for uncorrelated points in the same
+/// volume.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RadialDistribution {
     times: SamplingTimes,
-    /// The requested cutoff `[length]`.
     asked: f64,
-    /// The cutoff in use, after the box has limited it `[length]`.
+    /// The requested cutoff, or the longest that the box allows `[length]`.
     cutoff: f64,
     bins: usize,
     /// Ids of all particles that can be part of a pair.
@@ -43,8 +42,8 @@ pub(super) struct RadialDistribution {
     /// Class of each species; `None` for species that are in no pair.
     classes: Vec<Option<usize>>,
     pairs: Vec<Pair>,
-    /// Expected number of pairs in each bin for uncorrelated points: first the bins of all distributions, then the bins
-    /// near contact.
+    /// Expected number of pairs in each bin for uncorrelated points. The bins near contact follow the bins of all
+    /// distributions.
     ideal: Vec<f64>,
     curve: CurveAverage,
 }
@@ -53,12 +52,11 @@ pub(super) struct RadialDistribution {
 struct Pair {
     classes: [usize; 2],
     names: [String; 2],
-    /// The shell just outside of the contact distance, if the pair has a core and the shell lies within the
-    /// longest measurable distance.
+    /// The shell outside of contact, if the pair has a core and the shell is not too far for the box.
     shell: Option<Shell>,
 }
 
-/// Particles that count as one species.
+/// Particles that are treated as one species.
 struct Class {
     name: String,
     species: Vec<usize>,
@@ -164,7 +162,7 @@ impl Instrument for RadialDistribution {
                 numbers[first_contact + pair * CONTACT_BINS + bin] += 1;
             }
         });
-        // If the distance is too long for the box, the only possible error, no pairs are counted.
+        // If the distance is too long for the box, which is the only possible error, no pairs are counted.
         found.unwrap_or_default();
         self.curve.add_all(numbers.iter().zip(&self.ideal).map(|(&number, ideal)| number as f64 / ideal));
     }
@@ -257,8 +255,8 @@ fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
     class.species.iter().map(|&species| system.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
 }
 
-/// Returns the probability that the distance of two random points lies in a range. The points are in the space that the
-/// centres of particles with these diameters can reach, which walls limit.
+/// Returns the probability that the distance between two random points is in a range. Each point is uniformly
+/// distributed where walls allow the centre of a particle with its diameter.
 fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
     let room = Room::new(&system.space, diameters[0]);
     let shortest = room.shortest();
@@ -283,8 +281,7 @@ fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Sh
     }
 }
 
-/// Returns half of the shortest period, or half of the longest edge if no axis is periodic, but at most four
-/// times the largest diameter.
+/// Half of the shortest period or, without periodic axes, of the longest edge; at most four times the largest diameter.
 fn default_cutoff(system: &SystemDescription) -> f64 {
     let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
     let half = CellList::largest_range(&system.space).min(0.5 * system.space.size.max());

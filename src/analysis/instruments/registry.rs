@@ -1,4 +1,4 @@
-//! Instruments that a user registers with a run, and their state in its checkpoints.
+//! Instruments that a user registers with a run, and their state in checkpoints.
 
 use std::any::Any;
 use std::error::Error;
@@ -22,19 +22,19 @@ pub enum InstrumentError {
     /// The run started with an instrument that is no longer registered.
     #[error("the run began with the instrument `{name}`, expected it to be registered before the run continues")]
     NotRegistered {
-        /// Its name.
+        /// Name of the instrument.
         name: String,
     },
     /// An instrument is registered now that was not registered at the start of the run.
     #[error("the run began without the instrument `{name}`, expected only the instruments registered at its start")]
     NotInCheckpoint {
-        /// Its name.
+        /// Name of the instrument.
         name: String,
     },
-    /// The stored state does not fit the instrument's type.
+    /// The stored state does not fit the type of the instrument.
     #[error("the state of the instrument `{name}` in the checkpoint does not fit its type")]
     State {
-        /// Its name.
+        /// Name of the instrument.
         name: String,
         /// The error of the decoder.
         source: Box<dyn Error + Send + Sync>,
@@ -188,7 +188,7 @@ pub(super) struct Registered {
 #[serde(from = "Vec<u8>")]
 enum Content {
     Live(Box<dyn Kept>),
-    /// State from a checkpoint. The instrument's type is not yet known.
+    /// State from a checkpoint, before the type of the instrument is known.
     Stored(Vec<u8>),
 }
 

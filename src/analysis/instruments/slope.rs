@@ -1,29 +1,28 @@
-//! Slope of the linear part of a curve. The error includes the correlation of its points.
+//! Slope of the linear part of a curve. The error includes the correlation of the points.
 
 use crate::analysis::statistics::Estimate;
 
-/// The last part of a curve counts as straight if the slopes of its two halves differ by less than this
-/// fraction of the whole slope, or by less than three standard errors.
+/// The last part of a curve is straight if the slopes of its two halves differ by less than this fraction of the whole
+/// slope, or by less than three standard errors.
 const STRAIGHT: f64 = 0.1;
 
-/// Minimum number of points in the part whose slope is measured. The slopes of its two halves are also compared.
+/// Minimum number of points for a slope.
 const FEWEST: usize = 6;
 
-/// Points of the part that should be straight: from a quarter of the longest lag to the longest lag.
+/// The part that should be straight: from a quarter of the longest lag to the longest lag.
 pub(super) fn straight_part(longest: usize) -> std::ops::RangeInclusive<usize> {
     longest.div_ceil(4)..=longest
 }
 
-/// Returns the coefficients of the least-squares slope over lags `k spacing`, as pairs of the index `offset +
-/// k` and the coefficient.
+/// The least-squares slope over lags `k spacing`, as pairs of the index `offset + k` and the coefficient.
 pub(super) fn slope_terms(lags: std::ops::RangeInclusive<usize>, spacing: f64, offset: usize) -> Vec<(usize, f64)> {
     let centre = 0.5 * (*lags.start() as f64 + *lags.end() as f64);
     let squares: f64 = lags.clone().map(|k| (k as f64 - centre) * (k as f64 - centre)).sum();
     lags.map(|k| (offset + k, (k as f64 - centre) / (squares * spacing))).collect()
 }
 
-/// Terms for the slope of a curve over its last three quarters, and for the difference between the slopes of
-/// the two halves of that part; `None` if there are too few points.
+/// Terms for the slope of a curve over the last three quarters, and for the difference between the slopes of the two
+/// halves of this part. `None` if there are too few points.
 pub(super) fn straight_terms(longest: usize, spacing: f64, offset: usize) -> Option<[Vec<(usize, f64)>; 2]> {
     let part = straight_part(longest);
     let (first, last) = (*part.start(), *part.end());
@@ -36,10 +35,9 @@ pub(super) fn straight_terms(longest: usize, spacing: f64, offset: usize) -> Opt
     Some([slope_terms(part, spacing, offset), bend])
 }
 
-/// Slope of a curve of means over its last three quarters. `None` if this part is not straight or has too few
-/// points.
+/// Slope of a curve of means over the last three quarters. `None` if this part is not straight or has too few points.
 ///
-/// `slope` estimates a linear combination of curve elements. It may apply corrections to the curve first.
+/// `slope` estimates a linear combination of curve elements. It may correct the curve first.
 pub(super) fn straight_slope(
     longest: usize,
     spacing: f64,
@@ -51,8 +49,7 @@ pub(super) fn straight_slope(
     is_small(&slope(&bend)?, &whole).then_some(whole)
 }
 
-/// Whether `part`, which should vanish, is less than a tenth of `whole` or less than three times its own
-/// standard error.
+/// Whether `part`, which should vanish, is less than a tenth of `whole` or less than three of its own standard errors.
 pub(super) fn is_small(part: &Estimate, whole: &Estimate) -> bool {
     part.mean.abs() <= (STRAIGHT * whole.mean.abs()).max(3.0 * part.standard_error.unwrap_or(0.0))
 }
@@ -68,7 +65,7 @@ mod tests {
 
     fn curve(f: impl Fn(f64) -> f64) -> CurveAverage {
         let mut average = CurveAverage::new(20);
-        // Half of the curves are shifted by a constant, which does not change their slope.
+        // Half of the curves are shifted by a constant, which does not change the slope.
         (0..16).for_each(|n| average.add_all((0..20).map(|k| f(f64::from(k)) + f64::from(n % 2))));
         average
     }

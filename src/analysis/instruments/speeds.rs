@@ -1,5 +1,3 @@
-//! The distribution of speeds, in time windows.
-
 mod report;
 
 use super::bins::Bins;
@@ -18,8 +16,8 @@ use serde::{Deserialize, Serialize};
 /// With more species than this, all moving particles share one histogram.
 const MOST_SPECIES: usize = 8;
 
-/// Default end of a histogram, in thermal speeds `sqrt(T / m)` of its lightest particles. A fraction of 1e-12
-/// of Maxwell's distribution lies beyond.
+/// Default end of a histogram, in thermal speeds `sqrt(T / m)` of the lightest particles. A fraction of 1e-12 of
+/// Maxwell's distribution lies beyond.
 const END: f64 = 8.0;
 
 /// Number of operations per particle and sample.
@@ -27,14 +25,13 @@ const WORK: f64 = 20.0;
 
 /// Histograms of speeds in time windows, one for each species.
 ///
-/// `p(v) = n / (N w)`, where `n` of all `N` particles are in a bin of width `w`, so the integral over all
-/// bins is one. Speeds are relative to the centre of mass along axes with conserved momentum, and relative to
-/// the streaming in a sheared box. Windows have equal lengths from the start of the measurement; the last one
-/// ends with it.
+/// `p(v) = n / (N w)`, where `n` of all `N` particles are in a bin of width `w`. Speeds are relative to the centre of
+/// mass along axes with conserved momentum. In a sheared box, they are also relative to the streaming velocity. Windows
+/// have equal lengths from the start of the measurement. The last window ends with the measurement.
 ///
-/// The bins of each species end at 8 `sqrt(T / m)` of the first sample in which anything moves. When a particle is
-/// faster, neighbouring bins are merged, so no speed lies beyond the last bin. If the plan gives the end, faster
-/// particles are in no bin but still count in `N`.
+/// By default, the bins of each species end at 8 `sqrt(T / m)` of the first sample in which anything moves.
+/// Neighbouring bins are merged until no speed lies beyond the last bin. If the plan specifies the end, bins are not
+/// merged: faster particles are in no bin, but `N` includes them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Speeds {
     start: f64,
@@ -68,7 +65,7 @@ struct Window {
     /// Time of the last sample in this window.
     last: f64,
     temperature: BlockAverage,
-    /// For each class, the average fraction of its particles in each bin.
+    /// For each class, the average fraction of particles in each bin.
     histograms: Vec<CurveAverage>,
 }
 
@@ -103,7 +100,7 @@ impl Speeds {
         Bins::of_width(0.0, self.classes[class].width, self.bins)
     }
 
-    /// Samples that are early by round-off belong to the next window.
+    /// Samples that are early by round-off are in the next window.
     fn window_at(&self, time: f64) -> usize {
         let passed = (time - self.start) / self.length;
         trunc_to_usize((passed + 1e-9).max(0.0)).min(self.most_windows - 1)
@@ -133,7 +130,7 @@ impl Speeds {
         }
     }
 
-    /// Opens a window. Its sampling interval fits the length of the window.
+    /// Opens a window and chooses the sampling interval for its length.
     fn open(&mut self, number: usize, sample: &Sample<'_>, system: &SystemDescription) {
         let is_last = number + 1 == self.most_windows;
         let rest = self.start + self.duration - sample.time;
@@ -238,8 +235,8 @@ fn lightest(class: &Class, system: &SystemDescription) -> f64 {
     class.species.iter().map(|(species, _)| mass_of(*species, system)).fold(f64::INFINITY, f64::min)
 }
 
-/// Velocities relative to the streaming velocity, and relative to the centre of mass along axes with
-/// conserved momentum. A single particle keeps its own velocity.
+/// Velocities relative to the streaming velocity, and relative to the centre of mass along axes with conserved
+/// momentum. A single particle keeps its own velocity.
 fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<Vector> {
     let both = sample.velocities.iter().zip(sample.positions);
     let mut velocities: Vec<Vector> =
@@ -251,8 +248,8 @@ fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<V
     velocities
 }
 
-/// Twice the kinetic energy divided by the number of degrees of freedom. Each conserved component of the
-/// momentum removes one degree of freedom.
+/// Twice the kinetic energy divided by the number of degrees of freedom. Each conserved component of the momentum
+/// removes one degree of freedom.
 fn temperature(velocities: &[Vector], system: &SystemDescription) -> f64 {
     let moving = system.moving.iter().map(|&id| id as usize);
     let twice_kinetic: f64 = moving.map(|id| system.masses[id] * velocities[id].norm_squared()).sum();

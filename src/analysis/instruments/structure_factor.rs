@@ -1,5 +1,3 @@
-//! The static structure factor.
-
 mod vectors;
 
 use super::budgeted_times::budgeted_times;
@@ -16,27 +14,24 @@ use vectors::Shell;
 
 const MOST_VECTORS: f64 = 20.0;
 
-/// Largest number of particles times wave vectors in a sample. It may be exceeded, because a shell keeps at
-/// least six wave vectors.
+/// Largest product of the number of particles and the number of wave vectors, unless a shell would have fewer than six
+/// wave vectors.
 const MOST_PRODUCTS: f64 = 4e8;
 
 const FEWEST_VECTORS: f64 = 6.0;
 
-/// `S(q) = |sum_j exp(i q.r_j)|^2 / N` over the moving particles, at wave vectors of the periodic axes, by
-/// shells of `|q|`.
+/// The static structure factor `S(q) = |sum_j exp(i q.r_j)|^2 / N` of the moving particles, by shells of `|q|`.
 ///
-/// Without a periodic axis there are no wave vectors, and nothing is measured. The wave vectors of a sheared
-/// box change because its periodic images slide.
+/// Wave vectors exist only along periodic axes. In a sheared box they change, because the periodic images slide.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StructureFactor {
     times: SamplingTimes,
-    /// Measured shells of wave vectors. In a sheared box they are replaced at each sample.
+    /// Measured shells of wave vectors. In a sheared box, each sample replaces them.
     shells: Vec<Shell>,
     curve: CurveAverage,
     sliding: Option<Sliding>,
 }
 
-/// Wave vectors of a sheared box, which are chosen anew at each sample.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Sliding {
     largest: f64,
@@ -116,7 +111,7 @@ impl StructureFactor {
     }
 }
 
-/// Largest absolute value of the multiples `n` along each axis, over all wave vectors.
+/// Largest `|n|` along each axis, over all wave vectors.
 fn longest(shells: &[Shell]) -> [usize; 3] {
     let along = |k: usize| shells.iter().flat_map(move |shell| shell.vectors.iter().map(move |n| n[k].unsigned_abs()));
     std::array::from_fn(|k| along(k).max().unwrap_or(0) as usize)
@@ -172,12 +167,12 @@ fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
 
 /// `sum_j exp(i q.r_j)` for all wave vectors, shell by shell.
 ///
-/// One sine and one cosine are calculated per particle and axis. Their powers follow by multiplication; the
-/// `n`-th power has a round-off error of `n` units in the last place.
+/// One sine and one cosine are calculated per particle and axis, and powers follow by multiplication. The `n`-th power
+/// has a round-off error of `n` units in the last place.
 fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescription) -> Vec<[f64; 2]> {
     let longest = longest(shells);
     let multiples: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.iter().copied()).collect();
-    // Index of each factor in the table of its axis. The table begins with the most negative power.
+    // Index of each power in the table of its axis. The table begins with the most negative power.
     let place = |n: &[i32; 3]| std::array::from_fn(|k| longest[k].saturating_add_signed(n[k] as isize));
     let places: Vec<[usize; 3]> = multiples.iter().map(place).collect();
     let mut tables = longest.map(|most| vec![[1.0, 0.0]; 2 * most + 1]);
@@ -185,8 +180,8 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescripti
     for &id in &system.moving {
         let mut position = sample.positions[id as usize];
         if sample.displacement != 0.0 {
-            // The phases below assume a box without shear, so x is corrected for the shear. The shift is
-            // proportional to the height above the lower corner of the box.
+            // The phases below assume a box without shear. The shift is proportional to the height above the lower
+            // corner.
             position.x -= sample.displacement * ((position.y - system.space.lower.y) / system.space.size.y);
         }
         for k in (0..3).filter(|&k| longest[k] > 0) {

@@ -1,5 +1,3 @@
-//! Forces on walls and other surfaces.
-
 use serde::{Deserialize, Serialize};
 
 use super::bins::Bins;
@@ -16,11 +14,12 @@ use crate::model::measurement_plan::{FORCE_BINS, SurfaceForces as Plan};
 
 const BLOCKS: u32 = 1000;
 
-/// Measures forces on surfaces from the momentum that particles transfer in contacts, `F = - sum J / t`.
+/// Measures forces on walls and other surfaces from the momentum that particles transfer in contacts, `F = - sum J /
+/// t`.
 ///
-/// `J` is the impulse on a particle. Its normal component is never negative. The sum of the normal components
-/// divided by the time and by the area of the surface is the pressure on the surface, if the area is known. The
-/// normal force is also reported as a curve along an axis. Each contact counts at the position of the particle.
+/// `J` is the impulse on a particle. The sum of its normal components, divided by the time and by the area of the
+/// surface, is the pressure on the surface. The normal force is also reported as a curve along an axis, by the
+/// positions of the particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct SurfaceForces {
     blocks: SamplingTimes,
@@ -32,12 +31,11 @@ pub(super) struct SurfaceForces {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct OnSurface {
     number: u32,
-    /// Sums over the contacts in the current block: the impulse along the three axes, the impulse along the
-    /// normal, and the number of contacts.
+    /// Sums over the contacts in the current block: the impulse along the three axes, the impulse along the normal, and
+    /// the number of contacts.
     sums: [f64; 5],
     averages: Vec<BlockAverage>,
-    /// For each bin of the profile, the sum of the normal impulses in the current block, and the average of the normal
-    /// force over the finished blocks.
+    /// For each bin of the profile, the sum of the normal impulses in the current block, and the average normal force.
     bins: Vec<(f64, BlockAverage)>,
 }
 
@@ -97,7 +95,7 @@ impl Instrument for SurfaceForces {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// Counts the contacts after the last sample.
+    /// Adds the contacts since the latest sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }

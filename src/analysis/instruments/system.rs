@@ -11,10 +11,9 @@ use crate::model::{Bond, ContactLaw, InteractionId, Scene, SpeciesPairs};
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
-/// Description of the simulated system, constant during a measurement: box, species, masses, bonds, conserved
-/// quantities.
+/// Description of the simulated system, constant during a measurement.
 ///
-/// Lists over particles are in the order of their ids.
+/// Lists over particles are in the order of the ids.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct SystemDescription {
@@ -28,15 +27,15 @@ pub struct SystemDescription {
     pub species: Vec<u32>,
     /// Masses `[mass]`; infinite for static particles.
     pub masses: Vec<f64>,
-    /// For each species, the ratio of the box volume to the volume that centres can reach. Walls keep centres a
+    /// For each species, the volume of the box divided by the volume that centres can reach. Walls keep centres a
     /// radius away.
     pub crowding: Vec<f64>,
     /// Ids of the moving particles, ascending.
     pub moving: Vec<u32>,
-    /// Contact distances of the cores of each pair of species `[length]`, if they have cores.
+    /// For each pair of species with hard cores, the contact distance of the cores `[length]`.
     pub cores: SpeciesPairs<f64>,
-    /// For each pair of species with hard cores, the smallest distance outside the core at which their
-    /// potential, or the potential of a bond between them, has a step `[length]`.
+    /// For each pair of species with hard cores, the smallest distance outside the core at which their potential, or
+    /// the potential of a bond between them, has a step `[length]`.
     pub(crate) steps_outside_cores: SpeciesPairs<f64>,
     /// The walls of the box and the other surfaces of the scene.
     pub surfaces: Vec<DescribedSurface>,
@@ -52,13 +51,13 @@ pub struct SystemDescription {
     pub is_accelerated: bool,
     /// Whether the fluid is homogeneous and unconfined: periodic, without gravity, walls or static particles.
     pub is_homogeneous: bool,
-    /// Whether no contact dissipates energy.
+    /// Whether contacts between particles and contacts with walls of the box dissipate no energy.
     pub is_elastic: bool,
-    /// Whether the potential energy of some pair depends on its state.
+    /// Whether some pairs can have a potential energy.
     pub has_wells: bool,
     /// Shear rate of the box `[1 / time]`; 0 without shear.
     pub shear_rate: f64,
-    /// Time between two scalings of all velocities by a thermostat `[time]`; `None` without one.
+    /// Time between two scalings of all velocities by a thermostat `[time]`, if any.
     pub scaling_interval: Option<f64>,
     /// Seed of the scene, for measurements on a random choice of particles.
     pub seed: u64,
@@ -72,12 +71,11 @@ pub struct DescribedSurface {
     pub number: u32,
     /// Name of the surface. A wall of the box is named after its axis and side, such as `wall x lower`.
     pub name: String,
-    /// Area of the surface `[length^2]`. `None` for walls of the box, for infinite surfaces, and in fewer than
-    /// three dimensions.
+    /// Area of the surface `[length^2]`. `None` for walls of the box, for infinite surfaces, and in fewer than three
+    /// dimensions.
     pub area: Option<f64>,
 }
 
-/// The surfaces of a scene, walls first.
 fn described(scene: &Scene) -> Vec<DescribedSurface> {
     let sides = [0, 1, 2].into_iter().flat_map(|axis| [(axis, 0), (axis, 1)]);
     let walls =
@@ -114,7 +112,7 @@ impl SystemDescription {
         Self::with(scene, species, &ApplicableObservables::of(scene))
     }
 
-    /// The current particles are used, because the simulation may have dropped the initial state of its scene.
+    /// Uses the current particles, because the simulation may have dropped the initial state of its scene.
     pub(crate) fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {
@@ -166,7 +164,7 @@ impl SystemDescription {
         self.space.is_closed() && self.moving.len() == self.masses.len()
     }
 
-    /// Reason why Einstein-Helfand relations do not hold; `None` if they do.
+    /// Reason why Einstein-Helfand relations are not valid; `None` if they are.
     pub(crate) fn obstacle_to_transport(&self) -> Option<&'static str> {
         let obstacles = [
             (self.moving.len() < 2, "with fewer than two moving particles"),
@@ -182,8 +180,7 @@ impl SystemDescription {
         (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)
     }
 
-    /// The axes over which the pressure is averaged: the axes with walls, or all axes that are not flat if
-    /// there are no walls.
+    /// The axes over which the pressure is averaged: the axes with walls or, without walls, all axes that are not flat.
     pub(super) fn pressed_axes(&self) -> Vec<usize> {
         let walled: Vec<usize> = self.axes().filter(|&axis| self.space.walls(axis) == 2).collect();
         if walled.is_empty() { self.axes().collect() } else { walled }
@@ -193,7 +190,6 @@ impl SystemDescription {
         self.crowding[self.species[id as usize] as usize]
     }
 
-    /// Total mass of the moving particles `[mass]`.
     pub(super) fn moving_mass(&self) -> f64 {
         self.moving.iter().map(|&id| self.masses[id as usize]).sum()
     }
@@ -207,14 +203,13 @@ impl SystemDescription {
         Vector::new(self.shear_rate * (position.y - middle), 0.0, 0.0)
     }
 
-    /// Velocity of the centre of mass along the axes on which it is conserved; zero along other axes, for a single
-    /// particle, and in a sheared box `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which it is conserved `[length / time]`. Zero along other axes,
+    /// for a single particle, and in a sheared box.
     pub(super) fn drift(&self, velocities: &[Vector]) -> Vector {
         if self.shear_rate == 0.0 && self.moving.len() > 1 { self.common_velocity(velocities) } else { Vector::zeros() }
     }
 
-    /// Velocity of the centre of mass along the axes on which it is conserved; zero along other axes, and if nothing
-    /// moves `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which it is conserved; zero along other axes `[length / time]`.
     pub(super) fn common_velocity(&self, velocities: &[Vector]) -> Vector {
         if self.moving.is_empty() || self.conserved_axes == [false; 3] {
             return Vector::zeros();
@@ -224,9 +219,8 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// In a sheared box, the velocity of the centre of mass relative to the streaming velocity, along the
-    /// axes on which it is conserved. Zero in other boxes, where [`Self::drift`] holds for the whole
-    /// measurement `[length / time]`.
+    /// In a sheared box, the velocity of the centre of mass relative to the streaming velocity, along the axes on which
+    /// it is conserved `[length / time]`. Zero in other boxes.
     pub(super) fn common_peculiar_velocity(&self, sample: &Sample<'_>) -> Vector {
         if self.shear_rate == 0.0 || self.moving.len() < 2 {
             return Vector::zeros();
@@ -239,9 +233,8 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// Ratio of the mean square of a velocity component along an axis to `T / m`. If the momentum is conserved,
-    /// velocities are relative to the centre of mass, and the ratio is `1 - m / M` with the total moving mass
-    /// `M`. Otherwise it is 1.
+    /// Mean square of a velocity component along an axis, divided by `T / m`: `1 - m / M` with the total moving mass
+    /// `M` if the momentum is conserved, otherwise 1.
     pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {
         if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
     }
@@ -288,7 +281,7 @@ fn steps_outside_cores(scene: &Scene, species: &[u32]) -> SpeciesPairs<f64> {
     steps
 }
 
-/// Positions, velocities and images of all particles at one time, in the order of their ids.
+/// Positions, velocities and images of all particles at one time, in the order of the ids.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample<'a> {
     /// Simulated time `[time]`.
@@ -316,18 +309,17 @@ impl<'a> Sample<'a> {
         }
     }
 
-    /// Builds a cell list of the given particles for pairs closer than `range`, which is at most half of the
-    /// shortest period.
+    /// Builds a cell list for pairs of the given particles closer than `range`, at most half of the shortest period.
     pub(crate) fn cell_list(&self, space: &Space, range: f64, ids: &[u32]) -> CellList {
         CellList::new(space, self.displacement, range, ids.iter().map(|&id| (id, self.positions[id as usize])))
     }
 
-    /// Unwrapped position of a particle `[length]`: position + image * period. In a sheared box, x also
-    /// includes the displacement of each image along y.
+    /// Unwrapped position of a particle `[length]`: position + image * period. In a sheared box, x includes the
+    /// displacement of each image along y.
     #[must_use]
     pub fn unwrapped(&self, id: usize, space: &Space) -> Vector {
         let (position, image) = (self.positions[id], self.images[id]);
-        // The image is 0 along an axis that is not periodic.
+        // The image number is 0 along an axis that is not periodic.
         let travelled = |k: usize| if image[k] == 0 { 0.0 } else { f64::from(image[k]) * space.size[k] };
         let slid = if self.displacement == 0.0 { 0.0 } else { f64::from(image[1]) * self.displacement };
         position + Vector::new(travelled(0) + slid, travelled(1), travelled(2))

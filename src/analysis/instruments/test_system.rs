@@ -109,8 +109,7 @@ impl<I: Instrument + Serialize + DeserializeOwned> Instrument for Recorded<I> {
     }
 }
 
-/// Returns the report of an instrument. Checks that all its numbers are finite and that columns have equal
-/// lengths.
+/// Returns the report of an instrument. Checks that all numbers are finite and that columns have equal lengths.
 pub(super) fn report(instrument: &dyn Instrument, system: &SystemDescription) -> Measured {
     let mut measured = Measured::default();
     instrument.report(system, &mut measured);

@@ -1,5 +1,3 @@
-//! Viscosity and thermal conductivity by Einstein-Helfand relations.
-
 mod report;
 
 use serde::{Deserialize, Serialize};
@@ -18,15 +16,14 @@ use crate::engine::event::Event;
 use crate::model::measurement_plan::MOST_TRANSPORT_LAGS as MOST;
 use crate::model::measurement_plan::Transport as Plan;
 
-/// Default number of samples. Each sample recomputes the flows of momentum and energy, which removes
-/// accumulated round-off.
+/// Default number of samples. Each sample removes the accumulated round-off of the flows.
 const SAMPLES: u32 = 100;
 
-/// Default number of moments per mean free time, and of mean free times in the longest lag.
+/// Default number of lags per mean free time, and default length of the longest lag in mean free times.
 const MOMENTS_PER_FREE_TIME: f64 = 2.0;
 const LONGEST_FREE_TIMES: f64 = 40.0;
 
-/// Smallest and largest default number of moments per span, and the largest number that can be requested.
+/// Smallest and largest default number of lags.
 const FEWEST: f64 = 20.0;
 const MOST_CHOSEN: f64 = 80.0;
 /// The default span is at most the duration divided by this number.
@@ -35,7 +32,7 @@ const SPANS: f64 = 20.0;
 /// Indices of the curves. Each curve has one element per lag, from lag 1 on.
 const SHEAR: usize = 0;
 const BULK: usize = 1;
-/// Index of the curve of the mean `<x>`. The curve [`BULK`] is the mean square `<x^2>` of the same quantity.
+/// The mean `<x>`. The curve [`BULK`] is the mean square `<x^2>` of the same quantity.
 const BULK_MEAN: usize = 2;
 const HEAT: usize = 3;
 const CURVES: usize = 4;
@@ -50,11 +47,11 @@ struct Moments {
     heat: [f64; 3],
 }
 
-/// Measures the spread of Helfand's moments.
+/// Measures viscosity and thermal conductivity by Einstein-Helfand relations.
 ///
-/// `G_ab` changes by `sum m v_a v_b dt` between events and by `r_ij,a J_b` at events; the moment of the energy changes
-/// by `sum (m/2 v^2) v_a dt` and `r_ij,a dE_i`. Both are exact at any time for particles without acceleration. They are
-/// recorded at multiples of the interval and compared with all earlier moments, up to the span:
+/// The moment `G_ab` changes by `sum m v_a v_b dt` between events and by `r_ij,a J_b` at events. The moment of the
+/// energy changes by `sum (m/2 v^2) v_a dt` and `r_ij,a dE_i`. The moments are exact for particles without
+/// acceleration. They are recorded at multiples of the interval and compared with all earlier moments, up to the span:
 ///
 /// | coefficient | long-time limit of |
 /// |---|---|
@@ -62,12 +59,11 @@ struct Moments {
 /// | bulk viscosity | `<(dG_p - <dG_p>)^2> / (2 V T t)`, `G_p = trace(G) / D` |
 /// | thermal conductivity | `<dG_x^2> / (2 V T^2 t)`, averaged over the axes |
 ///
-/// The total energy is constant here, so `<dG_p> = P V t` holds for the run itself. Energy is transferred only
-/// in collisions between hard cores. The conductivity is not defined for particles with potential energies, and
-/// not for different species, because heat and matter then flow together.
+/// The total energy is constant, so `<dG_p> = P V t`, where `P` is the pressure of the run. The conductivity is
+/// measured only for a single species without potential energies. With several species, heat and matter flow together.
 ///
-/// Small systems of constant energy and momentum have smaller coefficients. For a hundred spheres they are
-/// smaller by a few per cent, and the conductivity by ten per cent.
+/// Small systems of constant energy and momentum have smaller coefficients: for a hundred spheres by a few per cent,
+/// and by ten per cent for the conductivity.
 ///
 /// Helfand, Phys. Rev. 119, 1 (1960), [doi:10.1103/PhysRev.119.1](https://doi.org/10.1103/PhysRev.119.1); Alder, Gass and Wainwright,
 /// J. Chem. Phys. 53, 3813 (1970), [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845).
@@ -79,7 +75,7 @@ pub(super) struct Transport {
     lags: usize,
     /// Number of recorded moments; the first is at the start.
     written: u64,
-    /// Flow of momentum, and also of heat if the conductivity is defined.
+    /// Flow of momentum. Includes the flow of heat if the conductivity is defined.
     flow: MomentumFlow,
     /// The latest recorded moments, at most one per lag. Empty if transport coefficients are not defined.
     moments: VecDeque<Moments>,
@@ -115,7 +111,7 @@ impl Transport {
         trace(&self.flow.kinetic) / (freedom * (self.flow.time - self.start))
     }
 
-    /// Advances to a sample, without an event in between, and recomputes the flows from the sample.
+    /// Advances to a sample and recomputes the flows. There must be no event in between.
     fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         if self.is_meaningful {
             self.pass(sample.time, system);
@@ -123,8 +119,7 @@ impl Transport {
         }
     }
 
-    /// Advances to a time, without an event in between, and records the moments at all multiples of the
-    /// interval that are reached.
+    /// Advances to a time, and records the moments at all multiples of the interval. There must be no event in between.
     fn pass(&mut self, time: f64, system: &SystemDescription) {
         loop {
             let due = self.start + self.written as f64 * self.interval;
@@ -167,7 +162,7 @@ impl Transport {
     }
 }
 
-/// Pairs of axes over which the shear is averaged. Components along flat axes are zero.
+/// Number of pairs of axes over which the shear is averaged.
 fn pairs_of_axes(dimensions: f64) -> f64 {
     (0.5 * dimensions * (dimensions - 1.0)).max(1.0)
 }

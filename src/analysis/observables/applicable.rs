@@ -9,8 +9,7 @@ use crate::model::potential::Potential;
 use crate::model::{Barostat, Scene, Thermostat};
 use serde::{Deserialize, Serialize};
 
-/// The observables that are defined for a scene, and the constants in their formulas: degrees of freedom,
-/// densities, conserved momenta.
+/// The observables that are defined for a scene, and the constants in their formulas.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ApplicableObservables {
     /// Number of moving particles.
@@ -19,26 +18,23 @@ pub struct ApplicableObservables {
     pub dimensions: f64,
     /// Number of free velocity components: `D N`, minus one for each conserved component of the momentum.
     pub degrees_of_freedom: f64,
-    /// Axes along which the total momentum is conserved; in a sheared box, relative to the streaming velocity.
+    /// Axes along which the total momentum, relative to the streaming velocity, is conserved.
     pub conserved_axes: [bool; 3],
-    /// Whether the total momentum is conserved: no walls, no gravity, no static particles.
+    /// Whether the total momentum is conserved along all axes. False in a sheared box.
     pub conserves_momentum: bool,
-    /// Whether a kinetic temperature is defined: at least two particles, none of them accelerated.
+    /// Whether a kinetic temperature is defined. It needs at least two moving particles and no acceleration.
     pub has_temperature: bool,
-    /// Whether only a scaling of all velocities changes the temperature: no wells, no heat, no losses.
+    /// Whether events conserve the temperature. A thermostat may scale all velocities.
     pub conserves_temperature: bool,
-    /// Whether the virial gives a pressure: the fluid is homogeneous, or only walls confine it.
+    /// Whether a virial pressure is defined: for homogeneous or wall-confined fluids without shear.
     pub has_pressure: bool,
-    /// Axes between two walls, if the virial gives a pressure.
+    /// Axes between two walls. All false if no virial pressure is defined.
     pub walled_axes: [bool; 3],
-    /// For each axis, whether a pressure is defined on the lower and on the upper wall. It requires a finite area, at
-    /// least two moving particles with room between the walls, no static particles and no other surfaces.
+    /// For each axis, whether the pressure on the lower and on the upper wall is defined.
     pub pressed_walls: [[bool; 2]; 3],
-    /// Areas of the lower and the upper wall of each axis `[length^(D - 1)]`. `None` for infinite walls, and for walls
-    /// that exchange no energy with particles because they have no temperature and their contacts dissipate nothing.
+    /// Areas of the lower and upper wall of each axis `[length^(D - 1)]`. `None` for infinite and adiabatic walls.
     pub heat_areas: [[Option<f64>; 2]; 3],
-    /// The only axis between two walls, if no thermostat acts along this axis. The pressures on its walls differ from
-    /// the virial pressure only by time derivatives of bounded quantities.
+    /// The only axis between two walls, if it has no thermostat. The mean pressure on its walls is the virial pressure.
     pub(super) balanced_axis: Option<usize>,
     /// The axis whose two walls supply and remove all energy, if there is exactly one.
     pub(super) heated_axis: Option<usize>,
@@ -46,16 +42,15 @@ pub struct ApplicableObservables {
     pub is_homogeneous: bool,
     /// Whether some pair has a hard core.
     pub has_core: bool,
-    /// Whether the energy of some pair depends on its state.
+    /// Whether some pair can have a potential energy.
     pub has_wells: bool,
     /// Number of moving particles per volume `[length^-D]`.
     pub number_density: f64,
-    /// Whether a steady state is possible: contacts lose no energy, or the lost energy is supplied again.
+    /// Whether a steady state is possible: contacts lose no energy, or the lost energy is replaced.
     pub has_steady_state: bool,
-    /// Whether contacts only exchange velocities, so that time averages depend on the initial state:
-    /// equal hard particles on a line.
+    /// Whether contacts only exchange velocities (equal hard particles on a line). Averages then depend on the start.
     pub only_exchanges_velocities: bool,
-    /// Time between two scalings of all velocities by a thermostat `[time]`; `None` without one.
+    /// Time between two scalings of all velocities by the thermostat `[time]`.
     pub(crate) scaling_interval: Option<f64>,
     pub(super) isobaric: Option<Isobaric>,
     /// Total volume of the particles at the start `[length^D]`.
@@ -135,7 +130,7 @@ impl ApplicableObservables {
         applicable
     }
 
-    /// The observables that are defined for a simulation in its current state, with its heat bath.
+    /// The observables that are defined for a simulation with its current heat bath.
     #[must_use]
     pub fn of_simulation(simulation: &Simulation) -> Self {
         let mut applicable = Self::of(simulation.scene());
@@ -143,7 +138,7 @@ impl ApplicableObservables {
         applicable
     }
 
-    /// Starts a stage with a thermostat, which may end the conservation of momentum along some axes.
+    /// Updates the observables at the start of a stage.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.scaling_interval = match thermostat {
             Some(&Thermostat::Rescaling { interval, .. }) => Some(interval),
@@ -162,13 +157,13 @@ impl ApplicableObservables {
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
     }
 
-    /// `grown` is the factor by which diameters have grown since the start of the simulation.
+    /// The argument `grown` is the growth factor of all diameters since the start of the simulation.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.isobaric = Isobaric::of(acting, self.filled * libm::pow(grown, scene.space.dimensions() as f64));
     }
 
-    /// Pressure `[energy / length^D]` from the events counted in a time, the mean temperature, and the integral
-    /// of `sum m v^2 / V` along each axis between walls.
+    /// Pressure `[energy / length^D]` from the events in a time interval. The argument `confined` is the integral of
+    /// `sum m v^2 / V` along each axis between walls.
     pub(super) fn pressure(
         &self,
         counted: &EventCounts,
@@ -190,7 +185,7 @@ impl ApplicableObservables {
         })
     }
 
-    /// Kinetic temperature `[energy]` from the kinetic energy and the momentum, both relative to the streaming.
+    /// Kinetic temperature `[energy]` from the kinetic energy and momentum, both relative to the streaming velocity.
     #[must_use]
     pub fn temperature(&self, kinetic: f64, momentum: &Vector) -> Option<f64> {
         self.has_temperature.then(|| {
@@ -199,16 +194,14 @@ impl ApplicableObservables {
         })
     }
 
-    /// Returns the factor and the drift for a thermostat that scales all velocities relative to the drift. The factor
-    /// is `sqrt(T / T_now)` for the new temperature `T`. `None` if no temperature is defined or nothing moves.
+    /// Returns the factor `sqrt(T / T_now)` for velocities relative to the drift, and the drift.
     pub(crate) fn scaling(&self, energy: &Energy, temperature: f64) -> Option<(f64, Vector)> {
         let now = self.temperature(energy.thermal, &energy.peculiar_momentum).filter(|now| *now > 0.0)?;
         Some(((temperature / now).sqrt(), self.drift(&energy.peculiar_momentum)))
     }
 
-    /// Energy that particles gained at events so far `[energy]`, and the sum of each gain times its time since the
-    /// start `[energy time]`. The gain is the supplied energy minus the dissipated energy and the energy stored in
-    /// pairs; in a sheared box, only minus the dissipated energy.
+    /// Kinetic energy that particles gained in events so far `[energy]`, and the sum of each gain times the time of its
+    /// event `[energy time]`. In a sheared box, only the dissipated energy counts.
     pub(super) fn heated(&self, counts: &EventCounts, pair_energy: f64) -> [f64; 2] {
         let lost = [counts.dissipated.total(), counts.dissipated_moment.total()];
         if self.is_sheared {
@@ -219,8 +212,8 @@ impl ApplicableObservables {
         [0, 1].map(|k| supplied[k] - lost[k] - stored[k])
     }
 
-    /// Velocity of the centre of mass along the axes on which it is conserved, from the momentum, both relative to the
-    /// streaming velocity `[length / time]`.
+    /// Velocity of the centre of mass `[length / time]`, or zero along axes whose momentum is not conserved. The given
+    /// momentum and the result are relative to the streaming velocity.
     #[must_use]
     pub fn drift(&self, momentum: &Vector) -> Vector {
         if self.moving == 0 { Vector::zeros() } else { self.conserved(momentum) / self.total_mass }

@@ -14,7 +14,7 @@ pub enum Answer {
     Yes,
     /// At least one observable drifts.
     No,
-    /// No verdict, for example because the run is too short or because nothing that fluctuates was measured.
+    /// No verdict, for example because the run is too short.
     #[default]
     Unknown,
 }
@@ -29,8 +29,8 @@ impl fmt::Display for Answer {
     }
 }
 
-/// Fewest events per particle for a positive verdict. A particle forgets its velocity within two collisions. The
-/// slowest collective motion of a few hundred particles takes a few more collisions to decay.
+/// Minimum number of events per particle for the verdict `yes`. A particle forgets its velocity within two collisions.
+/// The slowest collective motion of a few hundred particles takes a few more collisions to decay.
 const FEWEST_EVENTS: f64 = 10.0;
 
 /// Mean number of events per particle below which no drift is reported.
@@ -45,12 +45,12 @@ pub(super) struct Conditions {
     pub events_per_particle: f64,
 }
 
-/// Equilibrium of a run, judged from the stationarity of its observables, with the reasons.
+/// Verdict on the equilibrium of a run, with reasons.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Equilibrium {
     /// The answer.
     pub verdict: Answer,
-    /// Reasons against equilibrium: drifts and unknown quantities, in words.
+    /// Reasons against equilibrium, in words.
     pub reasons: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ impl Equilibrium {
             }
             _ => None,
         });
-        // With fewer events than particles, an apparent drift may be chance.
+        // With less than one event per particle, an apparent drift may be chance.
         let is_short = events_per_particle < FEWEST_TO_DRIFT;
         let mut drifting: Vec<String> = if is_short { Vec::new() } else { drifting.collect() };
         let is_unknown = |(_, stationarity): &&(&str, Stationarity)| *stationarity == Stationarity::Unknown;
@@ -102,8 +102,7 @@ impl Equilibrium {
     }
 }
 
-/// Whether all observables are stationary or constant. Unlike [`Equilibrium::verdict`], this also holds if nothing
-/// fluctuates, as for particles without interactions.
+/// Whether all observables are stationary or constant. No observable needs to fluctuate.
 pub(crate) fn is_settled(observables: &[(&'static str, Stationarity)]) -> bool {
     let is_settled = |stationarity| matches!(stationarity, Stationarity::Stationary | Stationarity::Constant);
     observables.iter().all(|(_, stationarity)| is_settled(*stationarity))

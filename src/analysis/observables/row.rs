@@ -1,5 +1,4 @@
-/// Thermodynamic observables at one time, and averages since the previous row: one row of `thermo.csv`. Undefined and
-/// unknown quantities are `None`.
+/// One row of `thermo.csv`: observables at one time, and averages since the previous row. Missing values are `None`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Row {
@@ -21,7 +20,7 @@ pub struct Row {
     pub pressure: Option<f64>,
     /// Core contacts per particle and time since the previous row `[1 / time]`.
     pub collision_rate: Option<f64>,
-    /// Current volume of the box, if a barostat changes it in some stage `[length^D]`.
+    /// Current volume of the box `[length^D]`. `None` if no stage has a barostat.
     pub volume: Option<f64>,
     /// Height of the centre of mass `[length]`.
     pub height: Option<f64>,

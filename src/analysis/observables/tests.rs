@@ -24,7 +24,7 @@ fn mixture(space: Space) -> SceneBuilder {
         .fill(fill("B", 7))
 }
 
-/// Means of the kinetic energy and of the pair energy: from two rows of an observer, and summed from event to event.
+/// Means of the kinetic energy and of the pair energy, each from an observer and from a sum over all events.
 fn means(scene: Scene, bath: Option<&Thermostat>) -> [[f64; 2]; 2] {
     let mut observer = Observer::new(&scene);
     observer.set_thermostat(&scene, bath);
@@ -66,7 +66,7 @@ fn means_of_temperature_and_energy_are_exact_however_rare_the_rows_are() {
     ] {
         let [observed, exact] = means(scene.build().unwrap(), bath);
         for k in 0..2 {
-            // The tolerance covers the round-off of a few hundred events, whose energies are a few tens.
+            // The tolerance covers the round-off of a few hundred events.
             let scale = exact[0].abs() + exact[1].abs();
             assert!((observed[k] - exact[k]).abs() < 1e-11 * scale, "{what}, {k}: {observed:?} {exact:?}");
         }

@@ -10,11 +10,8 @@ use crate::model::{Barostat, Scene, Thermostat};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Isobaric {
-    /// Pressure of the barostat `[energy / length^D]`.
     pressure: f64,
-    /// Temperature of the heat bath `[energy]`.
     temperature: f64,
-    /// Total volume of the particles `[length^D]`.
     filled: f64,
 }
 
@@ -30,14 +27,13 @@ impl Isobaric {
         self.pressure * volume / (moving * self.temperature)
     }
 
-    /// The isothermal compressibility `(<V^2> - <V>^2) / (<V> T)` from the averages of `V` and `V^2` `[length^D /
-    /// energy]`.
+    /// The isothermal compressibility `(<V^2> - <V>^2) / (<V> T)` `[length^D / energy]`.
     pub fn compressibility(&self, volume: &BlockAverage, square: &BlockAverage) -> Option<Estimate> {
         let mean = volume.mean().filter(|mean| *mean > 0.0)?;
         Some(volume.variance(square)?.over(mean * self.temperature))
     }
 
-    /// Series whose mean differs from the compressibility by a constant: `(V^2 - 2 <V> V) / (<V> T)`.
+    /// The series `(V^2 - 2 <V> V) / (<V> T)`. The mean of this series is the compressibility minus `<V> / T`.
     pub fn fluctuation(&self, volume: &BlockAverage, square: &BlockAverage) -> Option<BlockAverage> {
         let mean = volume.mean().filter(|mean| *mean > 0.0)?;
         volume.with(square, |volume, square| (square - 2.0 * mean * volume) / (mean * self.temperature))
@@ -66,8 +62,8 @@ impl VolumePiece {
         Self { volume: simulation.volume(), virial: simulation.event_counts().virial.total(), integrals: [0.0; 4] }
     }
 
-    /// Advances to a sample `duration` later; `heat` is the integral of the temperature in between. The pressure of
-    /// this interval is `(N T + W / (D t)) / V` with the virial `W` of its events.
+    /// Advances by a time `duration`. The argument `heat` is the time integral of the temperature. The mean pressure is
+    /// `(N T + W / (D t)) / V`, where `W` is the virial of the events.
     pub fn next(&self, simulation: &Simulation, duration: f64, heat: f64, applicable: &ApplicableObservables) -> Self {
         let next = Self::of(simulation);
         let volume = self.volume;

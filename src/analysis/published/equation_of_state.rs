@@ -16,8 +16,7 @@ const MKLM: [(i32, f64); 12] = [
     (22, -0.008_723_80),
 ];
 
-/// Hard-sphere fluid: the mKLM equation, as accurate as the simulations behind its fit, for stable and
-/// slightly metastable densities, `phi < 0.53`.
+/// Hard-sphere fluid: the mKLM equation, for `phi < 0.53`. It is as accurate as the simulations to which it was fitted.
 ///
 /// `Z = 1 + 4 x + 6 x^2 + 2.3647684 x^3 - ...`, `x = phi / (1 - phi)`: Pieprzyk, Bannerman, Branka, Chudak and
 /// Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019), [doi:10.1039/C9CP00903E](https://doi.org/10.1039/C9CP00903E).
@@ -97,7 +96,7 @@ mod tests {
         let sixth = std::f64::consts::PI / 6.0;
         let (melting, freezing) = (1.0376, 0.9392);
         assert_near(melting * face_centred_cubic(melting * sixth), 11.566, 3);
-        // The published freezing density has an error of up to 0.5e-4 from rounding. The slope dP/drho is about 50.
+        // The published freezing density is rounded to 1e-4, and the slope dP/drho is about 50.
         let fluid = freezing * hard_spheres(freezing * sixth);
         assert!((fluid - 11.566).abs() < 0.5e-4 * 50.0, "{fluid}");
     }

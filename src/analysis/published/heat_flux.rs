@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use super::equation_of_state::hard_spheres;
 use super::kinetic_theory::HardSphereFluid;
 
-/// Coefficient of the temperature jump at a thermal wall, in units of gradient times mean free path: `sqrt(pi) / 2`
-/// times 2.4001, from the linearised Boltzmann equation of hard spheres. Y. Sone, T. Ohwada and K. Aoki, Phys. Fluids A
-/// 1, 363 (1989), [doi:10.1063/1.857457](https://doi.org/10.1063/1.857457).
+/// Coefficient `zeta = 2.4001 sqrt(pi) / 2` of the temperature jump at a thermal wall, from the linearised Boltzmann
+/// equation of hard spheres. Y. Sone, T. Ohwada and K. Aoki, Phys. Fluids A 1, 363 (1989),
+/// [doi:10.1063/1.857457](https://doi.org/10.1063/1.857457).
 const JUMP: f64 = 2.4001 * 0.886_226_925_452_758;
 
 /// A gas of equal elastic hard spheres at rest between two parallel thermal plates.
@@ -17,10 +17,9 @@ const JUMP: f64 = 2.4001 * 0.886_226_925_452_758;
 /// local mean free path `l = 1 / (sqrt(2) pi rho sigma^2 chi)`, the derivative into the gas, and `zeta = 2.127`. The
 /// temperatures at the two plates and the number of particles determine `q` and `p`.
 ///
-/// The result is exact to first order in the density and in `l / L`, the ratio of the mean free path to the distance.
-/// It neglects second-order terms in `l / L` times the relative temperature difference. It also neglects how the
-/// density of the gas changes the jump, by about a diameter times the gradient at each plate, because a collision
-/// transfers energy over a diameter.
+/// The result is exact to first order in the density and in `l / L`, where `L` is the distance. It neglects terms of
+/// second order in `l / L` times the relative temperature difference. It also neglects that a collision transfers
+/// energy over a diameter, which changes each jump by about the diameter times the gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GasBetweenPlates {
     /// Distance between the plates minus a sphere diameter, the room for sphere centres `[length]`.
@@ -29,7 +28,7 @@ pub struct GasBetweenPlates {
     pub particles_per_area: f64,
     /// Diameter of a sphere `[length]`.
     pub diameter: f64,
-    /// Its mass `[mass]`.
+    /// Mass of a sphere `[mass]`.
     pub mass: f64,
     /// Temperatures of the lower and of the upper plate `[energy]`.
     pub temperatures: [f64; 2],
@@ -43,7 +42,7 @@ impl GasBetweenPlates {
         let mut pressure = self.particles_per_area / self.distance * 0.5 * (lower + upper);
         // Temperatures of the gas at the plates, and the heat flux between them.
         let (mut at, mut flux) = ([lower, upper], 0.0);
-        // Each step at least halves the remaining error, down to round-off.
+        // Each step at least halves the error.
         for _ in 0..100 {
             let (conducted, held) = self.integrals(at, pressure);
             flux = conducted / self.distance;
@@ -61,7 +60,7 @@ impl GasBetweenPlates {
         flux
     }
 
-    /// Integrals over temperature: of the conductivity, and of the conductivity times the number density.
+    /// Integrals over temperature of the conductivity and of the conductivity times the number density.
     fn integrals(&self, [lower, upper]: [f64; 2], pressure: f64) -> (f64, f64) {
         const STEPS: u32 = 64;
         let width = (lower - upper) / f64::from(STEPS);
@@ -96,10 +95,9 @@ mod tests {
         let lambda = HardSphereFluid { temperature: 1.0, ..HardSphereFluid::reduced(1e-9) }.thermal_conductivity();
         let far = plates(1e-6, 1e9, [2.0, 1.0]).heat_flux();
         let fourier = 2.0 / 3.0 * lambda * (2.0_f64.powf(1.5) - 1.0) / 1e9;
-        // The midpoint rule with 64 intervals has a small error. The mean free path is about 1e-4 of the distance, so
-        // the temperature jumps reduce the flux by about 2 * 2.127 * 1e-4.
+        // The mean free path is about 1e-4 of the distance, so the jumps reduce the flux by about 2 * 2.127 * 1e-4.
         assert!((far / fourier - 1.0).abs() < 1e-3, "{far} {fourier}");
-        // At nearly equal temperatures, three mean free paths apart, the flux is `lambda dT / (L + 2 zeta l)`.
+        // At nearly equal temperatures, four mean free paths apart, the flux is `lambda dT / (L + 2 zeta l)`.
         let (phi, distance) = (1e-5, 50_000.0);
         let gas = HardSphereFluid::reduced(phi);
         let near = plates(phi, distance, [1.0005, 0.9995]).heat_flux();
@@ -113,8 +111,7 @@ mod tests {
         let flux = hot_below.heat_flux();
         assert!((plates(0.03, 60.0, [1.0, 2.0]).heat_flux() / flux + 1.0).abs() < 1e-12);
         assert_eq!(plates(0.03, 60.0, [1.5, 1.5]).heat_flux(), 0.0);
-        // All lengths are doubled, masses tripled, and energies multiplied by five. The flux scales as energy /
-        // (length^2 time), with time^2 = mass length^2 / energy.
+        // Lengths are doubled, masses tripled and energies multiplied by five. The flux is energy / (length^2 time).
         let scaled = GasBetweenPlates {
             distance: 120.0,
             particles_per_area: 0.25 * hot_below.particles_per_area,

@@ -10,8 +10,7 @@ const DIFFUSION_SERIES: f64 = 1.018_96;
 const VISCOSITY_SERIES: f64 = 1.016;
 const CONDUCTIVITY_SERIES: f64 = 1.025;
 
-/// The radial distribution function of hard spheres at contact, `chi = (Z - 1) / (4 phi)`, exact if `Z` is
-/// exact; here `Z` follows from the mKLM equation.
+/// Radial distribution function of hard spheres at contact: `chi = (Z - 1) / (4 phi)`, with `Z` of the mKLM equation.
 #[must_use]
 pub fn contact_value(packing_fraction: f64) -> f64 {
     if packing_fraction > 0.0 { (hard_spheres(packing_fraction) - 1.0) / (4.0 * packing_fraction) } else { 1.0 }
@@ -42,21 +41,19 @@ pub fn viscosity_of_disks(packing_fraction: f64, diameter: f64, mass: f64, tempe
     dilute * (1.0 / chi + covered + (0.25 + 2.0 / PI) * covered * covered * chi)
 }
 
-/// Collision rate of a hard rod on a line `[1 / time]`, exact for Maxwellian velocities: `G = 2 rho / (1 -
-/// rho sigma) sqrt(T / (pi m))`.
+/// Exact collision rate of a hard rod in equilibrium `[1 / time]`: `G = 2 rho / (1 - rho sigma) sqrt(T / (pi m))`.
 #[must_use]
 pub fn collision_rate_of_rods(packing_fraction: f64, diameter: f64, mass: f64, temperature: f64) -> f64 {
     2.0 * packing_fraction / diameter * tonks(packing_fraction) * (temperature / (PI * mass)).sqrt()
 }
 
-/// Difference between the diffusion coefficients of an infinite system and of a periodic cube of edge `L` `[length^2 /
-/// time]`: `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta / rho` and the mass
-/// density `rho`.
+/// Finite-size correction to be added to the diffusion coefficient in a periodic cube of edge `L` `[length^2 / time]`:
+/// `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta / rho` and the mass density
+/// `rho`.
 ///
-/// The first factor is the term of Yeh and Hummer for a particle that moves slowly through its own flow. The second
-/// factor is close to 1 in a liquid. In a gas, a particle diffuses out of its flow as fast as the flow decays: for each
-/// wave vector `k` of the box the velocity is correlated as `exp(-(nu + D) k^2 t)` (Ernst, Hauge and van Leeuwen),
-/// whose integral contains `1 / (nu + D)`. Both factors assume hydrodynamics: `L / 2 pi` exceeds the mean free path.
+/// The first factor is the correction of Yeh and Hummer. The second factor is close to 1 in a liquid. In a gas, a
+/// particle diffuses out of the flow that it causes, and for each wave vector `k` the velocity correlation decays as
+/// `exp(-(nu + D) k^2 t)` (Ernst, Hauge and van Leeuwen). `L / 2 pi` must exceed the mean free path.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147);
 /// Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970), [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254).
@@ -75,8 +72,8 @@ pub(crate) fn is_hydrodynamic(edge: f64, mean_free_path: f64) -> bool {
     edge / TAU > mean_free_path
 }
 
-/// Effective number of spheres behind Speedy's fit, which gives the coefficient of "some 500 particles". He simulated
-/// 256 to 1000 spheres; larger systems diffuse faster (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
+/// Number of spheres for which Speedy's fit gives the diffusion coefficient. He simulated 256 to 1000 spheres. Larger
+/// systems diffuse faster (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
 pub(crate) const FITTED_SPHERES: f64 = 500.0;
 
 /// A fluid of equal elastic hard spheres in equilibrium, described by Enskog's theory.
@@ -100,7 +97,7 @@ pub struct HardSphereFluid {
     pub packing_fraction: f64,
     /// Diameter of a sphere `[length]`.
     pub diameter: f64,
-    /// Its mass `[mass]`.
+    /// Mass of a sphere `[mass]`.
     pub mass: f64,
     /// Temperature `[energy]`.
     pub temperature: f64,
@@ -139,7 +136,7 @@ impl HardSphereFluid {
     }
 
     /// Self-diffusion coefficient from a fit to simulations, for `0 < phi < 0.5` `[length^2 / time]`. It is accurate
-    /// only to a few per cent, because diffusion depends on the size of the system, see [`finite_size_of_diffusion`].
+    /// only to a few per cent, because diffusion depends on the size of the system; see [`finite_size_of_diffusion`].
     ///
     /// `D = 3 / (8 rho sigma^2) sqrt(T / (pi m)) (1 - rho / 1.09) (1 + rho^2 (0.4 - 0.83 rho^2))`, `rho` in units of `sigma`.
     ///
@@ -151,9 +148,8 @@ impl HardSphereFluid {
         self.dilute_diffusion() * (1.0 - reduced / 1.09) * (1.0 + square * (0.4 - 0.83 * square))
     }
 
-    /// Difference between the diffusion coefficients of an infinite system and of `count` spheres in a periodic cube,
-    /// with Enskog's coefficients `[length^2 / time]`. `None` if [`finite_size_of_diffusion`] does not hold, because
-    /// the box is too small.
+    /// Finite-size correction of the diffusion coefficient for `count` spheres in a periodic cube `[length^2 / time]`,
+    /// from Enskog's coefficients. `None` if the cube is too small for [`finite_size_of_diffusion`].
     pub(crate) fn slower_diffusion(&self, count: f64) -> Option<f64> {
         let density = self.number_density();
         let edge = libm::cbrt(count / density);
@@ -250,13 +246,12 @@ mod tests {
         let gas = HardSphereFluid::reduced(0.0);
         assert!((gas.shear_viscosity() - 1.016 * 0.176_308_9).abs() < 1e-6);
         assert!((gas.thermal_conductivity() - 1.025 * 0.661_159_67).abs() < 1e-6);
-        // In the first Sonine approximation, the coefficients of `y` are `4/25 (1 + 12 / pi)` for the viscosity and
-        // `9/25 (1 + 32 / (9 pi))` for the conductivity. The factors of the full series turn them into 0.7615 and
+        // The first Sonine approximation has the coefficients `4/25 (1 + 12 / pi)` for the viscosity and
+        // `9/25 (1 + 32 / (9 pi))` for the conductivity. Divided by the series factors, they are about 0.7615 and
         // 0.7575.
         assert!((4.0 / 25.0 * (1.0 + 12.0 / PI) / VISCOSITY_SERIES / 0.7615 - 1.0).abs() < 5e-3);
         assert!((9.0 / 25.0 * (1.0 + 32.0 / (9.0 * PI)) / CONDUCTIVITY_SERIES / 0.7575 - 1.0).abs() < 1.3e-2);
-        // The bulk viscosity is `1.0025 eta_0 b rho y`, with the shear viscosity `eta_0` of the dilute gas, `b
-        // rho = 4 phi` and `y = Z - 1`.
+        // The bulk viscosity is `1.0025 eta_0 b rho y`, with the shear viscosity `eta_0` of the dilute gas.
         let dense = HardSphereFluid::reduced(0.2);
         let expected = 1.0025 * gas.shear_viscosity() * 0.8 * 0.8 * contact_value(0.2);
         assert!((dense.bulk_viscosity() / expected - 1.0).abs() < 1e-3);
@@ -285,8 +280,7 @@ mod tests {
 
     #[test]
     fn finite_size_correction_needs_enough_free_paths_in_the_box() {
-        // At a packing fraction of 0.1 the mean free path is 0.9037. A cube with `L / 2 pi = 0.9037` holds `0.19099 (2
-        // pi 0.9037)^3 = 34.97` spheres.
+        // At `phi = 0.1`, the mean free path is 0.9037. A cube with `L / 2 pi = 0.9037` holds 34.97 spheres.
         let gas = HardSphereFluid::reduced(0.1);
         assert!((gas.mean_free_path() - 0.9037).abs() < 1e-4, "{}", gas.mean_free_path());
         assert!(gas.slower_diffusion(34.0).is_none() && gas.slower_diffusion(36.0).is_some());

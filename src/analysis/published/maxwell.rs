@@ -2,8 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Maxwell's density of speeds, exact in equilibrium in one to three dimensions. Each velocity component has
-/// the variance `s^2 = T / m`.
+/// Maxwell's density of speeds, exact in equilibrium. Each velocity component has the variance `s^2 = T / m`.
 ///
 /// `p(v) = sqrt(2 / pi) / s exp(-v^2 / 2 s^2)` in one dimension, `v / s^2 exp(-v^2 / 2 s^2)` in two, and
 /// `sqrt(2 / pi) v^2 / s^3 exp(-v^2 / 2 s^2)` in three.
@@ -48,7 +47,7 @@ mod tests {
                     let density = maxwell_speed_density(speed, variance, dimensions);
                     let ends = [speed - 0.5 * step, speed + 0.5 * step];
                     let [low, high] = ends.map(|end| maxwell_speed_below(end, variance, dimensions));
-                    // The tolerance covers the midpoint rule, and the round-off of the difference of two fractions.
+                    // The tolerance covers the error of the midpoint rule and round-off.
                     assert!((density * step - (high - low)).abs() < 1e-8 * step / variance.sqrt() + 4e-16, "{speed}");
                     one += density * step;
                     square += density * step * speed * speed;

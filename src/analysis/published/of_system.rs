@@ -17,9 +17,8 @@ pub struct PublishedValue {
     pub quantity: String,
     /// The value, in the units of the scene.
     pub value: f64,
-    /// Expected value for a system of this size minus the published value, to first order in `1 / N`. Speedy's
-    /// diffusion coefficient describes the finite systems that he simulated, so here the difference is between their
-    /// size and this size, to first order in `1 / L`. 0 if unknown.
+    /// Finite-size correction: the expected value at this system size minus the published value. 0 if unknown. It is of
+    /// first order in `1 / N`, or in `1 / L` for the diffusion coefficient.
     #[serde(default)]
     pub finite_size: f64,
     /// Short name of the result, such as `mKLM`.
@@ -29,7 +28,7 @@ pub struct PublishedValue {
 }
 
 impl PublishedValue {
-    /// Whether the value holds for the crystal instead of the fluid.
+    /// Whether the value is for the crystal instead of the fluid.
     #[must_use]
     pub fn is_of_crystal(&self) -> bool {
         self.label == CRYSTAL_LABEL
@@ -42,18 +41,17 @@ impl PublishedValue {
     }
 }
 
-/// Range of the equations of state: largest packing fractions of the fluid in three and in two dimensions, and smallest
-/// packing fraction of the crystal.
+/// Range of the equations of state. `FLUID` has the largest packing fractions of the fluid in three and in two
+/// dimensions, and `CRYSTAL` has the smallest packing fraction of the crystal.
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
 
 pub(crate) const CRYSTAL_LABEL: &str = "Speedy, crystal";
 
-/// Largest packing fraction at which Enskog's viscosity is accurate to a few per cent, and so determines how the
-/// diffusion coefficient depends on the size of the box.
+/// Largest packing fraction at which Enskog's viscosity is accurate enough for the finite-size correction of diffusion.
 const DIFFUSING: f64 = 0.42;
 
-/// Transport coefficients. Their published values do not hold in an Andersen heat bath.
+/// Transport coefficients. An Andersen heat bath changes them, because it destroys velocity correlations.
 const TRANSPORT: [&str; 5] = [
     "diffusion_coefficient",
     "diffusion_coefficient_infinite",
@@ -77,20 +75,18 @@ struct Hard {
     count: u64,
     dimensions: f64,
     is_cube: bool,
-    /// Whether the energy is constant, because no Andersen heat bath acts.
+    /// Whether the energy is constant (no Andersen heat bath).
     is_isolated: bool,
     packing_fraction: f64,
     number_density: f64,
     diameter: f64,
     mass: f64,
-    /// `None` if unknown `[energy]`.
     temperature: Option<f64>,
 }
 
-/// Lists published values for a system in equilibrium. The list is empty unless the system consists of equal elastic
-/// hard particles in a periodic box. `population` is the number of particles of each species, `scale` the factor by
-/// which diameters have grown, and the mean temperature is in `[energy]`. An Andersen thermostat destroys velocity
-/// correlations, so it excludes transport coefficients.
+/// Lists published values for equal elastic hard particles in equilibrium in a periodic box. Other systems have none.
+/// An Andersen thermostat excludes transport coefficients. `population` is the number of particles of each species,
+/// `scale` is the growth factor of the diameters, and `temperature` is the mean temperature `[energy]`.
 #[must_use]
 pub fn of_system(
     scene: &Scene,
@@ -144,8 +140,7 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
 }
 
 impl Hard {
-    /// Published compressibility factor `Z` and pressure. In a finite system, `Z - 1` is smaller by the fraction
-    /// `fewer`.
+    /// Published compressibility factor and pressure. In a finite system, `Z - 1` is smaller by the fraction `fewer`.
     fn pressure(&self, compressibility: f64, fewer: f64, label: &str, source: &str) -> Vec<PublishedValue> {
         let pressure = self.temperature.map(|temperature| ("pressure", self.number_density * temperature));
         let both = [("compressibility_factor", 1.0)].into_iter().chain(pressure);
@@ -183,7 +178,7 @@ impl Hard {
             }
         }
         if phi >= CRYSTAL {
-            // Only `N - 1` of `N` particles vibrate, because the crystal as a whole may be anywhere.
+            // The centre of mass does not vibrate, so only `N - 1` of `N` particles contribute.
             let fewer = 1.0 / self.count as f64;
             values.extend(self.pressure(face_centred_cubic(phi), fewer, CRYSTAL_LABEL, SPEEDY_CRYSTAL));
         }
@@ -216,9 +211,8 @@ impl Hard {
         values
     }
 
-    /// Lists the collision rate under both of its names. At constant energy, velocities are uniform on a sphere in `f`
-    /// dimensions, one for each degree of freedom. Collisions are more frequent than for Maxwellian velocities, by `1 /
-    /// (4 f)`.
+    /// Lists the collision rate under both names. At constant energy, collisions are more frequent than for Maxwellian
+    /// velocities by the fraction `1 / (4 f)`, where `f` is the number of degrees of freedom.
     fn collisions(&self, rate: f64, compressibility: fn(f64) -> f64, label: &str, source: &str) -> [PublishedValue; 2] {
         let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
         let freedom = self.dimensions * (self.count as f64 - 1.0);

@@ -13,7 +13,6 @@ const DISCHARGE: f64 = 0.58;
 /// Coefficient `k` of Beverloo's law, for spheres.
 const EMPTY_ANNULUS: f64 = 1.4;
 
-/// Packing fraction of flowing grains.
 const FLOWING: f64 = 0.6;
 
 const SOURCE: &str = "Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), doi:10.1016/0009-2509(61)85030-6; real, rough grains, \
@@ -21,8 +20,8 @@ const SOURCE: &str = "Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 26
 
 /// Calculates the outflow rate through an opening `[1 / time]` by Beverloo's law, `C n sqrt(g) (D - k d)^(5/2)` with
 /// `C = 0.58` and `k = 1.4`. `n` is the number density, `g` gravity, `D` the diameter of the opening and `d` the grain
-/// diameter. The rate is 0 if the opening is too small. For a rectangle without a border of width `k d / 2`, the rate
-/// is `(4 / pi) C n A sqrt(g D)`, where `A` is its area and `D` is four times the area over the circumference.
+/// diameter. The rate is 0 if the opening is too small. For a rectangle, the rate is `(4 / pi) C n A sqrt(g D)`. The
+/// edges are reduced by `k d`, `A` is the reduced area, and `D` is four times this area over the circumference.
 ///
 /// Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), [doi:10.1016/0009-2509(61)85030-6](https://doi.org/10.1016/0009-2509(61)85030-6);
 /// rectangles: Fowler and Glastonbury, Chem. Eng. Sci. 10, 150 (1959), [doi:10.1016/0009-2509(59)80042-7](https://doi.org/10.1016/0009-2509(59)80042-7).
@@ -39,7 +38,7 @@ pub fn beverloo(number_density: f64, gravity: f64, outlet: Outlet, grain: f64) -
     4.0 / PI * DISCHARGE * number_density * area * (gravity * width).sqrt()
 }
 
-/// Rates through the outlets of a scene, for grains of all moving species. `population` counts each species.
+/// Rates through the outlets of a scene, for all moving species. `population` is the number of grains of each species.
 pub fn of_flows(scene: &Scene, population: &[usize], gravity: f64) -> Vec<PublishedValue> {
     let grains: Vec<(&Species, f64)> = scene
         .species

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// Ratio of bounces to releases, `N_bounce / N_release = exp(eps / T) - 1`, among pairs that reach a step from inside,
-/// where the potential energy is lower by the depth `eps` of the step. It is exact for every such step in equilibrium.
+/// Ratio of bounces to releases at a step of depth `eps`: `N_bounce / N_release = exp(eps / T) - 1`, exact in
+/// equilibrium. Pairs reach the step from inside, where the potential energy is lower.
 ///
 /// Bannerman and Lue, J. Chem. Phys. 133, 124506 (2010), [doi:10.1063/1.3486567](https://doi.org/10.1063/1.3486567).
 #[must_use]
@@ -12,8 +12,8 @@ pub fn bounces_per_release(step: f64, temperature: f64) -> f64 {
     libm::expm1(step / temperature)
 }
 
-/// Second virial coefficient of a square well, exact, in units of `2 pi sigma^3 / 3`, the coefficient of its core: `1 -
-/// (lambda^3 - 1) (exp(eps / T) - 1)`, with the ratio `lambda` of well and core, and the depth `eps`.
+/// Exact second virial coefficient of a square well, in units of `2 pi sigma^3 / 3`:
+/// `1 - (lambda^3 - 1) (exp(eps / T) - 1)` for a well of diameter `lambda sigma` and depth `eps`.
 #[must_use]
 pub fn second_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64) -> f64 {
     1.0 - (well_ratio * well_ratio * well_ratio - 1.0) * libm::expm1(depth / temperature)
@@ -22,8 +22,8 @@ pub fn second_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f6
 /// Third virial coefficient of a square well, exact, in units of `(2 pi sigma^3 / 3)^2`: `-(1/3) int int f(r12) f(r13)
 /// f(r23)`, with Mayer's `f = exp(-u / T) - 1`.
 ///
-/// For a pair at a distance `r`, the inner integral is a sum of volumes shared by two spheres, and the outer integral
-/// is over polynomials (T. Kihara, Rev. Mod. Phys. 25, 831, 1953, gives them in closed form).
+/// The inner integral is a sum of volumes that two spheres share, and the outer integrand is a piecewise polynomial (T.
+/// Kihara, Rev. Mod. Phys. 25, 831, 1953, gives the closed form).
 #[must_use]
 pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64) -> f64 {
     let x = libm::expm1(depth / temperature);
@@ -31,7 +31,7 @@ pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64
         let (core, mixed, well) = (lens(1.0, 1.0, r), lens(well_ratio, 1.0, r), lens(well_ratio, well_ratio, r));
         (1.0 + x) * (1.0 + x) * core - 2.0 * x * (1.0 + x) * mixed + x * x * well
     };
-    // Between these distances of the pair, the integrand is a polynomial.
+    // Between neighbouring distances of this list, the integrand is a polynomial.
     let mut ends = [0.0, well_ratio - 1.0, 1.0, 2.0, well_ratio].map(|end: f64| end.min(well_ratio));
     ends.sort_by(f64::total_cmp);
     let mut sum = 0.0;

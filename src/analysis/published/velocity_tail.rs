@@ -1,16 +1,14 @@
 //! Long-time tail of the velocity autocorrelation in a periodic box, and its contribution to diffusion.
 //!
-//! A moving particle sets up a flow that later drags it along. By mode-coupling theory, once collisions have erased its
-//! initial velocity, a component of its velocity decays like the transverse flows of the box (Ernst, Hauge and van
-//! Leeuwen, Phys. Rev. Lett. 25, 1254, 1970,
-//! [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)): the correlation `<v_x(0) v_x(t)>`
-//! is `(d - 1) / d T / M sum_k exp(-(nu + D) k^2 t)`, summed over all `k = 2 pi (n_x / L_x, ...)` except 0, for any
-//! particle. `M` is the mass of the whole system.
+//! A moving particle sets up a flow that later drags it along. After collisions have erased its initial velocity, its
+//! velocity decays like the transverse flows of the box. By mode-coupling theory (Ernst, Hauge and van Leeuwen, Phys.
+//! Rev. Lett. 25, 1254, 1970, [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254)), the
+//! correlation `<v_x(0) v_x(t)>` is `(d - 1) / d T / M sum_k exp(-(nu + D) k^2 t)`. The sum is over all wave vectors
+//! `k = 2 pi (n_x / L_x, ...)` except 0, and `M` is the mass of the whole system.
 
 use std::f64::consts::{PI, TAU};
 
-/// Number of intervals in an integral by Simpson's rule, equal in the logarithm of the time. The error of the rule is
-/// far below the error of the theory.
+/// Number of intervals for Simpson's rule, equal in the logarithm of the time.
 const INTERVALS: u32 = 400;
 
 /// Number of decay times after which the slowest flow is negligible.
@@ -35,8 +33,7 @@ impl VelocityTail<'_> {
         (dimensions - 1.0) / dimensions * self.temperature_by_mass * (modes - 1.0)
     }
 
-    /// Part of the diffusion coefficient that is missing from an integral of the velocity autocorrelation up to a time
-    /// `[length^2 / time]`.
+    /// Contribution of the velocity autocorrelation after a time to the diffusion coefficient `[length^2 / time]`.
     pub fn beyond(&self, time: f64) -> f64 {
         let slowest = self.periods.iter().fold(0.0_f64, |a, b| a.max(*b)) / TAU;
         self.integral([time, time + DECAYS * slowest * slowest / self.spreading], |_| 1.0)
@@ -45,10 +42,9 @@ impl VelocityTail<'_> {
     /// Part of the diffusion coefficient that is missing from the slope of the mean squared displacement, fitted by
     /// least squares between two times `[length^2 / time]`.
     ///
-    /// The autocorrelation at a time `t` adds to the mean squared displacement at all later times, in proportion to the
-    /// time since `t`. The slope contains the whole contribution if `t` is before the first time, and nothing if `t` is
-    /// after the last time. In between it contains the fraction `(1 - u)^2 (2 + u) / 4`, where `u` grows linearly from
-    /// -1 to 1.
+    /// The autocorrelation at a time `t` increases the slope of the mean squared displacement after `t`. The fitted
+    /// slope contains this contribution completely if `t` is before the first time, and not at all if `t` is after the
+    /// last time. In between it contains the fraction `(1 - u)^2 (2 + u) / 4`, where `u` grows linearly from -1 to 1.
     pub fn beyond_slope(&self, [first, last]: [f64; 2]) -> f64 {
         let missed = |time: f64| {
             let u = (2.0 * time - first - last) / (last - first);
@@ -75,7 +71,7 @@ impl VelocityTail<'_> {
 /// `sum exp(-n^2 s)` over all integers; for small `s` by Poisson's sum `sqrt(pi / s) sum exp(-(pi n)^2 / s)`.
 fn theta(s: f64) -> f64 {
     let (scale, exponent) = if s < PI { ((PI / s).sqrt(), PI * PI / s) } else { (1.0, s) };
-    // The exponent is at least pi, so the first omitted term is below 1e-21.
+    // The exponent is at least pi, so the first omitted term, `2 exp(-16 exponent)`, is below 1e-21.
     scale * (1.0 + 2.0 * (1..4).map(|n| libm::exp(-f64::from(n * n) * exponent)).sum::<f64>())
 }
 
@@ -110,8 +106,7 @@ mod tests {
                 let beyond = over_modes(&tail, |rate| libm::exp(-rate * time) / rate);
                 assert!((tail.beyond(time) / beyond - 1.0).abs() < 1e-7, "{time}");
                 // A mode with decay rate `rate` makes half of the mean squared displacement differ from a straight line
-                // by `exp(-rate t) / rate^2`. The least-squares slope of this term was derived by hand, with the
-                // opposite sign.
+                // by `exp(-rate t) / rate^2`. `slope` is minus the least-squares slope of this term, derived by hand.
                 let [first, last] = [time, 4.0 * time];
                 let slope = |rate: f64| {
                     let x = 0.5 * rate * (last - first);
@@ -132,8 +127,7 @@ mod tests {
         let mass = 0.7 * edge * edge * edge;
         let tail = VelocityTail { temperature_by_mass: 1.9 / mass, spreading, periods: &[edge; 3] };
         let expected = 2.0 / 3.0 * 1.9 / 0.7 / libm::pow(4.0 * PI * spreading * time, 1.5);
-        // Without the wave vector 0, the sum is smaller by the fraction 6e-6 at `time`, and by 5e-5 at four times
-        // `time`.
+        // The omitted term `k = 0` is a fraction 6e-6 of the sum, or 5e-5 at the later time.
         assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-4);
         assert!((tail.correlation(4.0 * time) / tail.correlation(time) - 0.125).abs() < 1e-4);
     }

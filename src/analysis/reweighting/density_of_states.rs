@@ -2,23 +2,21 @@
 
 use super::ensemble::Ensemble;
 
-/// Limits for the number of Newton steps, and for how often a step is halved. Usually a few of each are enough.
+/// Largest numbers of Newton steps and of halvings of a step. Usually a few are enough.
 const MOST_STEPS: usize = 100;
 const MOST_HALVINGS: u32 = 30;
 
-/// The iteration stops after a Newton step below this size in the logarithm of a partition function. The remaining
-/// error is of the order of the square of the last step.
+/// The iteration stops after a Newton step below this size. The remaining error is about the square of the step.
 const LAST_STEP: f64 = 1e-9;
 
 /// Relative round-off error of the minimised function.
 const ROUNDING: f64 = 1e-12;
 
-/// Minimum number of samples shared by two groups of ensembles. The difference of their free energies, divided by the
-/// temperature, has a variance of one over this number. With fewer samples the variance would exceed one.
+/// Minimum number of samples that two groups of ensembles share. The difference of their reduced free energies has a
+/// variance of one over this number.
 const LEAST_SHARED: f64 = 1.0;
 
-/// Histograms of the potential energy of several ensembles, such as canonical ensembles at several temperatures. Their
-/// sum is a sufficient statistic of the density of states.
+/// Histogram of the potential energy over all samples of several ensembles, for example at several temperatures.
 #[derive(Debug, Clone, Copy)]
 pub struct MultiHistogram<'h> {
     /// The ensembles.
@@ -33,10 +31,10 @@ pub struct MultiHistogram<'h> {
 
 /// The density of states of the potential energy, `g(E)`, up to a factor, from the samples of all ensembles.
 ///
-/// Let there be `N_k` samples of the ensemble `k`, in which configurations of energy `E` have the weight
-/// `exp(-u_k(E))`. In a canonical ensemble `u_k(E) = E / T_k`. If all ensembles together have `H(E)` samples in the
-/// level `E`, the density of states is `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) =
-/// sum_E g(E) exp(-u_k(E))`.
+/// The ensemble `k` has `N_k` samples, and configurations of energy `E` have the weight `exp(-u_k(E))` in this
+/// ensemble. In a canonical ensemble, `u_k(E) = E / T_k`. If all ensembles together have `H(E)` samples in the level
+/// `E`, the density of states is `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies
+/// `exp(-f_k) = sum_E g(E) exp(-u_k(E))`.
 ///
 /// This is the multi-histogram method: A. M. Ferrenberg and R. H. Swendsen, Phys. Rev. Lett. 63, 1195 (1989),
 /// [doi:10.1103/PhysRevLett.63.1195](https://doi.org/10.1103/PhysRevLett.63.1195). With one level for each energy, as
@@ -48,7 +46,7 @@ pub struct MultiHistogram<'h> {
 pub struct DensityOfStates {
     energies: Vec<f64>,
     variances: Vec<f64>,
-    /// Logarithm of the density of states of each level; minus infinity without samples.
+    /// Logarithm of the density of states of each level; minus infinity for a level without samples.
     logarithms: Vec<f64>,
     /// Free energy `f_k` of each ensemble, relative to the first ensemble.
     free_energies: Vec<f64>,
@@ -66,7 +64,7 @@ pub struct Moments {
     pub variance: f64,
 }
 
-/// The minimised function, with its first and second derivatives with respect to all free energies except the first.
+/// The minimised function and its derivatives with respect to all free energies except the first.
 struct Expansion {
     value: f64,
     gradient: Vec<f64>,
@@ -75,8 +73,8 @@ struct Expansion {
 }
 
 impl MultiHistogram<'_> {
-    /// Solves the equations by Newton's method from a start near the solution, which minimises the convex function
-    /// `sum_E H(E) ln sum_k N_k exp(f_k - u_k(E)) - sum_k N_k f_k`.
+    /// Solves the equations by Newton's method from a start near the solution. The solution minimises the convex
+    /// function `sum_E H(E) ln sum_k N_k exp(f_k - u_k(E)) - sum_k N_k f_k`.
     ///
     /// `None` if there are no samples, or if some ensembles share no energies with the rest.
     #[must_use]
@@ -104,8 +102,8 @@ impl MultiHistogram<'_> {
         None
     }
 
-    /// Calculates initial free energies from the mean energy of each ensemble: for canonical ensembles from `df /
-    /// d(1/T) = <U>` by the trapezoidal rule; other ensembles repeat the value of the previous ensemble.
+    /// Calculates initial free energies from the mean energy of each ensemble, by the trapezoidal rule for
+    /// `df / d(1/T) = <U>` between canonical ensembles. Between other ensembles, the free energy does not change.
     #[must_use]
     pub fn start(ensembles: &[Ensemble], means: &[f64]) -> Vec<f64> {
         let mut free_energies = vec![0.0; ensembles.len().min(1)];
@@ -132,7 +130,7 @@ impl MultiHistogram<'_> {
         (next, expansion)
     }
 
-    /// `ln N_k + f_k` of each ensemble `k` with `N_k` samples; minus infinity without samples.
+    /// Returns `ln N_k + f_k` for each ensemble `k` with `N_k` samples.
     fn offsets(&self, free_energies: &[f64]) -> Vec<f64> {
         self.samples.iter().zip(free_energies).map(|(samples, f)| libm::log(*samples) + f).collect()
     }
@@ -147,7 +145,7 @@ impl MultiHistogram<'_> {
         for (reduced, samples) in reduced.iter().zip(self.counts).filter(|(_, samples)| **samples > 0.0) {
             let sum = fill(&offsets, reduced, &mut terms);
             value += samples * sum;
-            // The probability that a sample of this level belongs to each ensemble.
+            // Probabilities that a sample of this level is from each ensemble.
             terms.iter_mut().for_each(|term| *term = libm::exp(*term - sum));
             for (row, own) in terms[1..].iter().enumerate().filter(|(_, own)| **own > 0.0) {
                 gradient[row] += samples * own;
@@ -172,7 +170,7 @@ impl MultiHistogram<'_> {
 }
 
 impl DensityOfStates {
-    /// A known density of states: ascending energies `[energy]`, with the logarithm of the density of each.
+    /// A known density of states, from ascending energies `[energy]` and the logarithms of their densities.
     #[must_use]
     pub fn of_levels(levels: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (energies, logarithms): (Vec<f64>, Vec<f64>) = levels.into_iter().unzip();
@@ -187,7 +185,7 @@ impl DensityOfStates {
         self
     }
 
-    /// Sets, for each quantity measured along with the energies, its mean in each level.
+    /// Sets the mean in each level of all quantities that were measured along with the energies.
     #[must_use]
     pub fn with_means(mut self, means: Vec<Vec<f64>>) -> Self {
         self.means = means;
@@ -200,7 +198,7 @@ impl DensityOfStates {
         &self.free_energies
     }
 
-    /// The levels, with the logarithm of the density of states of each; minus infinity without samples.
+    /// Energies of the levels with logarithms of the density of states: minus infinity for a level without samples.
     pub fn levels(&self) -> impl Iterator<Item = (f64, f64)> {
         self.energies.iter().copied().zip(self.logarithms.iter().copied())
     }
@@ -213,8 +211,7 @@ impl DensityOfStates {
         weights
     }
 
-    /// Weights `g(E) exp(-E / T)` of the levels relative to the largest weight, their sum, and the logarithm of the
-    /// largest.
+    /// Weights `g(E) exp(-E / T)` of the levels relative to the largest, their sum, and the logarithm of the largest.
     fn weights(&self, temperature: f64) -> (Vec<f64>, f64, f64) {
         let exponents = || self.levels().map(|(energy, logarithm)| logarithm - energy / temperature);
         let most = exponents().fold(f64::NEG_INFINITY, f64::max);
@@ -232,7 +229,7 @@ impl DensityOfStates {
         self.means.iter().map(mean).collect()
     }
 
-    /// Moments of the potential energy at any temperature `[energy]`, sampled or not.
+    /// Moments of the potential energy at a temperature `[energy]`.
     #[must_use]
     pub fn at(&self, temperature: f64) -> Moments {
         let (weights, sum, most) = self.weights(temperature);
@@ -257,8 +254,8 @@ fn log_sum(terms: &[f64]) -> f64 {
     most + libm::log(terms.iter().map(|term| libm::exp(term - most)).sum())
 }
 
-/// Solves for the Newton step by Cholesky decomposition, from the lower triangle of `matrix`. Also returns whether the
-/// samples determine the step; otherwise the step still goes downhill.
+/// Calculates the Newton step by Cholesky decomposition, from the lower triangle of `matrix`. Also returns whether the
+/// samples determine the step. The step always goes downhill.
 fn downhill(mut matrix: Vec<Vec<f64>>, gradient: &[f64]) -> (Vec<f64>, bool) {
     let count = gradient.len();
     let mut is_determined = true;

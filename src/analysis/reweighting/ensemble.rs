@@ -12,8 +12,7 @@ pub enum Ensemble {
     },
     /// A multicanonical ensemble with weights `w` that depend on the energy, `u(U) = w(U)`.
     Multicanonical(EnergyWeights),
-    /// An umbrella window of a coordinate, at one temperature. Here `U` is the coordinate: `u` is zero inside the
-    /// window and infinite outside.
+    /// An umbrella window of a coordinate `U`, at one temperature: `u` is zero inside the window and infinite outside.
     Window {
         /// Lower and upper end of the window.
         ends: [f64; 2],

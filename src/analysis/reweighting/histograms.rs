@@ -5,7 +5,7 @@ use super::ensemble::Ensemble;
 
 const MOST_LEVELS: usize = 4096;
 
-/// Energies with a smaller relative difference belong to the same level. They differ by round-off in sums.
+/// Energies with a smaller relative difference are equal except for round-off in sums.
 const SAME: f64 = 1e-9;
 
 const MOST_BLOCKS: u64 = 512;
@@ -24,7 +24,7 @@ pub struct EnergyLevels {
 }
 
 impl EnergyLevels {
-    /// Creates bins with these lower edges, in ascending order. The first bin also holds all energies below its edge.
+    /// Creates bins with these lower edges, in ascending order. The first bin also contains all lower energies.
     #[must_use]
     pub fn of_bins(lower_edges: &[f64]) -> Self {
         Self { levels: lower_edges.to_vec(), are_bins: true, ..Self::default() }
@@ -45,7 +45,7 @@ impl EnergyLevels {
         }
     }
 
-    /// The level of an energy, or the position where it would be inserted.
+    /// The level of an energy, or the position for a new level.
     fn find(&self, energy: f64) -> Result<usize, usize> {
         let tolerance = SAME * energy.abs();
         let place = self.levels.partition_point(|level| *level < energy - tolerance);
@@ -73,15 +73,13 @@ impl EnergyLevels {
 #[derive(Debug, Clone)]
 struct Block {
     rows: u64,
-    /// Number of samples of all ensembles in each level.
     counts: Vec<u32>,
     sums: Vec<f64>,
-    /// For each other quantity, its sum over the samples in each level.
+    /// Sum of each additional quantity over the samples in each level.
     others: Vec<Vec<f64>>,
 }
 
-/// Sums over the samples in one level: their number, the deviations of their energies from a reference energy, and the
-/// squared deviations.
+/// Sums over the samples in one level: number, deviations of the energy from a reference, and squared deviations.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: f64,
@@ -210,7 +208,7 @@ impl EnergyHistograms {
         all
     }
 
-    /// The mean energy of the samples in each level, and their variance.
+    /// Mean and variance of the energies of the samples in each level.
     pub(super) fn energies(&self) -> (Vec<f64>, Vec<f64>) {
         let of_level = |(level, spread): (&f64, &Spread)| {
             let count = spread.count.max(1.0);
@@ -228,7 +226,7 @@ impl Counts {
         add_each(&mut self.others, &other.others);
     }
 
-    /// Mean of each other quantity in each level; zero in levels without samples.
+    /// Means of the additional quantities in each level. 0 in levels without samples.
     pub fn means(&self) -> Vec<Vec<f64>> {
         let mean = |(sum, count): (&f64, &f64)| if *count > 0.0 { sum / count } else { 0.0 };
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()

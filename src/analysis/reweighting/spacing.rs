@@ -4,12 +4,12 @@ use super::density_of_states::DensityOfStates;
 
 const MOST_TEMPERATURES: usize = 1000;
 
-/// Number of bisections, enough to reach round-off.
 const HALVINGS: u32 = 60;
 
 impl DensityOfStates {
     /// Probability that two replicas in equilibrium at two temperatures `[energy]` are swapped: `sum p_1(E)
-    /// p_2(E') min(1, exp((1/T_1 - 1/T_2) (E - E')))` over all pairs of levels.
+    /// p_2(E') min(1, exp((1/T_1 - 1/T_2) (E - E')))` over all pairs of levels. `p_i(E)` is the probability of the
+    /// level `E` at the temperature `T_i`.
     ///
     /// C. Predescu, M. Predescu and C. V. Ciobanu, J. Chem. Phys. 120, 4119 (2004), [doi:10.1063/1.1644093](https://doi.org/10.1063/1.1644093).
     #[must_use]
@@ -18,8 +18,8 @@ impl DensityOfStates {
         let difference = cold.recip() - hot.recip();
         let [of_cold, of_hot] = [cold, hot].map(|temperature| self.probabilities_at(temperature));
         let mut above: f64 = of_cold.iter().sum();
-        // The loop visits the levels `E'` of the hot replica. `below` is the sum of `p_1(E) exp((1/T_1 - 1/T_2) (E -
-        // E'))` over the levels `E < E'` of the cold replica, where `T_1 < T_2`.
+        // For each level `E'` of the hot replica, `below` is the sum of `p_1(E) exp((1/T_1 - 1/T_2) (E - E'))` over the
+        // levels `E < E'` of the cold replica.
         let (mut below, mut last, mut sum) = (0.0, f64::NEG_INFINITY, 0.0);
         for ((energy, _), (cold, hot)) in self.levels().zip(of_cold.iter().zip(&of_hot)) {
             if below > 0.0 {
@@ -31,17 +31,15 @@ impl DensityOfStates {
         sum.min(1.0)
     }
 
-    /// Finds the shortest list of ascending temperatures from the lowest to the highest `[energy]` that have the same
-    /// [acceptance](Self::acceptance) between all neighbours, at least the requested one (between 0 and 1). `None` if
-    /// no number of temperatures is sufficient, or if more than a thousand are needed.
+    /// Finds the fewest temperatures from the lowest to the highest `[energy]`, with an equal
+    /// [acceptance](Self::acceptance) of at least `acceptance` between neighbours. `None` if they exceed a thousand.
     #[must_use]
     pub fn temperatures_for(&self, [lowest, highest]: [f64; 2], acceptance: f64) -> Option<Vec<f64>> {
         if !(0.0 < lowest && lowest < highest && highest.is_finite() && 0.0 < acceptance && acceptance < 1.0) {
             return None;
         }
         let fewest = self.ladder(lowest, highest, acceptance, MOST_TEMPERATURES)?;
-        // Searches for the largest acceptance with which the same number of steps still reaches the highest
-        // temperature.
+        // Finds the largest acceptance with which this number of steps reaches the highest temperature.
         let steps = fewest.len() - 1;
         let (mut from, mut to, mut best) = (acceptance, 1.0, fewest);
         for _ in 0..HALVINGS {

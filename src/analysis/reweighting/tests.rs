@@ -43,7 +43,7 @@ fn expected_counts_give_the_exact_density_of_states() {
     }
 }
 
-/// MBAR as published, over single samples, by fixed-point iteration: equation 11 of Shirts and Chodera.
+/// MBAR over single samples, by fixed-point iteration of equation 11 of Shirts and Chodera.
 fn mbar(temperatures: &[f64], energies: &[Vec<f64>]) -> Vec<f64> {
     let all: Vec<f64> = energies.concat();
     let samples: Vec<f64> = energies.iter().map(|it| it.len() as f64).collect();
@@ -133,8 +133,7 @@ fn binned_energies_keep_their_moments() {
 fn bootstrap_errors_match_the_scatter_over_seeds() {
     let temperatures = [0.37, 0.5, 0.63, 1.0];
     let expected: Vec<f64> = temperatures.iter().flat_map(|t| [exact(*t)[0], exact(*t)[1]]).collect();
-    // The three cases: independent rows, rows correlated over a few rows, and strong correlation, which leaves few
-    // blocks.
+    // Independent rows, correlated rows, and strongly correlated rows with few blocks.
     for (count, probability, tolerance) in [(400, 0.0, 0.25), (3000, 0.8, 0.25), (1200, 0.95, 0.35)] {
         let mut squares = vec![0.0; expected.len()];
         let mut seeds = 0.0;

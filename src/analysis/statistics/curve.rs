@@ -3,13 +3,11 @@
 use super::{BlockAverage, Estimate, standard_error};
 use serde::{Deserialize, Serialize};
 
-/// At this number of bins, an element merges neighbours, so that 32 to 64 bins remain. With 32 bins, the relative
-/// uncertainty of the standard error, `1 / sqrt(2 (n - 1))`, is 13 %.
+/// Number of bins of an element at which neighbouring bins are merged. With 32 bins, errors are uncertain by 13 %.
 const MOST_BINS: usize = 64;
 
 /// Block averages of all elements of a curve: the bins of a histogram or the lags of a correlation function. Elements
-/// may have different numbers of values, but elements that [`Self::combination`] combines must receive their values
-/// together.
+/// may have different numbers of values. For [`Self::combination`], elements must receive values together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CurveAverage {
     elements: Vec<BlockAverage>,
@@ -46,8 +44,7 @@ impl CurveAverage {
         self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
     }
 
-    /// Returns a histogram with bins twice as wide: sums of two neighbours, then zeros for the upper half. All elements
-    /// must have received their values together.
+    /// Returns a histogram with bins twice as wide, padded with zeros. All elements must have received values together.
     #[must_use]
     pub(crate) fn joined_in_pairs(&self) -> Self {
         let length = self.elements.len();
@@ -69,7 +66,7 @@ impl CurveAverage {
         self.elements.get(element).map_or(0.0, |average| average.weight)
     }
 
-    /// The largest number of values that any element has.
+    /// Largest number of values of any element.
     #[must_use]
     pub fn most(&self) -> f64 {
         self.elements.iter().map(|average| average.weight).fold(0.0, f64::max)
@@ -163,8 +160,7 @@ mod tests {
         assert!((one.mean - 1.0).abs() < 1e-12 && one.standard_error.unwrap() < 1e-12, "x and 1 - x: {one:?}");
         let difference = curve.combination(&[(0, 1.0), (1, -1.0)]).unwrap().standard_error.unwrap();
         assert!((difference / (2.0 * curve.standard_errors()[0].unwrap()) - 1.0).abs() < 1e-9, "2 x - 1");
-        // The ratio R = <2 x y> / <x> is 1. For a single value, its variance is 4 / 9, as for `(2 x y - R x) / <x> = 2
-        // x (2 y - 1)`.
+        // The ratio `R = <2 x y> / <x>` is 1. The values `(2 x y - R x) / <x> = 2 x (2 y - 1)` have the variance 4 / 9.
         let (a, b) = (curve.means()[2].unwrap(), curve.means()[0].unwrap());
         let ratio = curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap();
         assert!(ratio.mean.abs() < 1e-12, "derivatives of a ratio");
@@ -175,8 +171,7 @@ mod tests {
             curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap().standard_error.unwrap() / exact
         };
         let mean = (10..50).map(of_seed).sum::<f64>() / 40.0;
-        // With 32 to 64 bins, a single error is uncertain by a quarter, and the mean of forty errors by 4 %. The bounds
-        // include three times 4 % and the bias of the estimate.
+        // The mean of forty errors is uncertain by 4 %. The bounds also allow for the bias of the estimate.
         assert!((0.88..1.25).contains(&mean), "{mean}");
     }
 

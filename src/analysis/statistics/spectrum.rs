@@ -8,43 +8,37 @@ const STEPS: usize = 150;
 /// Slowest relaxation time in the fit, as a fraction of the length of the series. Slower motion looks like a trend.
 const SLOWEST: f64 = 1.0 / 12.0;
 
-/// Slowest relaxation time of a quantity whose changes are fitted, as a fraction of the length of the series. About
-/// eight angular frequencies are below its inverse.
+/// Slowest relaxation time of a quantity whose changes are fitted, as a fraction of the length of the series.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// Minimum gain in the logarithm of the likelihood for components of changes of a correlated quantity. With a lower
-/// threshold, they would fit powers that are low by chance, and one error in a few hundred would be far too small.
+/// Minimum increase of the logarithm of the likelihood by components for the changes of a correlated quantity. With a
+/// lower limit, one standard error in a few hundred would be far too small.
 const LEAST_GAIN: f64 = 6.0;
 
-/// Fastest relaxation time in the fit, as a number of values of the series. Its density falls by only a quarter over
-/// the fitted frequencies, so faster relaxations count as white noise.
+/// Fastest relaxation time in the fit, as a number of values. Faster relaxations look like white noise.
 const FASTEST: f64 = 0.5;
 
 /// Ratio of successive relaxation times in the fit.
 const RATIO: f64 = 1.5;
 
-/// With fewer frequencies, the fit cannot tell the changes of an uncorrelated quantity from other noise.
+/// Minimum number of frequencies to distinguish the changes of an uncorrelated quantity from other noise.
 const FEWEST_FOR_DIFFERENCES: usize = 20;
 
-/// Exponent of the prior, a power of `1 / S(0)`, where `S(0)` is the spectral density at frequency zero. It offsets the
-/// noise that non-negative weights always fit.
+/// Exponent of the prior, a power of `1 / S(0)`, where `S(0)` is the spectral density at frequency zero. Non-negative
+/// weights always fit some noise, and the prior offsets this.
 const PRIOR: f64 = 0.5;
 
 /// If the slowest relaxation of the fit has more than this fraction of the variance, the series is too short.
 const MOST_IN_SLOWEST: f64 = 0.6;
 
-/// Limits for the share of the slowest relaxation in the density at frequency zero. The estimate is not enlarged below
-/// the lower limit, and is enlarged by [`MOST_DOUBT`] above the upper limit.
+/// The doubt rises from 1 to [`MOST_DOUBT`] between these shares of the slowest relaxation in the density.
 const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 
-/// Largest possible ratio of the true density at frequency zero to the estimate. Motion that only few frequencies
-/// resolve may be slower than it seems. With this value, the errors of autoregressive series with added white noise
-/// agree with theory if there are at least three independent values (test
-/// `claimed_errors_are_honest_where_noise_hides_slow_motion`).
+/// Largest factor that enlarges the estimate, because motion that few frequencies resolve may be slower than it seems.
+/// The value was chosen with the test `claimed_errors_are_honest_where_noise_hides_slow_motion`.
 const MOST_DOUBT: f64 = 3.0;
 
-/// Number of lowest frequencies that are fitted one by one. Higher frequencies are fitted in groups that grow with the
-/// frequency, because the models are smooth. A group costs no more than a single frequency.
+/// Number of lowest frequencies that are fitted one by one. To save time, higher frequencies are fitted in groups.
 const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;
 
@@ -53,8 +47,7 @@ const IN_A_GROUP: usize = 16;
 const LOWEST: usize = 6;
 const LEAST: f64 = 0.3;
 
-/// If the lowest frequency has more than this fraction of the total power, the series is a single oscillation or a
-/// drift, and its density at frequency zero is unknown.
+/// If the lowest frequency has more than this fraction of the power, the series is an oscillation or a drift.
 const MOST_IN_ONE_SWING: f64 = 0.5;
 
 /// Lower limit for powers and densities, in units of the variance. It prevents divisions by zero.
@@ -62,17 +55,16 @@ const NOTHING: f64 = 1e-12;
 
 #[cfg(test)]
 thread_local! {
-    /// Number of fits. A fit takes thousands of times longer than a mean.
+    /// Number of fits in this thread. Tests count them, because a fit takes thousands of times longer than a mean.
     pub(super) static FITS: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
 }
 
 /// The spectral density at frequency zero, in units of the variance of the series.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Density {
-    /// The most likely density. It is 1 if the values of the series are independent.
+    /// The most likely value of this density; 1 if the values of the series are independent.
     pub at_zero: f64,
-    /// Ratio of a safe upper estimate to `at_zero`. It rises from 1 to [`MOST_DOUBT`] if more than half of the density
-    /// belongs to the slowest relaxation of the fit.
+    /// Ratio of a safe upper estimate of this density to `at_zero`, between 1 and [`MOST_DOUBT`].
     pub doubt: f64,
 }
 
@@ -84,8 +76,7 @@ struct Part {
     weight: f64,
 }
 
-/// Returns the spectral density at frequency zero of a series, given its deviations from the mean or a trend; `None` if
-/// the series is too short for its correlations.
+/// Returns the spectral density at frequency zero from the deviations of a series. `None` if the series is too short.
 ///
 /// The periodogram at the lower half of the frequencies `w` is modelled as a sum of
 /// - white noise, `1`;
@@ -94,9 +85,8 @@ struct Part {
 /// - changes of an uncorrelated quantity between successive values, `1 - cos w`;
 /// - if the likelihood increases enough, changes of a correlated quantity, `2 (1 - cos w) S(w)`. A single
 ///   relaxation has `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, a double one
-///   `S = (1 - r^2)^3 / ((1 + r^2) (1 - 2 r cos w + r^2)^2)`. Most of the virial of a crystal behaves like this, and so
-///   does the momentum of particles that move to and fro between two walls. The sum of `n` changes is the difference
-///   between both ends, so the variance of the mean is `2 / n^2` times the variance of the quantity.
+///   `S = (1 - r^2)^3 / ((1 + r^2) (1 - 2 r cos w + r^2)^2)`. The virial of a crystal and the momentum between two
+///   walls behave like this. The variance of the mean of `n` changes is `2 / n^2` times the variance of the quantity.
 ///
 /// The weights are the most likely non-negative weights (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a
 /// periodogram are independent and exponentially distributed about the spectral density. Each step of the fit
@@ -132,8 +122,7 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
         if weight * variance > MOST_IN_SLOWEST {
             return None;
         }
-        // The doubt depends on the share of the slowest relaxation in the density at frequency zero. The share in the
-        // variance is smaller, because fast noise adds to the variance.
+        // The doubt depends on the share in the density, not in the variance, because fast noise adds to the variance.
         let part = (weight / at_zero(&parts) - DOUBTFUL[0]) / (DOUBTFUL[1] - DOUBTFUL[0]);
         doubt += (MOST_DOUBT - 1.0) * part.clamp(0.0, 1.0);
     }
@@ -229,8 +218,7 @@ fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn
     Part { density: groups.iter().map(mean).collect(), at_zero, weight: 0.0 }
 }
 
-/// Components that a series of `n` values may contain: white noise and relaxations from slow to fast and, if there are
-/// enough frequencies, the changes of an uncorrelated quantity.
+/// Components of a series of `n` values: white noise, relaxations, and changes of an uncorrelated quantity.
 fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let mut parts = vec![part(1.0, cosines, groups, |_| 1.0)];
     let mut time = SLOWEST * n as f64;
@@ -246,9 +234,8 @@ fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     parts
 }
 
-/// Components for the changes of a quantity whose values are correlated. Each relaxation time has one component for a
-/// single relaxation and one for a double relaxation. The difference between the last and the first value adds `2 / n`
-/// to the density at all frequencies.
+/// Components for the changes of a correlated quantity, with a single and a double relaxation for each time. The
+/// difference between the last and the first value adds `2 / n` to the density at all frequencies.
 fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let ends = 2.0 / n as f64;
     let mut parts = Vec::new();
@@ -267,8 +254,7 @@ fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Ve
     parts
 }
 
-/// Index of the slowest relaxation among the components, and its variance for a weight of 1; `None` if the series is
-/// too short.
+/// Index of the component with the slowest relaxation, and its variance at a weight of 1. `None` for short series.
 fn slowest(n: usize) -> Option<(usize, f64)> {
     let time = SLOWEST * n as f64;
     let r = libm::exp(-1.0 / time);

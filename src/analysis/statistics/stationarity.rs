@@ -4,19 +4,15 @@ use super::{ROUNDING, halved, spectrum};
 use serde::{Deserialize, Serialize};
 
 /// The numbers `a` and `b` of a limit. A series drifts if the means of its first quarter and of its second half differ
-/// by more than `a + b / n` standard errors, where `n` is the number of independent values. `b / n` allows for the
-/// uncertainty of the standard error.
+/// by more than `a + b / n` standard errors, where `n` is the number of independent values.
 ///
-/// This limit calls fewer than one in 300 stationary series drifting (measured with autoregressive series with
-/// correlations from -0.5 to 0.9 between neighbours), and at most one in 25 if noise hides slow motion with only three
-/// to five independent values.
+/// In tests, fewer than one in 300 stationary series seem to drift, or one in 25 if noise hides slow motion.
 const LIMIT: (f64, f64) = (4.5, 10.0);
 
-/// Limit if the error comes from residuals about a straight line through the whole series or its second half. It is
-/// larger than [`LIMIT`], because such an error is too small.
+/// Limit for errors from residuals about a straight line through the series or its second half, which are too small.
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
-/// Minimum number of independent values in the second half of a series that is called stationary.
+/// Minimum number of independent values in the second half for the verdict `Stationary`.
 const FEWEST: f64 = 10.0;
 
 /// Minimum number of independent values for a test with residuals about a line through most of the series.
@@ -45,11 +41,10 @@ pub enum Stationarity {
 /// chance: J. Geweke, in Bayesian Statistics 4 (Oxford University Press, 1992), p. 169. The spectral density at
 /// frequency zero is taken from the second half, which is closer to equilibrium.
 ///
-/// The second half may drift itself, so the test is repeated with its residuals about a straight line. If it has too
-/// few independent values, the residuals of the whole series are used.
+/// The second half may drift itself, so the test is repeated with the residuals of the second half about a straight
+/// line. If the second half has too few independent values, the residuals of the whole series are used.
 ///
-/// By chance, the second half may seem to change faster than it does, most often when the first quarter differs from
-/// it. A drift must therefore be confirmed by the residuals of the last three quarters about a straight line.
+/// A drift must be confirmed by the residuals of the last three quarters. Other errors may be too small by chance.
 #[must_use]
 pub fn stationarity(series: &[f64]) -> Stationarity {
     if series.len() > MOST_VALUES {
@@ -62,7 +57,6 @@ pub fn stationarity(series: &[f64]) -> Stationarity {
     let (first, second) = (&series[..n / 4], &series[n / 2..]);
     let drift = mean(second) - mean(first);
     let scale = series.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    // The round-off of a constant is not a drift.
     if series.iter().all(|x| (x - series[0]).abs() <= ROUNDING * scale) {
         return Stationarity::Constant;
     }
@@ -95,7 +89,7 @@ fn mean(values: &[f64]) -> f64 {
 struct Noise {
     /// Spectral density of the noise at frequency zero.
     density: f64,
-    /// Number of independent values that would give the mean the same error.
+    /// Number of independent values.
     independent: f64,
 }
 
@@ -150,15 +144,14 @@ mod tests {
             let series = |seed: &u64| under_noise(rho, n, noise, 60_000 + seed);
             let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
             println!("rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
-            // The expected numbers are 10, 7, 3 and 1. With only the second half, they would be about 30, 26, 14 and 2.
+            // The four cases give about 10, 7, 3 and 1. A test of the second half alone would give 30, 26, 14 and 2.
             assert!(drifting <= most, "rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
         }
     }
 
     #[test]
     fn relaxing_or_rising_series_is_drifting() {
-        // One series starts ten standard deviations off and relaxes in a fifth of its length. The other series drifts
-        // by three standard deviations.
+        // One series relaxes from ten standard deviations, and the other drifts by three standard deviations.
         let relaxing = |k: usize| 3.0 * libm::exp(-(k as f64) / 40.0);
         let rising = |k: usize| 1.0 * k as f64 / 200.0;
         for (seed, rho) in [(1, 0.0), (2, 0.0), (3, 0.5), (4, 0.5), (5, 0.7)] {

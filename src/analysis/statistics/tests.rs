@@ -19,23 +19,21 @@ pub fn correlated(rho: f64, length: usize, seed: u64) -> Vec<f64> {
 
 #[test]
 fn the_error_of_a_correlated_series_is_that_of_theory() {
-    // For large n, the mean of n values of an AR(1) series has the variance s^2 / (n (1 - rho)^2) with the variance s^2
-    // of the noise.
+    // The variance of the mean of a long AR(1) series is `s^2 / (n (1 - rho)^2)`, with the variance `s^2` of the noise.
     for (rho, seed) in [(-0.5, 1), (0.0, 2), (0.5, 3), (0.9, 4)] {
         let (n, count) = (1000, 40);
         let error = |seed| standard_error(&correlated(rho, n, seed)).unwrap();
         let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
         let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
-        // A single error is uncertain by a sixth, and the mean of forty errors by 2.6 %. The bounds include three times
-        // 2.6 %, a bias of up to 12 % on the safe side, and Student's factor.
+        // The mean of forty errors is uncertain by 2.6 %. The bounds also cover a bias of 12 % and Student's factor.
         assert!((0.92..1.21).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
     }
 }
 
 #[test]
 fn anticorrelated_noise_reduces_the_error() {
-    // The series x_k = e_(k+1) - 0.6 e_k with white noise e has 0.4 times the error of the mean of e. Independent
-    // values with the variance of x would have 1.17 times this error.
+    // With white noise e, the mean of x_k = e_(k+1) - 0.6 e_k has 0.4 times the error of the mean of e. For independent
+    // values with the variance of x, the factor would be 1.17.
     let (n, count) = (200, 60);
     let error = |seed| {
         let noise = correlated(0.0, n + 1, seed);
@@ -43,16 +41,13 @@ fn anticorrelated_noise_reduces_the_error() {
     };
     let mean = (3000..3000 + count).map(error).sum::<f64>() / count as f64;
     let exact = 0.4 * (1.0 / 12.0 / n as f64).sqrt();
-    // A single error is uncertain by a quarter, and the mean of sixty errors by 3 %. The bounds include three times 3
-    // %, and a bias of up to 15 % on the safe side.
+    // The mean of sixty errors is uncertain by 3 %. The bounds also allow for a bias of up to 15 %.
     assert!((0.9..1.25).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
 #[test]
 fn bounded_quantity_adds_no_error_to_its_rate() {
-    // Each value is the change of a quantity plus weak white noise. The quantity relaxes, like the momentum between two
-    // walls, or oscillates, like the virial of a crystal. The error of the mean comes from the noise, and from the
-    // difference of the quantity between both ends, divided by n.
+    // Each value is the change of a relaxing or oscillating quantity, plus weak white noise.
     let (n, count) = (400_usize, 100);
     let noise = |seed: u64| correlated(0.0, n, 70_000 + seed);
     let relaxing = |seed: u64| correlated(0.8, n + 1, seed);
@@ -75,7 +70,7 @@ fn bounded_quantity_adds_no_error_to_its_rate() {
         let scatter = (means.map(|mean| mean * mean).sum::<f64>() / count as f64).sqrt();
         let errors = all.iter().map(|series| standard_error(series).unwrap());
         let claimed = (errors.map(|error| error * error).sum::<f64>() / count as f64).sqrt();
-        // With 100 seeds, the scatter is known to 7 %. The bounds add three times 7 % to 0.8 and 1.25.
+        // With 100 seeds, the scatter is known to 7 %. The bounds 0.8 and 1.25 are widened by three times 7 %.
         assert!((0.63..1.5).contains(&(scatter / claimed)), "{what}: {}", scatter / claimed);
     }
 }
@@ -90,7 +85,7 @@ fn few_independent_values_have_the_error_of_students_distribution() {
 
 #[test]
 fn slow_motion_is_seen_under_fast_noise() {
-    // Motion with a correlation time of ten values has a tenth of the variance, but two thirds of the squared error.
+    // The slow motion has a tenth of the variance, but causes two thirds of the squared error of the mean.
     let (n, count) = (400, 60);
     let series = |seed: u64| -> Vec<f64> {
         let noise = correlated(0.0, n, 9000 + seed);
@@ -156,7 +151,7 @@ fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
         let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
-        // `standard_error` allows for motion that is slower than it seems. Otherwise the ratio would be up to 1.85.
+        // `standard_error` allows for motion slower than the series shows. Otherwise, the ratio would reach 1.85.
         assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
     }
 }
@@ -214,8 +209,7 @@ fn a_ratio_of_means_is_no_mean_of_ratios() {
         b.add(1.0 + x, 1.0);
     }
     let ratio = a.ratio(&b).unwrap();
-    // `a` and `b` contain the same noise `x`, and their ratio is 2. The error of the ratio is the error of the mean of
-    // `a - 2 b = -x`, which is sqrt(1 / 12 / 4000).
+    // The ratio is 2, so its error is the error of the mean of `a - 2 b = -x`.
     let error = (1.0 / 12.0_f64 / 4000.0).sqrt();
     assert!((ratio.standard_error.unwrap() / error - 1.0).abs() < 0.3, "{ratio:?}");
     assert!((ratio.mean - 2.0).abs() < 4.0 * error, "{ratio:?}: the mean of ratios is 2.10");
@@ -310,8 +304,7 @@ fn error_of_a_bounded_rate_comes_from_its_end_values() {
         // The scatter of 200 means is known to 5 %.
         assert!(given.len() > 180 && (0.85..1.15).contains(&ratio), "{rho}: {ratio}, {}", given.len());
     }
-    // The sum of independent rates is an unbounded random walk. One in six walks of this length looks bounded, so the
-    // estimate is only for sums that a conservation law bounds. Of 50 walks, 8 +- 2.6 should look bounded.
+    // The sum of independent rates is a random walk. One in six walks looks bounded, so 8 +- 2.6 of 50 walks do.
     let walks = (0..50).filter(|seed| error_of_ends(&correlated(0.0, 400, 60_000 + seed)).is_some()).count();
     assert!(walks <= 16, "{walks}");
 }
@@ -327,8 +320,7 @@ fn variance(series: Vec<f64>) -> Estimate {
 
 #[test]
 fn a_variance_is_that_about_the_true_mean() {
-    // At rho = 0.9, a series of 400 values contains 21 independent values, so the variance about its own mean is 4.8 %
-    // too small. The mean variance of 500 series is known to 1 %.
+    // With 21 independent values, the variance about the sample mean is 4.8 % too small. Its average is known to 1 %.
     let (rho, length, count) = (0.9, 400, 500);
     let all = (0..count).map(|seed| variance(correlated(rho, length, 90_000 + seed)).mean);
     let exact = 1.0 / 12.0 / (1.0 - rho * rho);
@@ -338,9 +330,8 @@ fn a_variance_is_that_about_the_true_mean() {
 
 #[test]
 fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
-    // The series contain 21, 32 or 63 independent values of the slow motion, and noise of the same variance. Without
-    // its lower bound, which follows from the error of the mean, the error of the variance would be too small: the rms
-    // deviation of the series with 32 values would be 1.16 errors.
+    // The slow motion has 21, 32 or 63 independent values, and the noise has the same variance. Without the lower bound
+    // for the error of a variance, the rms deviation would be 1.16 errors for 32 values.
     let (rho, count) = (0.9_f64, 200);
     let exact = 2.0 / 12.0 / (1.0 - rho * rho);
     let noise = (1.0 - rho * rho).sqrt().recip();
@@ -361,7 +352,6 @@ fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
 
 #[test]
 fn a_variance_of_few_independent_values_has_no_error() {
-    // The series has five independent values.
     let claims = (0..200).filter(|seed| variance(correlated(0.9, 100, 150_000 + seed)).standard_error.is_some());
     let claims = claims.count();
     assert!(claims <= 4, "{claims}");

@@ -75,7 +75,7 @@ const FREE_LINES: [&str; 3] = ["engine ", "threads ", "measured "];
 /// Every report written by the program starts with these bytes.
 const HEAD: &[u8] = b"scene    ";
 
-/// If `ends_itself`, a user's instrument ended the run. The replay cannot do this, so lines about it may differ.
+/// If `ends_itself` is true, a user's instrument ended the run, and lines about the ending may differ.
 pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bool) -> io::Result<Found> {
     let mut found = BufReader::new(File::open(found)?);
     let mut expected = BufReader::new(File::open(expected)?);
@@ -92,7 +92,7 @@ pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bo
     Ok(difference.map_or(Found::Equal, Found::Different))
 }
 
-/// Whether a line may differ. The decision may depend on earlier lines, so it must see every line in order.
+/// Whether a line may differ. Must be called for every line in order, as the answer may depend on earlier lines.
 type IsFree = Box<dyn FnMut(&[u8]) -> bool>;
 
 fn free_lines(name: &str, ends_itself: bool) -> IsFree {
@@ -107,7 +107,7 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
         Folder::REPORT => {
             let mut is_free = false;
             Box::new(move |line| {
-                // An indented line, such as an array, belongs to the last line that is not indented.
+                // Indented lines continue the previous line that is not indented.
                 if !line.starts_with(b" ") {
                     is_free = FREE_LINES.iter().any(|free| line.starts_with(free.as_bytes()))
                         || (ends_itself && line.starts_with(b"ended "));

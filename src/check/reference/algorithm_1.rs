@@ -37,16 +37,14 @@ impl Polynomial {
         Self(self.0.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect())
     }
 
-    /// Returns the first `t > after` at which the polynomial changes sign (`FindNextRoot` in the paper). A double root
-    /// does not count.
+    /// Returns the first `t > after` at which the polynomial changes sign (`FindNextRoot` in the paper).
     #[must_use]
     pub fn next_root(&self, after: f64) -> Option<f64> {
         self.sign_changes(after).first().copied()
     }
 
     /// Returns all `t > after` at which the polynomial changes sign, in ascending order. Between two sign changes of
-    /// its derivative it is monotone and changes sign at most once, where Brent's method (crate `roots`) finds the
-    /// root.
+    /// the derivative, the polynomial changes sign at most once, and Brent's method (crate `roots`) finds this root.
     fn sign_changes(&self, after: f64) -> Vec<f64> {
         let mut found = Vec::new();
         if self.0.len() < 2 {
@@ -65,7 +63,7 @@ impl Polynomial {
         found
     }
 
-    /// A point beyond the last turning point `last` at which the polynomial has its final sign.
+    /// Returns a point after the last turning point, at which the polynomial has its final sign.
     fn far_beyond(&self, last: f64) -> Option<f64> {
         let sign = self.0.last()?.signum();
         let mut step = f64::EPSILON * last.max(1.0);
@@ -90,16 +88,16 @@ impl Polynomial {
         }
     }
 
-    /// Returns the point at which the polynomial changes from `sign` to the opposite sign, in spite of rounding at
-    /// `from`.
+    /// Returns the point at which the polynomial changes from `sign` to the opposite sign. Round-off may make the value
+    /// at `from` wrong.
     fn root_between(&self, from: f64, to: f64, sign: f64) -> f64 {
         // Brent's method multiplies function values. Division by the largest value prevents overflow.
         let size = self.value(from).abs().max(self.value(to).abs());
         let value = |t: f64| self.value(t) / size;
         let is_before = |t: f64| self.value(t) * sign > 0.0;
-        // A root exactly at the start belongs to the past; the next sign change is needed.
+        // A root exactly at the start is in the past.
         let start = if value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
-        // The solver may return a point that is not close to the root. The point counts only if the sign changes there.
+        // The solver may return a wrong point. It is accepted only if the sign changes there.
         find_root_brent(start, to, value, &mut NeighbouringFloats)
             .ok()
             .filter(|&t| is_before(t * (1.0 - WIDTH)) && !is_before(t * (1.0 + WIDTH)))
@@ -107,7 +105,7 @@ impl Polynomial {
     }
 }
 
-/// Returns the last floating-point number between `from` and `to` at which `is_before` holds.
+/// Returns the last floating-point number between `from` and `to` for which `is_before` is true.
 fn bisect(mut from: f64, mut to: f64, is_before: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = 0.5 * from + 0.5 * to;
@@ -133,8 +131,8 @@ pub fn next_event(f: &Polynomial) -> Option<f64> {
     if f.value(turn) > 0.0 { f.next_root(turn) } else { Some(turn) }
 }
 
-/// Algorithm 1 for a feature with ends. Returns the first time at which `f <= 0`, `f` decreases, and no extent is
-/// negative, so that the projection of the particle is on the feature.
+/// Algorithm 1 for a feature with ends. Returns the first time at which `f <= 0`, `f` decreases, and the projection of
+/// the particle is on the feature. The projection is on the feature if none of the `extents` is negative.
 #[must_use]
 pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Option<f64> {
     let first = next_event(f)?;
@@ -142,7 +140,7 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     if is_on(first) {
         return Some(first);
     }
-    // Between sign changes of these polynomials the condition is constant, so one test in the middle is enough.
+    // The condition changes only where one of these polynomials changes sign. One test in each interval is enough.
     let falls = f.derivative();
     let all = [f, &falls].into_iter().chain(extents);
     let mut times: Vec<f64> = all.flat_map(|polynomial| polynomial.sign_changes(first)).chain([first]).collect();
@@ -155,7 +153,7 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     stretch.map(|stretch| stretch[0])
 }
 
-/// Relative width, a few floating-point numbers, at which the search for a root ends.
+/// The search for a root ends at this relative width: a few floating-point numbers.
 const WIDTH: f64 = 2.0 * f64::EPSILON;
 
 struct NeighbouringFloats;
@@ -208,7 +206,7 @@ mod tests {
         assert_eq!(first_on(&falling, &[from(1.0), until(3.0)]), Some(2.0));
         assert_eq!(first_on(&falling, &[from(2.0), until(2.0)]), Some(2.0), "ends are on it");
         assert_eq!(first_on(&falling, &[until(1.0)]), None);
-        // The sphere is already below the height of contact when it moves onto the feature, so the event is immediate.
+        // When the sphere moves onto the feature, it is below the height of contact, so the event is immediate.
         let late = first_on(&falling, &[from(2.5), until(3.0)]).unwrap();
         assert!((late - 2.5).abs() < 1e-14, "{late}");
         assert_eq!(first_on(&falling, &[from(3.0), until(2.5)]), None);

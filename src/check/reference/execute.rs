@@ -73,7 +73,7 @@ impl Reference {
         let encounter = Encounter { side: contact.side, curvature, velocity, acceleration, ..encounter };
         let mass = encounter.reduced_mass;
         let event = self.reflect(i, &encounter, EventKind::Surface { number: feature.surface });
-        // The event's normal points from the surface to the particle. A surrounding surface has the opposite sign.
+        // The event's normal points from the surface to the particle, even if the surface surrounds the particle.
         let sign = contact.side.sign();
         let event = Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event };
         let Some(moment) = moment else { return Some(event) };

@@ -1,7 +1,6 @@
-//! Moving surfaces. If the gap is a polynomial in the frame of the surface, Algorithm 1 finds its root in this frame.
-//! Otherwise the root is found by bisection. A time interval is skipped if bounds on speed and acceleration show that
-//! the gap stays open or opens, or that the projection of the particle stays off the feature. Other intervals are
-//! halved down to round-off. This is slow, but shares no step with the engine.
+//! Moving surfaces. If the gap is a polynomial of time in the frame of the surface, Algorithm 1 finds the contact.
+//! Otherwise, time intervals are halved down to round-off. An interval is skipped if bounds on speed and acceleration
+//! exclude a contact. This method is slow, but independent of the engine.
 
 use super::rules::Side;
 use super::surfaces::{Across, Barrier, Feature, Motion};
@@ -10,7 +9,7 @@ use crate::model::MotionKind;
 use crate::model::surface_motion::{Piece, Timeline};
 use std::f64::consts::TAU;
 
-/// Longest time that one search covers. The next search starts when this time has passed `[time]`.
+/// Longest time that one search covers `[time]`.
 pub(super) const LONGEST_SEARCH: f64 = 2.0;
 
 /// The motion of a particle beside a surface that oscillates or turns.
@@ -29,7 +28,7 @@ impl Motion {
         Self { position, velocity: velocity + acceleration * time, ..*self }
     }
 
-    /// Returns the motion in the frame of a surface whose motion at the simulated time `time` is `piece`.
+    /// Returns the motion in the frame of a moving surface at a simulated time.
     pub fn seen(&self, piece: &Piece, time: f64) -> Self {
         let moment = piece.at(time);
         let (position, velocity) = moment.seen(&self.position, &self.velocity);
@@ -39,8 +38,7 @@ impl Motion {
 }
 
 impl Feature {
-    /// Returns the time from the simulated time `now` to the next event of a sphere with a feature of a fixed or moving
-    /// surface; `None` if there is no event within `horizon`.
+    /// Returns the time from `now` to the next event with a feature of a moving surface. `None` if beyond `horizon`.
     pub fn next_event_moving(&self, motion: &Motion, timeline: &Timeline, now: f64, horizon: f64) -> Option<f64> {
         let mut after = 0.0;
         while after < horizon {
@@ -69,7 +67,7 @@ impl Passage {
         self.motion.after(after).seen(&self.piece, self.now + after)
     }
 
-    /// Returns the first event between two times after `now`; after `most` intervals, the time searched so far.
+    /// Returns the time of the first event in an interval after `now`, or the time reached after `most` tests.
     pub fn first_between(&self, from: f64, to: f64, most: u64) -> Option<f64> {
         // The shortest interval is the rounding error of simulated times.
         Search { passage: self, shortest: 4.0 * f64::EPSILON * (self.now.abs() + to.abs()), left: most }.first(from, to)
@@ -119,8 +117,8 @@ impl Search<'_> {
         if across.lowest_gap_within(half, speed, acceleration) > 0.0 || foot < -speed * half {
             return None;
         }
-        // `change` limits how fast the opening rate changes. If the opening rate exceeds `change` times half the
-        // interval, the gap opens during the whole interval.
+        // Upper bound for the derivative of the opening rate. If the opening rate in the middle exceeds
+        // `change * half`, the gap increases during the whole interval.
         let change = match across.barrier {
             Barrier::Flat => acceleration,
             Barrier::Round { .. } => speed * speed + (across.position.norm() + speed * half) * acceleration,
@@ -157,8 +155,7 @@ impl Across {
     }
 }
 
-/// Returns the distance from contact and its rate of change. For a round feature, the rate is multiplied by the distance
-/// from the centre of the feature.
+/// Returns the gap and the opening rate. For a round feature, the rate is multiplied by the distance from the centre.
 fn gap_and_opening(across: &Across) -> (f64, f64) {
     let Across { position, velocity, .. } = across;
     match across.barrier {

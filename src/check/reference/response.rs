@@ -13,11 +13,11 @@ pub enum Outcome {
     Capture,
     /// One step outwards.
     Release,
-    /// Reflection from a finite step that costs more than the radial kinetic energy, or at the end of a bond.
+    /// Reflection from a finite step that exceeds the radial kinetic energy, or at the maximum length of a bond.
     Bounce,
 }
 
-/// Returns the outcome for a pair with the normal velocity `vn = v_ij . rhat`, and `vn` after the event.
+/// Returns the outcome and the normal velocity `vn'` after an event. Before the event, it is `vn = v_ij . rhat`.
 ///
 /// If the radial kinetic energy `mu/2 vn^2` exceeds the step `dU`, the pair crosses the discontinuity with
 /// `vn'^2 = vn^2 - 2 dU / mu`. Otherwise it is reflected: `vn' = -e vn` at an infinite barrier, `vn' = -vn` at a step.
@@ -30,7 +30,7 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, law: &
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
     let e = if is_barrier { law.restitution } else { 1.0 };
-    // Near a turning point, round-off may have made the pair recede. It then keeps its velocity.
+    // Near a turning point, the pair may recede because of round-off. The velocity is then unchanged.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
 
@@ -46,12 +46,11 @@ pub(super) struct Encounter {
     pub curvature: f64,
     /// `mu = 1 / (w_i + w_j)`, with the inverse masses `w_i` and `w_j` `[mass]`.
     pub reduced_mass: f64,
-    /// Law of infinite barriers.
     pub law: ContactLaw,
 }
 
 impl Encounter {
-    /// Returns the outcome of the event, and `v_ij` after it. `moving` lists the particles that are not static.
+    /// Returns the outcome and the relative velocity after the event. `moving` lists the particles that are not static.
     pub fn leave(&self, tc_model: Option<&mut TcModel>, moving: &[u32], time: f64) -> (Outcome, Vector) {
         let Self { seen, side, normal, velocity, acceleration, .. } = self;
         let vn = velocity.dot(normal);
@@ -64,7 +63,7 @@ impl Encounter {
             restitution: self.law.restitution,
             approach: (-side.sign() * vn).max(0.0),
             tangential: along.norm(),
-            // The second derivative of the distance is a . rhat + |v along|^2 / |r|.
+            // The second derivative of |r| is a . rhat + along^2 / |r|, with the tangential velocity `along`.
             closing: -side.sign() * (acceleration.dot(normal) + along.norm_squared() * self.curvature),
         };
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
@@ -76,7 +75,7 @@ impl Encounter {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
     pub restitution: f64,
-    /// Speed towards the barrier; 0 if it recedes `[length / time]`.
+    /// Speed towards the barrier; 0 for motion away from it `[length / time]`.
     pub approach: f64,
     /// Speed along the barrier `[length / time]`.
     pub tangential: f64,
@@ -97,17 +96,15 @@ impl TcModel {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// Adds a particle that had no contact so far.
     pub fn meet_newcomer(&mut self) {
         self.last.push(f64::NEG_INFINITY);
     }
 
-    /// Records a contact at `time`. Returns the speed away from the barrier, and the factor for the velocity along it.
+    /// Records a contact at `time`. Returns the speed away from the barrier, and the factor for the speed along it.
     ///
-    /// In the published model, almost no normal speed is left after a contact with a restitution near 0. Here a
-    /// particle leaves at no less than its arrival speed or `v = closing t_c / 2`, whichever is lower. The speed `v`
-    /// brings it back after `t_c`. A particle that arrives at less than `v / 64` leaves at `v / 64`, or at its total
-    /// speed if that is lower. Its speed along the barrier decreases, so that the kinetic energy is constant.
+    /// In the published model, a particle with a restitution near 0 almost stops. Here it keeps its approach speed, up
+    /// to the speed `v = closing t_c / 2` at which it returns after `t_c`. A particle slower than `v / 64` leaves at
+    /// `v / 64`, or at its total speed if that is lower. The speed along the barrier decreases at constant energy.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];

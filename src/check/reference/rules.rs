@@ -5,15 +5,14 @@ use crate::model::potential::Potential;
 /// The side of a discontinuity on which the valid states of a pair lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Side {
-    /// The pair belongs outside the distance. Its overlap function is `f+`, and its outcomes are Core and Capture.
+    /// Valid states are at larger distances. The overlap function is `f+`, and the outcomes are Core and Capture.
     Positive,
-    /// The valid distances of the pair are smaller. Its overlap function is `f-`, and its outcomes are Bounce and Release.
+    /// Valid states are at smaller distances. The overlap function is `f-`, and the outcomes are Bounce and Release.
     Negative,
 }
 
 impl Side {
-    /// Returns 1 if the valid side is at larger distances, and -1 if it is at smaller distances. The overlap function
-    /// of the side is `f+` times this sign.
+    /// Returns 1 for the positive side and -1 for the negative side. The overlap function is `f+` times this sign.
     #[must_use]
     pub fn sign(self) -> f64 {
         match self {

@@ -1,5 +1,4 @@
-//! Contacts with surfaces by Algorithm 1, applied to every feature: faces, edges and corners, each with its own overlap
-//! function. Edges between coplanar faces are included.
+//! Contacts with the faces, edges and corners of surfaces by Algorithm 1. Edges between coplanar faces are included.
 
 use super::algorithm_1::{Polynomial, first_on};
 use super::rules::Side;
@@ -17,8 +16,7 @@ pub(in super::super) struct Feature {
 enum Shape {
     /// The points at distance `radius` from `centre`, approached from one side.
     Point { centre: Vector, radius: f64, side: Side },
-    /// The points at distance `radius` from a line through `start`, infinite or of a given `length`, approached from
-    /// one side.
+    /// The points at distance `radius` from a line of a given or infinite `length`, approached from one side.
     Line { start: Vector, along: Vector, length: Option<f64>, radius: f64, side: Side },
     /// A half space or, with `corners`, the space above one side of a triangular face.
     Plane { point: Vector, normal: Vector, corners: Option<[Vector; 3]> },
@@ -62,8 +60,8 @@ pub(in super::super) struct Touch {
     pub along: Option<Vector>,
 }
 
-/// Distances of a particle's projection from the sides of a feature, as coefficients of polynomials in time, negative
-/// if the projection is off the feature. Unused rows are zero.
+/// Distances of a particle's projection from the sides of a feature, as coefficients of polynomials in time. A distance
+/// is negative if the projection is off the feature. Unused rows are zero.
 pub(in super::super) type Extents = [[f64; 3]; 4];
 
 pub(in super::super) fn features(surfaces: &[SceneSurface]) -> Vec<Feature> {
@@ -111,7 +109,7 @@ fn line([start, end]: [Vector; 2], radius: f64) -> Option<Shape> {
     Some(Shape::Line { start, along, length: Some((end - start).norm()), radius, side: Side::Positive })
 }
 
-/// Returns both sides of a triangle; `None` if its area is only round-off.
+/// Returns the front and the back of a triangle; `None` if its area is only round-off.
 fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     let [a, b, c] = corners;
     if slenderness(&corners) > 0.25 / f64::EPSILON {
@@ -121,7 +119,7 @@ fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     Some([normal, -normal].map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }))
 }
 
-/// Longest side of a triangle, divided by the height above this side: the error of the normal in units of round-off.
+/// Longest side of a triangle divided by the height above it. The normal has this error in units of round-off.
 fn slenderness([a, b, c]: &[Vector; 3]) -> f64 {
     let longest = [b - a, c - b, a - c].iter().map(Vector::norm_squared).fold(0.0, f64::max);
     longest / (b - a).cross(&(c - a)).norm()
@@ -166,8 +164,8 @@ impl Feature {
         }
     }
 
-    /// Distances of the particle's projection from the sides of the feature, as polynomials in time, with the height
-    /// above a face; `None` for a feature without sides.
+    /// Distances of the particle's projection from the sides of the feature, as polynomials in time. For a face, the
+    /// fourth polynomial is the height above the face. `None` for a feature without sides.
     pub fn extents(&self, motion: &Motion) -> Option<Extents> {
         let Motion { position, velocity, acceleration, .. } = *motion;
         let along = |direction: &Vector, from: &Vector| {
@@ -208,8 +206,7 @@ impl Feature {
         }
     }
 
-    /// Returns two opposite corners of a bounding box, which is infinite along the axes along which the feature is
-    /// infinite. For a plane without corners, and for a feature approached from inside, it is infinite along all axes.
+    /// Returns two opposite corners of a bounding box. It is infinite for a feature that is approached from inside.
     pub fn bounds(&self) -> [Vector; 2] {
         let endless = |is_endless: &dyn Fn(usize) -> bool, at: &Vector, radius: f64| {
             let end = |sign: f64| Vector::from_fn(|k, _| sign * if is_endless(k) { f64::INFINITY } else { radius });
@@ -261,7 +258,7 @@ impl Feature {
 }
 
 impl Touch {
-    /// Curvature of the feature in the direction of a velocity, without its component along a line `[1 / length]`.
+    /// Curvature of the feature in the direction of a velocity `[1 / length]`; 0 along the line of a line feature.
     pub fn curvature_for(&self, velocity: &Vector) -> f64 {
         let tangential = velocity - self.normal * self.normal.dot(velocity);
         let across = self.along.map_or(tangential, |along| tangential - along * along.dot(&tangential));

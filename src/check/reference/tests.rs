@@ -1,5 +1,5 @@
 //! Compares each event of the engine with the rules and the response of the reference, starting from the state before
-//! the event. Errors do not carry over to the next event, so a whole run is compared to round-off.
+//! the event. Errors do not carry over to the next event, so all events of a run must agree within round-off.
 
 use super::response::{Encounter, TcModel};
 use super::rules::{Discontinuity, seen};
@@ -16,8 +16,8 @@ const EVENTS: u64 = 300;
 /// Minimum number of compared events of each kind. A few hundred are expected.
 const FEWEST: u32 = 50;
 
-/// Relative round-off of a velocity: from all operations of an event in both implementations, and from the small speed
-/// that the engine adds to make a reflection effective.
+/// Relative round-off of a velocity after an event in both implementations. The engine also adds a small speed to make
+/// a reflection effective.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
 /// If the time since the last contact equals the contact time within this relative difference, round-off decides
@@ -169,7 +169,7 @@ impl Judge<'_> {
         self.compare(event, &encounter, weights, &[event.particle.0], (Outcome::Core, "Wall"))
     }
 
-    /// Checks that the reference could have produced an event of the engine, for a contact time within round-off.
+    /// Checks an event of the engine. At least one of the TC models must agree.
     fn compare(
         &mut self,
         event: &engine::Event,
@@ -201,7 +201,7 @@ impl Judge<'_> {
             matches!(event.kind, engine::EventKind::Pair(engine::Outcome::Capture | engine::Outcome::Release));
         let step = if is_crossed { 2.0 * seen.energy_step.abs() / mu } else { 0.0 };
         let fastest = event.before[0].norm() + event.before[1].norm() + step.sqrt();
-        // A pair that crosses a step has the root of a rounded number as its normal velocity, inaccurate if small.
+        // After a pair crosses a step, its normal velocity is the root of a rounded number. A small root is inaccurate.
         let rounding = ROUNDINGS * fastest * fastest;
         let root = if is_crossed { rounding / after.dot(&normal).abs().max(rounding.sqrt()) } else { 0.0 };
         let bound = ROUNDINGS * fastest + root + if self.tc_models.is_empty() { 0.0 } else { TIE * after.norm() };

@@ -27,8 +27,7 @@ const SWINGS: Source =
 
 /// The TC model prevents flights shorter than this time, so the number of flights is finite.
 const CONTACT_TIME: f64 = 1e-9;
-/// Largest number of bounces. The flight time falls from 1 to the contact time within about `20 / ln(1 / e)` bounces at
-/// a restitution `e`, which is less than this limit for `e` up to 0.97.
+/// Largest number of bounces. The flight time reaches the contact time after about `20 / ln(1 / e)` bounces.
 const MOST_BOUNCES: u64 = 1000;
 
 pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
@@ -53,7 +52,7 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
         }
         last = event.time;
     })?;
-    // After `rest`, flights take at most 1, e, e^2, ... contact times. Each bounce rounds its time and speed.
+    // Neglected flights would last at most 1, e, e^2, ... contact times. Each bounce rounds a time and a speed.
     let allowance = CONTACT_TIME / (1.0 - restitution) + 8.0 * bounces * expected * f64::EPSILON;
     Ok(vec![
         Comparison::exact(BALL[0], rest, expected, BOUNCES)
@@ -93,7 +92,7 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
 /// Relative slack of the pendulum's string.
 pub(super) const SLACK: f64 = 1e-4;
 const PERIODS: usize = 10;
-/// Number of contacts between two calls of `watch`. The bob has contacts at the string's shortest and greatest length.
+/// Number of contacts between two calls of `watch`.
 const CHUNK: u64 = 1000;
 /// Far more chunks than ten swings need, at about a thousand contacts in a swing.
 const MOST_CHUNKS: usize = 10_000;
@@ -114,8 +113,8 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     let passages = passages(Simulation::without_plan(build(&scene)?), watch)?;
     let period = passages.get(2 * PERIODS).zip(passages.first()).map(|(last, first)| (last - first) / PERIODS as f64);
     let expected = 4.0 * elliptic_integral(FRAC_1_SQRT_2);
-    // The length of the string is between 1 - slack and 1, and the period is proportional to the root of the length. A
-    // start in the middle of the slack gives the radial motion a fraction (4 slack)^(3/2) / 8 of the energy.
+    // The string has a length from 1 - slack to 1, and the period is proportional to the root of the length. The bob
+    // starts in the middle of the slack, so the radial motion has the fraction slack^(3/2) of the energy.
     let allowance = expected * (0.5 * SLACK + SLACK.sqrt() * SLACK);
     Ok(vec![
         Comparison::exact(PENDULUM[0], period, expected, SWINGS)
@@ -123,8 +122,7 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     ])
 }
 
-/// Times at which the bob passes the lowest point, interpolated between the contacts before and after each passage,
-/// where the speed is nearly constant.
+/// Times at which the bob passes the lowest point, interpolated between contacts. The speed is nearly constant there.
 fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, StatePointError> {
     let (mut passages, mut last) = (Vec::new(), (0.0, 1.0));
     for _ in 0..MOST_CHUNKS {
@@ -132,8 +130,7 @@ fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, St
             break;
         }
         advance(&mut simulation, CHUNK, watch, |event| {
-            // The event's normal points from the partner to the particle. With the pivot as partner, it is along the
-            // string.
+            // The event's normal points from the partner to the particle, and either can be the pivot.
             let string = if event.partner().is_some_and(|id| id.0 == 0) { event.normal } else { -event.normal };
             if (string.x > 0.0) != (last.1 > 0.0) && string.z < 0.0 {
                 passages.push(last.0 + (event.time - last.0) * last.1 / (last.1 - string.x));

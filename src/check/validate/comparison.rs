@@ -3,8 +3,7 @@ use crate::analysis::statistics::Estimate;
 /// Largest deviation that passes, in standard errors. A normally distributed error exceeds it once in 16,000 cases.
 pub const MOST_ERRORS: f64 = 4.0;
 
-/// Largest standard error, relative to the expected value, for a meaningful comparison. With a larger standard error, a
-/// value that deviates by a fifth would pass.
+/// Largest standard error, relative to the expected value, for a meaningful comparison.
 const LARGEST_ERROR: f64 = 0.05;
 
 /// Source of a reference value.

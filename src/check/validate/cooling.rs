@@ -1,7 +1,6 @@
 //! A granular gas that cools by Haff's law.
 //!
-//! The law holds only for dilute gases and small `1 - e^2`, because it assumes that the velocities of two particles are
-//! uncorrelated before they collide.
+//! The law is valid for dilute gases and small `1 - e^2`, because it assumes uncorrelated velocities.
 
 use super::state_point::{Compared, Watch, advance, build, mean, one_species};
 use super::{Comparison, Effort, Source};
@@ -10,7 +9,7 @@ use crate::model::potential::Potential;
 use crate::scene::{Fill, Lattice};
 
 pub(super) const COUNT: u64 = 4000;
-/// Contacts per particle before the measurement, to destroy the lattice, and during it. Clusters form much later.
+/// Contacts per particle, before the measurement (to destroy the lattice) and during it. Clusters form much later.
 const CONTACTS: [u64; 2] = [5, 15];
 
 pub(super) const QUANTITIES: &[&str] = &["cooling per contact"];
@@ -26,7 +25,7 @@ const GASES: u64 = 8;
 pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let mut slopes = Vec::new();
     for gas in 0..GASES {
-        // The high bits of the seed tell the gases apart, because users choose seeds that differ in the low bits.
+        // The seeds of the gases differ in the high bits, because seeds that users choose differ in the low bits.
         slopes.extend(cool(restitution, seed.wrapping_add(gas << 32), watch)?);
     }
     let e = restitution;

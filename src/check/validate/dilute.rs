@@ -1,4 +1,4 @@
-//! Compares the pressure of a dilute square-well gas with its exact virial coefficients.
+//! Compares the pressure of a dilute square-well gas with exact virial coefficients.
 
 use super::state_point::{Compared, Watch, build, finish, one_species, plan};
 use super::{Comparison, Effort, Source};
@@ -20,8 +20,7 @@ const EXACT: Source = Source {
 };
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
-    // A brief comparison has four times as many events here as at other state points. With the usual number, the virial
-    // coefficient would be uncertain by 4 to 8 %, but a verdict needs less than 5 %.
+    // For a standard error below 5 %, a brief comparison needs more events here than at other state points.
     let events = effort.events() * if effort == Effort::Brief { 4 } else { 1 };
     let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
         .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(effort.particles()).number_density(NUMBER_DENSITY))
@@ -33,8 +32,8 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
     Ok(vec![coefficient(z, warmed, effort.particles() as f64)])
 }
 
-/// Derives the second virial coefficient `B_2`, in units of the `B_2` of the hard cores, from `Z = 1 + (1 - 1 / N) (B_2
-/// rho + B_3 rho^2 + ...)`. Each of `N` particles has `N - 1` partners.
+/// Calculates the second virial coefficient `B_2`, in units of the hard-core value, from
+/// `Z = 1 + (1 - 1 / N) (B_2 rho + B_3 rho^2 + ...)`. Each of `N` particles has `N - 1` partners.
 fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison {
     let (freedom, partners) = (3.0 * (count - 1.0), 1.0 - 1.0 / count);
     let density = 2.0 * std::f64::consts::PI / 3.0 * NUMBER_DENSITY;
@@ -45,12 +44,12 @@ fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison 
         standard_error: z.standard_error.map(|error| error / (density * partners)),
     });
     let expected = second(temperature);
-    // At constant energy, the temperature has a variance of at most 2 T^2 / f with f degrees of freedom. The mean of a
-    // function of the temperature shifts by half of the variance times its curvature.
+    // At constant energy, the temperature has a variance of at most `2 T^2 / f` with `f` degrees of freedom. This
+    // shifts the mean of `B_2(T)` by half the variance times the curvature of `B_2`.
     let step = 1e-3 * temperature;
     let curvature = (second(temperature + step) + second(temperature - step) - 2.0 * expected) / (step * step);
     let fluctuation = curvature.abs() * temperature * temperature / freedom;
-    // Estimate of the fourth virial term: the ratio of the third to the second term, applied once more.
+    // Estimate of the fourth virial term, if the terms form a geometric series.
     let rest = third * third / expected.abs();
     Comparison::statistical(QUANTITIES[0], measured, expected, EXACT).allow(fluctuation + rest, FINITE_AND_REST)
 }
@@ -70,7 +69,7 @@ mod tests {
             let second = second_virial_of_square_well(WELL_RATIO, depth, 2.0);
             let third = third_virial_of_square_well(WELL_RATIO, depth, 2.0);
             let mean = 1.0 + (second * density + third * density * density) * (1.0 - 1.0 / 1000.0);
-            // The standard error is for three million contacts.
+            // This is the standard error after three million contacts.
             Some(Estimate { mean, standard_error: Some(4e-5) })
         };
         assert_eq!(coefficient(z(1.0), 2.0, 1000.0).verdict(), Verdict::Pass);

@@ -37,8 +37,7 @@ const CRYSTAL_MODES: &str =
 pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
 pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];
 
-/// Packing fractions at which the diffusion coefficient is known. Speedy's fit rests on few points below this range,
-/// and is less accurate above it.
+/// Packing fractions at which the diffusion coefficient is known. Speedy's fit is less accurate elsewhere.
 const DIFFUSING: std::ops::RangeInclusive<f64> = 0.25..=0.42;
 
 pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static str] {
@@ -95,10 +94,8 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
 
 /// Returns the diffusion coefficient in a periodic cube with `count` spheres, and its uncertainty.
 ///
-/// Speedy fitted simulations of periodic cubes. Yeh and Hummer's finite-size term, with Enskog's coefficients, converts
-/// the fit from the size of those cubes to this size. Enskog's values are accurate to a few per cent here. The number
-/// of spheres behind the fit is known only to a factor of two. It enters by its cube root, so the term is uncertain by
-/// a quarter, and the coefficient by 3 %.
+/// The finite-size term of Yeh and Hummer, with Enskog's coefficients, converts Speedy's fit to this size. The number
+/// of spheres in his simulations is known only to a factor of two, so the result is uncertain by 3 %.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     let theory = HardSphereFluid::reduced(packing_fraction);
     let slower = |count: f64| theory.slower_diffusion(count).unwrap_or(0.0);
@@ -112,8 +109,7 @@ pub(super) fn disks(packing_fraction: f64, effort: Effort, seed: u64, watch: Wat
     Ok(fluid(&finished, published::hard_disks, packing_fraction, 2.0, effort.particles(), HENDERSON))
 }
 
-/// Compares the compressibility factor `Z`, and the collision rate `G = 2 D (Z - 1) / sqrt(pi)` that follows from it in
-/// `D` dimensions at a temperature of 1.
+/// Compares the compressibility factor `Z` and the collision rate `2 D (Z - 1) / sqrt(pi)` at a temperature of 1.
 fn fluid(
     finished: &Finished,
     compressibility: fn(f64) -> f64,
@@ -158,8 +154,8 @@ mod tests {
             let (here, allowance) = diffusion_in_box(packing_fraction, FITTED_SPHERES);
             assert!((here / fit - 1.0).abs() < 4.0 * f64::EPSILON, "{here} {fit}");
             assert!(allowance < 0.04 * fit, "{packing_fraction}: {allowance} of {fit}");
-            // Doubling the edges of the box halves the finite-size term, which changes the coefficient by `1 / (2
-            // (2^(1/3) - 1)) = 1.924` allowances.
+            // Doubling the edges of the box halves the finite-size term. The allowance is `2^(1/3) - 1` times this
+            // term, so the coefficient changes by `1 / (2 (2^(1/3) - 1)) = 1.924` allowances.
             let (large, _) = diffusion_in_box(packing_fraction, 8.0 * FITTED_SPHERES);
             assert!(((large - fit) / allowance - 1.923_661).abs() < 1e-6, "{large} {fit} {allowance}");
         }

@@ -13,10 +13,9 @@ use crate::scene::{Arrangement, Fill};
 
 pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
 
-/// Temperatures of the plates, and initial temperature of the gas.
 const TEMPERATURES: [f64; 2] = [2.0, 1.0];
 const START: f64 = 1.4;
-/// Minimum number of contacts, for an accuracy of two per cent. A brief comparison usually has fewer.
+/// Minimum number of contacts, for an accuracy of two per cent.
 const FEWEST_EVENTS: u64 = 1_000_000;
 /// Edge length of the plates, larger than the mean free path.
 const WIDTH: f64 = 20.0;
@@ -56,7 +55,7 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
         temperatures: TEMPERATURES,
     };
     let flux = gas.heat_flux();
-    // Change of the flux if the distance between the plates is one diameter larger: half a diameter at each plate.
+    // Change of the flux if each plate moves outwards by half a diameter.
     let neglected = flux - GasBetweenPlates { distance, ..gas }.heat_flux();
     let walls = [("lower", flux), ("upper", -flux)].into_iter().zip(QUANTITIES);
     let compared = walls.map(|((side, flux), quantity)| {
@@ -66,5 +65,4 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     Ok(compared.collect())
 }
 
-const NEGLECTED: &str =
-    "half a diameter at each plate: first order in the density, of the jumps; and second order in the free path";
+const NEGLECTED: &str = "change of the flux if each plate moves by half a diameter; covers neglected terms in the density and in the mean free path";

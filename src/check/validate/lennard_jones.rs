@@ -18,8 +18,7 @@ const CUTOFF: f64 = 2.5;
 const STEPS: [usize; 2] = [24, 48];
 /// Simulated times for melting the lattice with the heat bath, and for the measurement.
 const TIMES: [f64; 2] = [20.0, 200.0];
-/// Rate at which the heat bath gives a particle a new velocity `[1 / time]`: low compared with the collision rate, but
-/// high enough to hold the temperature.
+/// Rate at which the heat bath gives a particle a new velocity `[1 / time]`, far below the collision rate.
 const BATH_RATE: f64 = 0.5;
 
 pub(super) const QUANTITIES: &[&str] = &["energy per particle", "pressure"];

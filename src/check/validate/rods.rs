@@ -1,9 +1,8 @@
 //! Hard rods on a ring, with an exactly known number of contacts.
 //!
-//! Equal rods exchange their velocities at a contact, like points that pass through each other on a ring of length `L -
-//! N sigma`. In a time `t`, two points with velocities `v_i` and `v_j` pass each other `|v_i - v_j| t / (L - N sigma)`
-//! times, rounded up or down, each time with the impulse `m |v_i - v_j|`. So each pair of velocities has a number of
-//! contacts known to within one, over any time interval.
+//! Equal rods exchange their velocities at a contact, like points that pass through each other on a ring of length
+//! `L - N sigma`. In a time `t`, two points with velocities `v_i` and `v_j` pass each other
+//! `|v_i - v_j| t / (L - N sigma)` times, rounded up or down. Each contact has the impulse `m |v_i - v_j|`.
 
 use super::state_point::{Compared, Watch, advance, build, one_species};
 use super::{Comparison, Effort, Source};
@@ -14,7 +13,7 @@ use crate::model::space::Boundary;
 use crate::scene::{Fill, Lattice};
 
 pub(super) const COUNT: u64 = 50;
-/// Number of contacts: about four hundred for each pair of velocities.
+/// Number of contacts: on average about four hundred for each pair of velocities.
 const EVENTS: u64 = 500_000;
 const CHUNK: u64 = 50_000;
 

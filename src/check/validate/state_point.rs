@@ -57,7 +57,7 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
         Ending::Interrupted => return Err(StatePointError::Interrupted),
         Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
         Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
-        // Some of these endings cannot occur: no state point has growth or an equilibration with a criterion.
+        // `Unsettled`, `Jammed` and `Blocked` cannot occur: no state point has stages or an automatic equilibration.
         Ending::Time
         | Ending::Events
         | Ending::Condition
@@ -102,8 +102,7 @@ pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
 
 pub(super) type Compared = Result<Vec<Comparison>, StatePointError>;
 
-/// Number of contacts before the measurement: 150 per particle. Velocities need about ten contacts per particle to
-/// reach equilibrium, and a dense lattice needs about a hundred to melt.
+/// Number of contacts before the measurement: 150 per particle. A dense lattice needs about a hundred to melt.
 pub(super) fn equilibration(effort: Effort) -> u64 {
     150 * effort.particles()
 }

@@ -10,8 +10,7 @@ use crate::model::potential::Potential;
 use crate::physics::response::Outcome;
 use crate::scene::{Fill, Lattice};
 
-/// Number of blocks, whose scatter gives the standard errors. Wells empty and fill within about ten contacts per
-/// particle; a block is longer.
+/// Number of blocks for the standard errors. A block is longer than the time that pairs stay in their wells.
 const BLOCKS: u64 = 40;
 const DEPTH: f64 = 1.0;
 
@@ -85,9 +84,9 @@ fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
     // Derivative of exp(eps / T) with respect to T.
     let slope = -height / temperature * libm::exp(height);
     let bounces = ratio(|block| block.bounces, slope);
-    // At constant energy with f degrees of freedom, the radial energy of a pair exceeds eps with the probability `(1 -
-    // 2 eps / (f T))^((f - 1) / 2)`. In addition, the temperature has a variance of at most `2 T^2 / f`. It shifts the
-    // mean of `exp(eps / T)` by half of the variance times the curvature of `exp(eps / T)`.
+    // At constant energy with `f` degrees of freedom, the radial energy of a pair exceeds the well depth `eps` with the
+    // probability `(1 - 2 eps / (f T))^((f - 1) / 2)`. In addition, the temperature has a variance of at most
+    // `2 T^2 / f`, which shifts the mean of `exp(eps / T)`.
     let allowance = libm::exp(height) * height * ((1.0 - height).abs() + height + 2.0) / freedom;
     vec![
         Comparison::statistical(
@@ -118,8 +117,7 @@ mod tests {
     #[test]
     fn blocks_obeying_the_law_have_small_errors() {
         let compared = law(&lawful(), 3000.0);
-        // Errors do not include the law's linear dependence on temperature. The curvature of the law, about (2e-3)^2,
-        // and products of deviations remain.
+        // The errors exclude the linear dependence of the law on temperature. The curvature, about (2e-3)^2, remains.
         assert!(compared[0].standard_error.unwrap() < 1e-5, "{compared:?}");
         assert!(compared[0].difference().unwrap().abs() < 1e-5, "{compared:?}");
         assert!(compared.iter().all(|comparison| comparison.verdict().is_pass()), "{compared:?}");

@@ -1,4 +1,4 @@
-//! Present and future distance of a pair from a discontinuity, or of a particle from a wall or a surface.
+//! The distance of a pair from a discontinuity, or of a particle from a wall or a surface, as a function of time.
 
 use super::foot::Foot;
 use super::rules::{Side, fly};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// The overlap function is a quartic, so its derivative has at most three roots.
 const MOST_TURNS: usize = 3;
-/// Relative offset from a root that certainly exceeds its rounding error.
+/// Relative offset from a computed root, larger than the rounding error of the root.
 const BESIDE: f64 = 8.0 * f64::EPSILON;
 
 /// The discontinuity that a flight approaches.
@@ -32,7 +32,7 @@ pub(super) struct Approach {
     pub velocity: Vector,
     pub acceleration: Vector,
     pub boundary: Boundary,
-    /// Position of the particle's projection onto a feature with ends, between which the discontinuity exists.
+    /// Projection of the particle onto a feature with ends. The discontinuity exists only between the ends.
     pub foot: Option<Foot>,
     /// The motion beside a surface that oscillates or turns; `None` if the acceleration is constant.
     pub swing: Option<Arc<Swing>>,
@@ -72,7 +72,7 @@ impl Approach {
     }
 
     /// Returns the distance from the discontinuity at a time in the window, positive on the valid side `[length]`. It
-    /// comes from positions, because the overlap function is inaccurate for a small gap.
+    /// is computed from positions, because the overlap function is inaccurate for a small gap.
     pub fn gap(&self, time: f64) -> f64 {
         self.streamed(time).gap_now()
     }
@@ -84,8 +84,7 @@ impl Approach {
         }
     }
 
-    /// Returns the smallest gap between two times in the window. The gap at the first time always counts. Later gaps
-    /// count only while the discontinuity exists.
+    /// Returns the smallest gap between two times in the window. After the first time, only gaps on the feature count.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         if let Some(swing) = &self.swing {
             return swing.lowest(from, to);
@@ -105,7 +104,7 @@ impl Approach {
             for _ in 0..MOST_TURNS {
                 let Some(at) = polynomial.next_root(after).filter(|at| *at < to - self.since) else { break };
                 look(self.since + at * (1.0 - BESIDE));
-                // The exact root may be slightly later than the time found. The next search must not find it again.
+                // The exact root may be slightly later than the computed root, and must not be found again.
                 after = at * (1.0 + BESIDE);
                 look(self.since + after);
             }
@@ -136,7 +135,7 @@ impl Approach {
         Self { since: time, position, velocity, foot: self.foot.map(|foot| foot.streamed(dt)), ..self.clone() }
     }
 
-    /// Magnitude of the rate of change of the closing speed at the start of the flight `[length / time^2]`.
+    /// Magnitude of the second time derivative of the gap at the start of the flight `[length / time^2]`.
     pub fn curvature(&self) -> f64 {
         let Self { position, velocity, .. } = self;
         match self.boundary {
@@ -211,15 +210,14 @@ mod tests {
     }
     #[test]
     fn a_feature_is_met_between_its_ends_only() {
-        // The flight starts at time 1. After a time t, the height is 1 - t^2 / 2, and the projection is at 3 - t on a
-        // feature that extends from 0 to 2.
+        // At the time `1 + t`, the height is `1 - t^2 / 2`, and the projection is at `3 - t` on a feature from 0 to 2.
         let to_end = Foot { extents: [[3.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0; 3], [0.0; 3]], slenderness: 1.0 };
         let ball = Approach { foot: Some(to_end), ..falling(1.0, 0.0) };
         assert_eq!(ball.next_event(f64::INFINITY), Some(1.0 + 2.0_f64.sqrt()));
         assert!(!ball.is_on(1.5) && ball.is_on(2.0) && ball.is_on(4.0) && !ball.is_on(4.5));
         let later = ball.streamed(2.5);
         assert!(later.is_on(2.5) && later.is_on(4.0) && !later.is_on(4.5));
-        // At time 4, t = 3: the projection reaches the end of the feature, and the gap is 1 - 9 / 2.
+        // At time 4, t is 3. The projection reaches the end of the feature, and the gap is 1 - 9 / 2.
         assert!((ball.lowest(3.0, 5.0) - (1.0 - 4.5)).abs() < 1e-13);
         assert_eq!(ball.lowest(3.0, 3.5), ball.gap(3.5));
     }

@@ -12,8 +12,7 @@ pub(super) struct Arrival {
     pub approach: (f64, f64),
     /// Speed along the barrier `[length / time]`.
     pub tangential: (f64, f64),
-    /// Acceleration towards the barrier, from forces and the curvature of the barrier; negative if away from it
-    /// `[length / time^2]`.
+    /// Acceleration towards the barrier, from forces and from the curvature of the barrier `[length / time^2]`.
     pub closing: (f64, f64),
 }
 
@@ -35,11 +34,11 @@ pub(super) struct ContactMemory {
 enum Last {
     Never,
     At(Elapsed),
-    /// The record begins at this time, without a contact so far. Earlier contacts are unknown.
+    /// The particle has had no contact since this time. Earlier contacts are unknown.
     Before(Elapsed),
 }
 
-/// A contact counts as sliding if this many contacts would follow each other within one contact time.
+/// A contact is sliding if this many contacts would follow each other within one contact time.
 const SLIDING: f64 = 64.0;
 
 impl ContactMemory {
@@ -71,13 +70,12 @@ impl ContactMemory {
         [Some(true), None].into_iter().find(|answer| each.contains(answer)).unwrap_or(Some(false))
     }
 
-    /// Returns the possible motions after a contact, several if round-off leaves the case open.
+    /// Returns the possible motions after a contact. There are several if round-off leaves the case open.
     ///
-    /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle that arrives
-    /// at less than `v` divided by [`SLIDING`] slides: it leaves at this low speed, or at its total speed if that is
-    /// lower, and its speed along the barrier decreases, so that the kinetic energy is constant. A faster contact is
-    /// elastic if either particle had its previous contact less than `t_c` ago. Otherwise, the particle leaves at no
-    /// less than `v` or its arrival speed, whichever is lower.
+    /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle slower than
+    /// `v / SLIDING` slides: at constant energy, it leaves at `v / SLIDING`, or at its total speed if that is lower. A
+    /// faster contact is elastic if either particle had a contact less than `t_c` ago. Otherwise, the particle loses
+    /// speed, but keeps its approach speed up to `v`.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { law, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);
@@ -107,7 +105,7 @@ fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> L
     let energy = approach.0 * approach.0 + tangential.0 * tangential.0;
     let speed = (slowest.0.min(energy.sqrt()), slowest.1 + approach.1 + tangential.1);
     let left = (energy - speed.0 * speed.0).max(0.0);
-    // Uncertainty of the squared speed along the barrier, whose root is the uncertainty of a small speed.
+    // Uncertainty of the squared speed along the barrier. Its root is an upper bound for the uncertainty of the speed.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
     let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
     Leaving { speed, sliding: Some((left.sqrt(), left_bound)) }

@@ -5,10 +5,8 @@ use super::world::World;
 use crate::Vector;
 use crate::engine::{Elapsed, States};
 
-/// Number of roundings in a bound. Each is at most one unit in the last place of the magnitudes in [`Flight`]. Between
-/// a prediction and its event, each of the six coordinates of a pair collects rounding errors from the free flight
-/// (three operations), the event time and a wrap, in the engine and again in the verifier. The overlap function has
-/// eight terms.
+/// Number of roundings in a bound, each of at most one unit in the last place of the magnitudes in [`Flight`]. The
+/// engine and the verifier round the free flight, the event time, wraps and the overlap function.
 const ROUNDINGS: f64 = 32.0;
 
 /// Square root of the smallest normal floating-point number. Squares of lower speeds underflow.
@@ -19,8 +17,7 @@ pub(super) fn rounded(scale: f64) -> f64 {
     ROUNDINGS * f64::EPSILON * scale + SMALLEST
 }
 
-/// Largest acceptable overlap or gap relative to the distance of a discontinuity. A larger value is an error even if it
-/// can be explained by round-off of very large numbers.
+/// Largest acceptable overlap or gap relative to the distance of a discontinuity, even if round-off could be larger.
 const MOST_OF_DISTANCE: f64 = 1e-6;
 
 pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
@@ -30,7 +27,7 @@ pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
 /// Magnitudes that determine the round-off of a particle's flight.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flight {
-    /// Largest coordinate rounded since the last event `[length]`.
+    /// Largest magnitude of the coordinates that were rounded since the last event `[length]`.
     length: f64,
     /// Largest speed since the last event `[length / time]`.
     pub speed: f64,
@@ -56,8 +53,7 @@ impl Flight {
         let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
         let acceleration = world.accelerations[i as usize].norm();
         let speed = velocity.norm() + acceleration * duration;
-        // The rounding error of a time is proportional to the time since its epoch. A prediction may be in an earlier
-        // epoch than its event, so the longer time counts. The verifier also rounds times in the window.
+        // Rounding errors of a time are proportional to the time since its epoch, or to the time in the window.
         let since_epoch = states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
         let times = duration + since_epoch.max(states.elapsed.after(window));
         // Each wrap at a periodic boundary rounds a coordinate once more.
@@ -102,8 +98,8 @@ impl Bounds {
     /// Bounds for a pair at a discontinuity at `distance`.
     ///
     /// The overlap function is a difference of squares, with the round-off of the squared separation at the prediction.
-    /// The separation is at most `distance` plus the distance flown by the two particles since the later of their last
-    /// events. The round-off of the distance is the round-off of the square divided by `distance`.
+    /// The separation was at most `distance` plus the path of the two particles since the later of their last events.
+    /// The round-off of the distance is the round-off of the square divided by `distance`.
     pub fn pair(world: &World, a: &Flight, b: &Flight, distance: f64) -> Self {
         let flown = (a.speed + b.speed) * a.duration.min(b.duration);
         let separation = (distance + flown).min(world.diagonal.max(distance));
@@ -126,8 +122,7 @@ impl Bounds {
         Self { distance, velocity, normal_velocity: velocity, direction: 0.0 }
     }
 
-    /// Bounds at a plane of any orientation. For a triangular face, `slenderness` is the error of its normal in units
-    /// of round-off; for other planes it is 1.
+    /// Bounds at a plane. `slenderness` is the error of the normal in units of round-off, 1 unless the plane is a face.
     pub fn plane(a: &Flight, plane: &Flight, radius: f64, slenderness: f64) -> Self {
         let (velocity, direction) = (a.velocity() + plane.velocity(), rounded(slenderness + plane.turning));
         let distance = rounded((a.length + plane.length) * slenderness + radius);

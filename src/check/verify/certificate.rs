@@ -42,15 +42,13 @@ pub enum End {
         /// Simulated time at which the replay ended.
         time: f64,
     },
-    /// Nothing will ever happen again: no image of a pair, and no particle at a wall or surface, has another event.
+    /// No further event will ever happen.
     Idle,
     /// The caller stopped the verification.
     Interrupted,
-    /// The run has a thermostat, growing particles, a sheared box, or a thermal wall or surface, which the event rule
-    /// does not cover.
+    /// The event rule does not cover the run: thermostat, growth, shear, or a thermal wall or surface.
     Driven,
-    /// Surfaces or gravity change after an equilibration that ends as soon as no observable drifts. The replay cannot
-    /// tell when it ends.
+    /// Surfaces or gravity change after an automatic equilibration, whose end time is unknown to the replay.
     OpenStages,
     /// The run violates the event rule.
     Violated(Violation),
@@ -84,7 +82,7 @@ pub struct Counts {
     pub in_invalid_state: u64,
     /// Completed time windows. Each window starts with a search of all pairs.
     pub windows: u64,
-    /// Number of evaluations of Algorithm 1, for the next event of a pair, or of a particle at a wall or surface.
+    /// Number of evaluations of Algorithm 1.
     pub asked: u64,
 }
 
@@ -110,11 +108,9 @@ pub struct Certificate {
     pub counts: Counts,
     /// Largest deviations in the proof, each divided by its round-off bound.
     pub margins: Margins,
-    /// Largest gap (distance on the valid side of the discontinuity) at an event, relative to the distance of the
-    /// discontinuity or, at walls and surfaces, to the particle radius.
+    /// Largest gap at an event, relative to the distance of the discontinuity, or to the radius at walls and surfaces.
     pub largest_gap: f64,
-    /// Deepest overlap at an event, relative to the distance of the discontinuity or, at walls and surfaces, to the
-    /// particle radius.
+    /// Deepest overlap at an event, relative to the same length as the largest gap.
     pub deepest_overlap: f64,
     /// Reason why the verification ended.
     pub end: End,
@@ -125,8 +121,7 @@ impl Certificate {
         Self { first_event, start, ..Self::default() }
     }
 
-    /// Whether all verified events are proven: no violation was found, the engine did not fail, the replay ended like
-    /// the recorded run, and the scene is supported.
+    /// Whether all verified events are proven: no violation, failure, unsupported scene or other end of the replay.
     #[must_use]
     pub fn is_proven(&self) -> bool {
         !matches!(

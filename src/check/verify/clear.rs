@@ -9,13 +9,12 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 const MOST_PIECES: u32 = 10_000;
 
-/// Factor that makes a computed distance or time large enough in spite of rounding.
+/// Factor by which computed distances and times are increased, so that rounding cannot make them too small.
 const BEYOND: f64 = 1.01;
 
 impl Approach {
-    /// Whether the flight provably has no event at any later time, with coordinates as large as `size`, which are
-    /// rounded `[length]`. Inside a sphere, no proof is needed: [`Self::next_event`] finds the event, unless the pair
-    /// is at rest.
+    /// Whether the flight provably has no later event. The rounded coordinates are as large as `size` `[length]`.
+    /// Inside a sphere, no proof is needed: [`Self::next_event`] finds the event, unless the pair is at rest.
     pub fn is_clear(&self, size: f64) -> bool {
         // The proof needs a constant acceleration, but a surface that oscillates or turns changes it.
         if self.swing.is_some() {
@@ -37,8 +36,7 @@ impl Approach {
         v >= 0.0 || height - deepest > ROUNDING * (size + height.abs() + deepest)
     }
 
-    /// Whether the distance from the centre never decreases. This is certain if the squared distance, as a polynomial
-    /// of the time, has no negative coefficient.
+    /// Whether no coefficient of the squared distance as a polynomial is negative. The distance then never falls.
     fn recedes(&self) -> bool {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         v.dot(r) >= 0.0 && a.dot(r) + v.norm_squared() >= 0.0 && a.dot(v) >= 0.0

@@ -3,7 +3,7 @@ use crate::engine::event::{Event, Other};
 use crate::model::ParticleId;
 use std::fmt;
 
-/// In events, the surfaces of the scene have numbers from here on. Lower numbers are the six walls of the box.
+/// Number of the first surface of the scene in events. Lower numbers denote the six walls of the box.
 const FIRST_SURFACE: u32 = 6;
 
 /// A contact of two particles, or of a particle with a wall of the box or a surface of the scene.

@@ -1,4 +1,4 @@
-//! Proof that a run may end because nothing will ever happen again, from the verifier's own search of all future times.
+//! Proof that no event will ever happen again, by a search of all future times.
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
@@ -44,8 +44,7 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// Searches for a future contact of a particle with a wall; a contact found is an error. Returns a contact that was
-    /// not found but cannot be excluded.
+    /// Fails if a particle will touch a wall. Otherwise, returns a contact that cannot be excluded, if any.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -62,8 +61,7 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Searches for a future contact of a particle with a surface; a contact found is an error. Returns a contact that
-    /// was not found but cannot be excluded.
+    /// Fails if a particle will touch a surface. Otherwise, returns a contact that cannot be excluded, if any.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
@@ -74,7 +72,7 @@ impl Verifier {
         let mut open = None;
         for facet in at_rest.filter(|_| !rests).chain(world.facets.iter().filter(moving)) {
             let is_missed = self.search_facet(facet, i)?;
-            // Only some of the infinitely many images of a feature with ends along a periodic axis are searched.
+            // Along a periodic axis, a feature with ends has infinitely many images. Only some of them are searched.
             let has_images = (0..3).any(|k| world.periods[k] > 0.0 && !facet.is_endless(k));
             if open.is_none() && (has_images || !is_missed) {
                 open = Some(facet.contact(i));
@@ -112,7 +110,7 @@ impl Verifier {
         Ok(false)
     }
 
-    /// Searches for a future event of a pair; an event found is an error. Returns true if an event cannot be excluded.
+    /// Fails if a pair has a future event. Otherwise, returns whether an event cannot be excluded.
     fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
         let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
         let state = self.pairs.get(i, j).unwrap_or(0);
@@ -140,8 +138,7 @@ impl Verifier {
         Fault::EndedEarly { contact, due: self.start_time + (self.before.elapsed.total() + after) }
     }
 
-    /// Searches for the next event of a pair in any of its images, at any time. Coordinates are as large as `size`
-    /// `[length]`.
+    /// Searches for the next event of a pair in all images, at any time. Coordinates are as large as `size` `[length]`.
     fn search_images(&self, nearest: &Approach, distance: f64, size: f64, left: &mut f64) -> Search {
         let (within, mut none) = self.long_enough(nearest, distance, *left);
         let reach = reach_along(&nearest.velocity, &nearest.acceleration, within).add_scalar(distance) * MARGIN;
@@ -158,8 +155,7 @@ impl Verifier {
         soonest.map_or(none, Search::Due)
     }
 
-    /// Returns the time that the search of a pair's images must cover, and the result if it finds no event:
-    /// [`Search::Never`] or [`Search::Open`].
+    /// Returns the time that the search of a pair's images must cover, and the result if there is no event.
     fn long_enough(&self, flight: &Approach, distance: f64, most_images: f64) -> (f64, Search) {
         let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
         let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();
@@ -178,7 +174,7 @@ impl Verifier {
             // The pair moves along one periodic axis only. After one period, the separations of its images repeat.
             return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
         }
-        // The search covers about `along` periods along each axis, so it uses at most about a tenth of `most_images`.
+        // The search covers about `along` periods along each axis; in 3D, these are a tenth of `most_images` images.
         let along = libm::cbrt(0.1 * most_images);
         let time = |&k: &usize| 0.5 * along * self.world.periods[k] / flight.velocity[k].abs().max(f64::MIN_POSITIVE);
         (round.iter().map(time).fold(f64::INFINITY, f64::min), Search::Open)

@@ -1,4 +1,4 @@
-//! Facets: the features of a scene's surfaces, and their images, as discontinuities that a particle approaches.
+//! Facets: the features of surfaces, and their periodic images.
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// Relative rounding error in the test that skips distant features.
 const ROUNDING: f64 = MARGIN - 1.0;
-/// At larger distances from a feature, in units of the particle radius, a gap cannot be due to round-off.
+/// Beyond this distance from a feature, in particle radii, round-off cannot explain a gap.
 const NEAR: f64 = 1.001;
 
 /// A feature of a surface (a point, a line or a plane), or one of its periodic images.
@@ -93,14 +93,14 @@ impl Facet {
         self.bounds[0][axis] == f64::NEG_INFINITY
     }
 
-    /// Returns the flight of a particle towards the facet, which begins at the time `since` in the window.
+    /// Returns the flight of a particle towards the facet. The flight begins at the time `since` in the window.
     pub fn approach(&self, world: &World, states: &States, i: u32, since: f64) -> Approach {
         let (motion, now) = (world.motion(states, i), world.motions.now(&states.elapsed));
         self.approach_in(world.motions.piece(self.surface, &states.elapsed), &motion, now, since)
     }
 
-    /// `piece` is the present piece of the surface's motions; `None` if the surface never moves. The flight begins at
-    /// the simulated time `now`, which is the time `since` in the window.
+    /// `piece` is the current piece of the surface's motions; `None` if the surface never moves. `now` is the simulated
+    /// time at which the flight begins, and `since` is the same time in the window.
     pub fn approach_in(&self, piece: Option<&Piece>, motion: &Motion, now: f64, since: f64) -> Approach {
         let slenderness = self.slenderness;
         let Some(piece) = piece else { return approach_of(&self.feature, slenderness, motion, since) };
@@ -111,9 +111,9 @@ impl Facet {
         Arc::new(Swing::new(passage, slenderness, since)).at(since)
     }
 
-    /// Whether a particle provably never reaches the facet, if the surface continues its present motion for ever.
-    /// `seen` is the motion of the particle in the frame of the surface. `size` adds to the magnitude of rounded
-    /// coordinates at a moving surface `[length]`.
+    /// Whether a particle provably never reaches the facet, if the surface continues its current motion for ever.
+    /// `seen` is the motion of the particle in the frame of the surface. `size` is added to the magnitude of the
+    /// rounded coordinates; it is 0 for a surface at rest `[length]`.
     pub fn is_clear(&self, seen: &Motion, size: f64) -> bool {
         let Motion { position, velocity, acceleration, radius } = *seen;
         let size = size + position.norm() + self.farthest + radius;
@@ -124,7 +124,7 @@ impl Facet {
         if across.foot.is_none() {
             return false;
         }
-        // Behind the face, a particle that never touches the face's plane from behind never reaches the front.
+        // A particle behind the face cannot reach the face if it never touches the plane of the face from behind.
         let height = across.position.x + radius;
         if across.boundary == Boundary::Plane && height < 0.0 {
             let along = |length: f64| Vector::new(length, 0.0, 0.0);
@@ -147,7 +147,7 @@ impl Facet {
     }
 }
 
-/// Returns the flight of a particle towards a feature, in the frame of the surface, from `since` in the window.
+/// Returns the flight towards a feature in the frame of the surface. It begins at the time `since` in the window.
 pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, since: f64) -> Approach {
     let Across { position, velocity, acceleration, barrier } = feature.across(motion);
     let boundary = match barrier {
@@ -162,14 +162,14 @@ pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, 
 }
 
 impl World {
-    /// Returns the motion of a particle, for an image at most half a period outside the box, where facets are complete.
+    /// Returns the motion of a particle. Facets have images only near the box, so the particle is moved into the box.
     pub fn motion(&self, states: &States, i: u32) -> Motion {
         let at = i as usize;
         let (position, velocity) = (self.brought_back(states.positions[at]), states.velocities[at]);
         Motion { position, velocity, acceleration: self.accelerations[at], radius: self.radius(i) }
     }
 
-    /// Returns the facets that a particle may reach within `time`, of the surfaces that interact with it in this stage.
+    /// Returns the facets that a particle may reach within `time`, if their surfaces interact with it in this stage.
     pub fn facets_near<'a>(&'a self, states: &States, i: u32, time: f64) -> impl Iterator<Item = &'a Facet> + use<'a> {
         let motion = self.motion(states, i);
         let Motion { position, velocity, acceleration, radius } = motion;

@@ -2,7 +2,7 @@
 
 use crate::check::reference::{Extents, Polynomial};
 
-/// The foot of a particle during a flight, by its distances from the ends of the feature.
+/// The foot of a particle during a flight, given by its distances from the ends of the feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Foot {
     /// Distances of the foot from the ends, negative beyond an end, as polynomials of the time in the flight.
@@ -16,8 +16,7 @@ impl Foot {
         self.extents.map(|extent| Polynomial::new(&extent))
     }
 
-    /// Returns the distance of the foot from the nearest end, a time `dt` after the start of the flight; negative
-    /// beyond the end `[length]`.
+    /// Distance of the foot from the nearest end at a time in the flight, negative beyond the end `[length]`.
     pub fn within(&self, dt: f64) -> f64 {
         self.extents.iter().map(|[at, rate, bend]| (bend * dt + rate) * dt + at).fold(f64::INFINITY, f64::min)
     }

@@ -169,9 +169,8 @@ impl Verifier {
         Err(fault.unwrap_or(unknown))
     }
 
-    /// Returns the features of a surface that a particle may touch, nearest first. Where several features meet,
-    /// rounding decides which feature the engine uses. If no feature is near, returns all features on which the
-    /// particle's foot lies, because an error reports the distance from the nearest feature.
+    /// Returns the features of a surface that a particle may touch, nearest first. Rounding decides which of them the
+    /// engine uses. If none is near, returns all features onto which the particle projects, for the error message.
     fn meetings(&self, contact: Contact, surface: u32) -> Vec<Meeting> {
         let Some(i) = contact.particles().next() else { return Vec::new() };
         let motion = self.world.motion(&self.before, i);
@@ -249,16 +248,14 @@ impl Verifier {
         if gap.is_nan() || gap > bound {
             return Err(Fault::Early { contact, gap, bound });
         }
-        // If the particles already separate, the gap has grown by `missed` since its minimum. Because of round-off, an
-        // event may be slightly later than the minimum.
+        // Because of round-off, an event may be after the minimum of the gap, which has then grown by `missed`.
         let missed = closing * closing / (2.0 * approach.curvature());
         if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });
         }
         self.proof.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
         self.proof.counts.in_invalid_state += u64::from(gap < -bound);
-        // An overlap beyond the bound existed when the event was due, because `settle` has checked that it did not
-        // grow.
+        // An overlap beyond the bound is permitted: `settle` has checked that it has not grown since the event was due.
         if gap.abs() <= bound {
             if is_without_digits(gap, unit) {
                 return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });

@@ -12,15 +12,13 @@ use std::f64::consts::TAU;
 
 /// Rounding error of a simulated time, relative to its magnitude.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
-/// Longest window, in periods of an oscillation and in turns of a rotation. Bounds on the motion are useless in a
-/// longer window.
+/// Longest window, in periods of an oscillation and in turns of a rotation.
 const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
-/// Longest interval of an oscillation or rotation in the proof that nothing will ever happen, in units of the longest
-/// window.
+/// Longest interval that is searched at the end of a run, in units of the longest window.
 const MOST_SEARCHED: f64 = 1e3;
-/// The engine searches for a contact with an oscillating or rotating surface in time steps. The smallest step is the
-/// round-off of a sum of times. One of these times is this fraction of a period.
+/// The engine resolves contact times at an oscillating or rotating surface to the round-off of a sum of times. One term
+/// of this sum is this fraction of a period.
 const RESOLVED: f64 = 0.125;
 
 #[derive(Debug, Default)]
@@ -31,10 +29,9 @@ pub(super) struct Motions {
     timelines: Vec<Option<Timeline>>,
 }
 
-/// A particle beside a surface, with the present piece of the surface's motions.
+/// A particle beside a surface, with the current piece of the surface's motions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beside<'a> {
-    /// Piece of the surface's motions; `None` if the surface never moves.
     pub piece: Option<&'a Piece>,
     /// Motion of the particle in the frame of the box.
     pub motion: Motion,
@@ -55,8 +52,8 @@ pub(super) struct Carried {
 
 /// Magnitudes that determine the rounding errors at a moving surface.
 ///
-/// Positions and velocities of the surface depend on the simulated time, and so on its rounding error. At an
-/// oscillating or rotating surface, contact times also have the round-off of a fraction of a period.
+/// Positions and velocities of the surface are computed from the simulated time, and contain its rounding error. At an
+/// oscillating or rotating surface, contact times also contain the rounding error of a fraction of a period.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sway {
     /// Scale of coordinates `[length]`.
@@ -72,7 +69,6 @@ pub(super) struct Sway {
 }
 
 impl Motions {
-    /// `start_time` is the simulated time at which the elapsed time is 0.
     pub fn of(surfaces: &[SceneSurface], start_time: f64) -> Self {
         let timeline = |surface: &SceneSurface| surface.moves().then(|| Timeline::of(&surface.motions));
         let all: Vec<Option<Timeline>> = surfaces.iter().map(timeline).collect();
@@ -92,8 +88,7 @@ impl Motions {
         self.timelines.get(surface as usize)?.as_ref()
     }
 
-    /// Returns a bound on the rounding error of the simulated time `now` `[time]`. Within it, a motion may or may not
-    /// have begun.
+    /// Returns a bound on the rounding error of the simulated time `now` `[time]`.
     fn rounding(&self, now: f64) -> f64 {
         ROUNDINGS * (now.abs() + self.start_time.abs())
     }
@@ -112,8 +107,8 @@ impl Motions {
         std::iter::successors(self.piece(surface, elapsed), next)
     }
 
-    /// Returns a particle beside a surface, for the present piece of the surface's motions and, if the piece may be
-    /// over because of rounding, also for the next piece.
+    /// Returns a particle beside a surface, with the current piece of the surface's motions. If rounding leaves open
+    /// whether the next piece has begun, returns the particle with each of the two pieces.
     pub fn beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Vec<Beside<'_>> {
         let now = self.now(elapsed);
         let Some(timeline) = self.timeline(surface) else {
@@ -138,8 +133,7 @@ impl Motions {
         pieces.map(steady).fold(f64::INFINITY, f64::min)
     }
 
-    /// For each moving surface, the box that a particle may sweep within `time`, in the frame of the surface. Empty if
-    /// no surface moves.
+    /// For each moving surface, the box that a particle may sweep within `time`, in the frame of the surface.
     pub fn swept(&self, motion: &Motion, elapsed: &Elapsed, time: f64) -> Vec<Option<[Vector; 2]>> {
         let now = self.now(elapsed);
         let of = |surface: u32| {
@@ -162,7 +156,7 @@ impl Motions {
             length += position.amax();
         }
         // Bounds on the motion of the surface: speed, acceleration, relative rate of change of the acceleration, and
-        // angular velocity. `resolved` is a time whose round-off adds to the error of contact times.
+        // angular velocity. The error of contact times contains the round-off of the time `resolved`.
         let (speed, push, rate, turning, resolved) = match piece.kind {
             None => (0.0, 0.0, 0.0, 0.0, 0.0),
             Some(MotionKind::Translation { velocity, acceleration }) => {
@@ -200,14 +194,13 @@ fn longest(piece: &Piece) -> f64 {
     }
 }
 
-/// Whether a time interval in a piece of a motion is short enough to be searched completely for events. Only
-/// oscillations and rotations have a limit.
+/// Whether a time interval in a piece of a motion is short enough for a complete search for events.
 pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
     time <= MOST_SEARCHED * longest(piece)
 }
 
-/// Returns an upper bound on the displacement along each axis within `time` of a particle whose motion in the frame of
-/// a surface is `seen` `[length]`.
+/// Returns an upper bound on the displacement of a particle along each axis within `time`, in the frame of a surface
+/// `[length]`. `seen` is the particle's motion in this frame.
 fn path(piece: &Piece, motion: &Motion, seen: &Motion, time: f64) -> Vector {
     let Motion { position, velocity, acceleration, .. } = motion;
     let flown = reach(velocity, acceleration, time);
@@ -240,7 +233,7 @@ impl Beside<'_> {
         self.piece.map_or(self.motion, |piece| self.motion.seen(piece, self.now))
     }
 
-    /// Touches a facet. Directions are along the axes of the box.
+    /// Returns the contact with a facet, with directions in the frame of the box.
     pub fn contact(&self, facet: &Facet) -> Touch {
         let touch = facet.feature.contact(&self.seen().position);
         let Some(piece) = self.piece else { return touch };

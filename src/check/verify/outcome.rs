@@ -18,7 +18,7 @@ use crate::model::ContactLaw;
 pub(super) struct Encounter<'a> {
     pub world: &'a World,
     pub event: &'a Event,
-    /// States at the time of the event: `before` it, from free flights, and `after` it.
+    /// States just before the event, from free flights, and recorded states just after the event.
     pub before: &'a States,
     pub after: &'a States,
     pub bounds: Bounds,
@@ -31,7 +31,7 @@ pub(super) struct Encounter<'a> {
 struct Bend {
     /// Radius of curvature of the barrier: infinite for a plane, negative for a barrier around the particle `[length]`.
     radius: f64,
-    /// Direction of a barrier that is a line, along which it is not curved.
+    /// Direction of the line if the barrier surrounds a line. The barrier has no curvature in this direction.
     along: Option<Vector>,
     /// Acceleration relative to the partner or the surface, and the magnitude of its terms `[length / time^2]`.
     acceleration: Vector,
@@ -159,9 +159,8 @@ impl Encounter<'_> {
 
     /// Adjusts the round-off bounds to the velocities after the event.
     ///
-    /// With the reduced mass `mu`, the normal velocities `vn` and `vn'` before and after the event, and the energy step
-    /// `dU`, the impulse is `mu |vn' - vn|`, and `vn'^2` is at most `vn^2 + 2 |dU| / mu`. A deep well makes both
-    /// particles much faster, and a heavy particle makes a light partner much faster. In the TC model, the impulse may
+    /// With the reduced mass `mu`, the normal velocity `vn` before and `vn'` after the event, and the energy step `dU`,
+    /// the impulse is `mu |vn' - vn|`, and `vn'^2` is at most `vn^2 + 2 |dU| / mu`. In the TC model, the impulse may
     /// depend on the whole relative velocity instead of `vn`.
     fn expect_gain(&mut self, motion: &Motion, seen: &Step) {
         let step = if seen.is_barrier() { 0.0 } else { 2.0 * seen.energy.abs() / motion.reduced_mass };
@@ -176,7 +175,7 @@ impl Encounter<'_> {
     }
 
     /// Returns the outcome that the energies require, and whether the pair crosses the discontinuity. If the energies
-    /// are equal within round-off, the pair crosses if it does so in `found`.
+    /// are equal within round-off, the outcome `found` decides.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),
@@ -192,7 +191,7 @@ impl Encounter<'_> {
         (if crosses { crossing } else { Outcome::Bounce }, crosses)
     }
 
-    /// Checks a contact with a barrier. `arriving` are the round-off bounds before the contact.
+    /// Checks a contact with a barrier. `arriving` contains the round-off bounds before the contact.
     fn check_barrier(
         &mut self,
         motion: &Motion,
@@ -251,8 +250,7 @@ impl Encounter<'_> {
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
     }
 
-    /// Checks that the velocities change only by the impulse along the normal and by `turned`, the change of the
-    /// relative tangential velocity.
+    /// Checks that the velocities change only by the normal impulse and by `turned`, a tangential change.
     fn check_velocities(&mut self, motion: &Motion, turned: &Vector, turned_bound: f64) -> Result<(), Fault> {
         let mu = motion.reduced_mass;
         let change = |p: &u32| self.after.velocities[*p as usize] - self.before.velocities[*p as usize];
@@ -278,9 +276,8 @@ impl Encounter<'_> {
         Ok(())
     }
 
-    /// Checks that the kinetic energy, in the frame of the barrier, changes only by the energy step and the dissipated
-    /// energy. A moving surface does no work in its own frame. `speed_bound` is the uncertainty of the speed after the
-    /// contact.
+    /// Checks that the kinetic energy changes only by the energy step and the dissipated energy. In its own frame, a
+    /// moving surface does no work. `speed_bound` is the uncertainty of the speed after the contact.
     fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64) -> Result<(), Fault> {
         let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
         let mut work = 0.0;

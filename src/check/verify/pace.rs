@@ -31,15 +31,14 @@ impl Pace {
     }
 
     /// Returns the length of a window that begins now and should contain the next event, a time `next` later `[time]`.
-    /// Few images must be searched, so the fastest particle must not travel around a periodic box within the window.
+    /// To limit the number of images, the window ends before the fastest particle can travel around a periodic box.
     pub fn length(&self, world: &World, states: &States, next: f64) -> f64 {
         let wanted = if self.target.is_finite() { self.target.max(1.01 * next) } else { 1.01 * next };
         round_the_box(world, states, &world.moving, wanted).min(wanted)
     }
 }
 
-/// Returns the time in which the fastest of the given particles may travel around a periodic box; infinity if this
-/// takes longer than `within`.
+/// Returns the time in which a particle may travel around a periodic box; infinity if it exceeds `within`.
 pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], within: f64) -> f64 {
     let shortest = world.shortest_period;
     let time = |&i: &u32| {

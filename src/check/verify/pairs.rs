@@ -9,12 +9,11 @@ use crate::model::ParticleId;
 use crate::model::potential::Potential;
 use std::collections::BTreeMap;
 
-/// A pair at the start, when its distance decides its state.
+/// A pair at the start of the check. Its initial pair state follows from its distance.
 struct Start {
     distance: f64,
     /// Scalar product of separation and relative velocity: positive if the two particles move apart.
     parting: f64,
-    /// Round-off bound of the distance `[length]`.
     rounding: f64,
 }
 
@@ -28,9 +27,8 @@ impl Start {
         Self { distance: apart.norm(), parting, rounding: rounded(largest) }
     }
 
-    /// Returns the state of the pair: the number of potential radii larger than its distance. If the distance equals a
-    /// radius within round-off, the pair is inside the radius if the particles approach, and outside if they move
-    /// apart.
+    /// Returns the number of potential radii larger than the distance. If the distance equals a radius within
+    /// round-off, the pair is inside if the particles approach, and outside if they move apart.
     fn state(&self, potential: &Potential) -> usize {
         let captured = |radius: f64| match (self.distance - radius).abs() <= self.rounding {
             true if self.parting < 0.0 => true,
@@ -45,7 +43,7 @@ impl Start {
 
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
-    /// Pair states of each particle, by partner. Each pair is stored for both particles; state 0 only for bonds.
+    /// Pair states by particle and partner. Each pair is stored for both particles. Only bonds are stored in state 0.
     states: Vec<BTreeMap<u32, usize>>,
 }
 
@@ -72,7 +70,7 @@ impl Pairs {
         pairs
     }
 
-    /// Takes pair states from a list of captured pairs. All other pairs are uncaptured.
+    /// Reads pair states from a list of captured pairs. All other pairs are uncaptured.
     ///
     /// # Errors
     /// [`Fault::Unknown`] if a pair cannot be in the given state.

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 const CHUNK: u64 = 100_000;
 /// Number of events between two calls of `watch` within the range.
 const FEW: u64 = 64;
-/// Number of engine steps, a few tens of milliseconds, after which `watch` is called even if few events have happened.
+/// Number of engine steps between two calls of `watch` if few events happen.
 const STEPS: u64 = 20_000;
 
 /// The range of events to prove.
@@ -70,9 +70,8 @@ impl VerifyProgress {
 
 /// Replays a scene and proves a range of its events.
 ///
-/// The replay ends at the planned end of the run. `watch` is called repeatedly, and a break ends the replay at once. If
-/// the range begins later, the initial pair states come from the engine. All later pair states follow from the events
-/// alone.
+/// The replay ends at the planned end of the run, or if `watch` breaks. Unless the range begins with the first event,
+/// the engine provides the initial pair states. All later pair states follow from the events alone.
 #[must_use]
 pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, None, watch)
@@ -80,9 +79,8 @@ pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate 
 
 /// Replays a finished run and proves a range of its events.
 ///
-/// Unlike with [`verify`], the replay ends at the recorded end of the run, so the run may contain an equilibration that
-/// ended as soon as no observable drifted. If the number of events or the time at the end differs from the record, the
-/// certificate has the end [`End::Departed`].
+/// Unlike with [`verify`], the replay ends at the recorded end of the run, so automatic equilibrations are possible. If
+/// the number of events or the end time differs from the record, the certificate has the end [`End::Departed`].
 #[must_use]
 pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, Some(ended), watch)
@@ -128,7 +126,7 @@ fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Wat
 
 struct Replay<'w> {
     simulation: Simulation,
-    /// States after the last event, not updated while events before the range are skipped.
+    /// Particle states after the last event. They are not updated while events before the range are skipped.
     states: States,
     range: EventRange,
     watch: Watch<'w>,
@@ -172,9 +170,8 @@ impl Replay<'_> {
         self.ends.map(|ends| recorded.map_or(ends, |recorded| ends.or(recorded)))
     }
 
-    /// Returns how far the replay may advance in its next step, or `None` at the recorded end of the run. The replay
-    /// executes the recorded number of events, and then advances to the recorded time. An event before this time shows
-    /// that the replay departs from the run.
+    /// Returns how far the replay may advance, or `None` at the recorded end of the run. The replay executes the
+    /// recorded number of events, and then advances to the recorded time.
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
@@ -195,8 +192,7 @@ impl Replay<'_> {
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
                 return End::Departed { recorded, events, time };
             }
-            // The recorded run ended before its planned number of events, because it was stopped or nothing could
-            // happen.
+            // A run with fewer events than planned was stopped, or nothing could happen.
             let limit = &self.simulation.scene().run.limit;
             let is_early = limit.time.is_none() && limit.events.is_some_and(|planned| events < planned);
             if is_early && self.simulation.is_over() {

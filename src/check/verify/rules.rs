@@ -30,7 +30,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// Discontinuity of a pair in a state: the inner one for [`Side::Positive`], the outer one for [`Side::Negative`].
+    /// Returns the inner ([`Side::Positive`]) or the outer ([`Side::Negative`]) discontinuity of a pair in a state.
     pub fn seen(potential: &Potential, state: usize, side: Side) -> Option<Self> {
         let (radii, energies) = (potential.radii(), potential.energies());
         let (radius, beyond) = match side {

@@ -7,15 +7,15 @@ use crate::model::{Equilibration, RunPlan, SceneSurface, StagePlan, Until};
 /// A time interval of a run: the equilibration or the measurement of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stretch {
-    /// Name of the stage, which decides which surfaces exist.
+    /// Name of the stage. The stage determines which surfaces are present.
     pub stage: String,
     /// Gravitational acceleration in the interval; `None` keeps the previous value `[length / time^2]`.
     pub gravity: Option<Vector>,
     pub limit: Until,
 }
 
-/// Returns the intervals of a run in reverse order. `None` if surfaces or gravity change after an equilibration that
-/// ends as soon as no observable drifts.
+/// Returns the intervals of a run in reverse order. `None` if surfaces or gravity change after an automatic
+/// equilibration, whose end is unknown.
 pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<Stretch>> {
     let all = stretches(plan);
     let first_open = all.iter().position(|(_, is_open)| *is_open);
@@ -30,15 +30,14 @@ pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<
     }
     let planned = all.iter().take(first_open.unwrap_or(all.len())).map(|(stretch, _)| stretch);
     let mut ends: Vec<Stretch> = planned.filter(|stretch| stretch.limit != Until::default()).cloned().collect();
-    // The last interval has no limit if it ends when no observable drifts, or if no interval has a limit.
+    // The last interval has no limit if it is an automatic equilibration, or if no interval has a limit.
     let open = first_open.and_then(|at| all.get(at)).or(if ends.is_empty() { all.last() } else { None });
     ends.extend(open.map(|(stretch, _)| Stretch { limit: Until::default(), ..stretch.clone() }));
     ends.reverse();
     Some(ends)
 }
 
-/// Returns the equilibration and the measurement of each stage in order, with or without a limit. The flag is set for
-/// an equilibration that ends as soon as no observable drifts.
+/// Returns the equilibration and the measurement of each stage, in order. The flag marks automatic equilibrations.
 fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
     let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Until| {
         let stretch = |limit| Stretch { stage: name.to_owned(), gravity, limit };

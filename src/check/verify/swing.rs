@@ -1,6 +1,5 @@
 //! The motion of a particle beside a surface that oscillates or turns. Distances are not polynomials of the time, so
-//! contacts and the smallest gap are found by bisection, from positions at given times. Time intervals are skipped if
-//! bounds on speed and acceleration exclude a contact and the smallest gap.
+//! contacts and smallest gaps are found by bisection. Bounds on speed and acceleration exclude most time intervals.
 
 use super::approach::Approach;
 use super::facet::approach_of;
@@ -9,9 +8,8 @@ use std::sync::Arc;
 
 /// Tolerance of the smallest gap, relative to the magnitude of coordinates.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
-/// Largest number of intervals in one search for the next event. A search that reaches this limit returns the time that
-/// it has reached, as if an event were due, and later continues from there. This happens if a particle stays on a
-/// surface, because rounding alone decides whether the particle comes closer.
+/// Largest number of intervals in one search for the next event. A particle that stays on a surface may exceed it. The
+/// search then returns the time that it has reached, and later continues from there.
 const MOST_LOOKS: u64 = 1 << 17;
 
 /// A particle beside a feature of a surface that oscillates or turns.
@@ -44,8 +42,7 @@ impl Swing {
         found.filter(|_| from <= until).map(|after| self.since + after)
     }
 
-    /// Returns the smallest gap between two times in the window. The gap at the first time always counts. Later gaps
-    /// count only while the particle's foot is on the feature.
+    /// Returns the smallest gap between two times in the window. After the first time, only gaps on the feature count.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         let mut lowest = self.snapshot(from).gap_now();
         let end = self.snapshot(to);

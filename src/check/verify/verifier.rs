@@ -16,18 +16,17 @@ use crate::model::{ParticleId, Scene};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-/// Proves each event of a sequence from the events and states alone. [`Verifier::witness`] receives each event with the
-/// states after it. No predictions, cells or stored data of an engine are used; only [`Verifier::resume`] receives
-/// initial pair states.
+/// Proves a sequence of events from the events and the states after them, which [`Verifier::witness`] receives. No
+/// other data of an engine are used, except for the initial pair states in [`Verifier::resume`].
 #[derive(Debug)]
 pub struct Verifier {
     pub(super) world: World,
     pub(super) pairs: Pairs,
     /// Last contact times for the TC model; `None` if the model is off.
     pub(super) contacts: Option<ContactMemory>,
-    /// States after the last event, as received.
+    /// States after the latest event, as received.
     pub(super) states: States,
-    /// States at the time of the current event, from free flights since the last event.
+    /// States just before the current event, after free flights from the states after the previous event.
     pub(super) before: States,
     pub(super) last_event: Vec<Elapsed>,
     pub(super) window: Window,
@@ -96,7 +95,7 @@ impl Verifier {
         })
     }
 
-    /// Proves that an event is the next event of the run and has the right outcome. `after` are the states after it.
+    /// Proves that an event, which leads to the states `after`, is the next event and has the right outcome.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -104,7 +103,7 @@ impl Verifier {
         self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
     }
 
-    /// Works like [`Self::witness`], but calls `watch` repeatedly, and ends with [`Fault::Interrupted`] on a break.
+    /// Like [`Self::witness`], but calls `watch` repeatedly. Ends with [`Fault::Interrupted`] if `watch` breaks.
     pub(super) fn witness_watched(
         &mut self,
         event: &Event,
@@ -145,7 +144,7 @@ impl Verifier {
     }
 
     /// Proves that no event was due up to the time of the states `now`, and that free flights lead to these states.
-    /// Calls `watch` repeatedly, and ends with [`Fault::Interrupted`] on a break.
+    /// Calls `watch` repeatedly, and ends with [`Fault::Interrupted`] if `watch` breaks.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -155,7 +154,7 @@ impl Verifier {
         self.check_flights(now, |_| false)
     }
 
-    /// Adds and removes surfaces at the start of a stage, in the states `now`.
+    /// Adds and removes surfaces at the start of a stage, when the particles are in the states `now`.
     ///
     /// # Errors
     /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
@@ -168,7 +167,7 @@ impl Verifier {
         self.look_anew()
     }
 
-    /// Gives all moving particles another acceleration, in the states `now`.
+    /// Changes the acceleration of all moving particles when they are in the states `now`.
     ///
     /// # Errors
     /// [`Fault::Jumped`] or [`Fault::Disturbed`] if free flights do not lead to these states, [`Fault::TooFast`] if a
@@ -187,7 +186,7 @@ impl Verifier {
         self.look_anew()
     }
 
-    /// Opens a new window at the present time, because surfaces or accelerations have changed.
+    /// Opens a new window at the current time, because surfaces or accelerations have changed.
     fn look_anew(&mut self) -> Result<(), Fault> {
         self.overdue.clear();
         self.proof.counts.asked += self.window.asked;
@@ -196,8 +195,7 @@ impl Verifier {
         Ok(())
     }
 
-    /// Advances to a time, and proves that all events due before it have been executed. `executed` is the contact of
-    /// the event at this time, if there is one.
+    /// Advances to a time and proves that no earlier event is missing. `executed` is the contact at this time, if any.
     fn pass_to(
         &mut self,
         elapsed: &Elapsed,
@@ -220,8 +218,7 @@ impl Verifier {
     }
 
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
-        // `end` is computed from the epoch of the latest states. An earlier epoch, in which the window may have
-        // started, would make it less accurate.
+        // The end is counted from the epoch of the latest states, because times far from an epoch are inaccurate.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
@@ -250,7 +247,7 @@ impl Verifier {
         }
     }
 
-    /// Checks that no contact that was due before a time in the window has a larger overlap than when it was due.
+    /// Checks the contacts that were due before a time in the window: no overlap has grown since its contact was due.
     fn settle(&mut self, time: f64, executed: Option<Contact>) -> Result<(), Fault> {
         let overdue = std::mem::take(&mut self.overdue);
         let known = overdue.len();
@@ -260,7 +257,7 @@ impl Verifier {
             }
             let contact = due.claim.contact;
             let bound = self.bounds(&contact, &due.approach, &self.flights(&contact)).distance;
-            // A gap within round-off counts as 0. Otherwise an overlap could grow by round-off at each of many steps.
+            // A gap within round-off is treated as 0. Otherwise, many steps could increase an overlap by round-off.
             let from = due.approach.gap(due.time);
             let from = if from.abs() <= bound { 0.0 } else { from };
             let deeper = from - due.approach.lowest(due.time, time);
@@ -283,7 +280,7 @@ impl Verifier {
         Ok(())
     }
 
-    /// Keeps a contact that is overdue by round-off. If the particles separate, searches for their next event.
+    /// Adds the contact to `overdue` if the particles still approach. Otherwise, searches for their next event.
     fn wait(&mut self, due: Due, time: f64) {
         if due.approach.closing(time) > 0.0 && due.approach.is_on(time) {
             self.overdue.push(due);

@@ -18,11 +18,11 @@ pub enum Quantity {
     Momentum,
     /// Kinetic energy, compared with the energy step and the dissipated energy `[energy]`.
     Energy,
-    /// Dissipated energy, compared with the energy loss that the restitution demands `[energy]`.
+    /// Dissipated energy, compared with the energy loss that the restitution requires `[energy]`.
     Dissipation,
     /// Energy step of the event, compared with the energy step of the discontinuity `[energy]`.
     EnergyStep,
-    /// Impulse divided by the reduced mass, compared with the demanded change of velocity `[length / time]`.
+    /// Impulse divided by the reduced mass, compared with the required change of velocity `[length / time]`.
     Impulse,
     /// Relative normal velocity after the event, if its direction does not fit the outcome `[length / time]`.
     Direction,
@@ -43,8 +43,7 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// Kind of a violation. Lengths are in `[length]`, speeds in `[length / time]`. A `bound` is the largest value that
-/// round-off can explain.
+/// Kind of a violation, with values in `[length]` or `[length / time]`. Round-off can explain values up to `bound`.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Fault {
@@ -101,7 +100,7 @@ pub enum Fault {
     Unknown {
         /// The contact.
         contact: Contact,
-        /// Its distance.
+        /// Distance of the event.
         distance: f64,
         /// State of the pair.
         state: usize,
@@ -123,7 +122,7 @@ pub enum Fault {
         contact: Contact,
         /// The quantity.
         quantity: Quantity,
-        /// By how much.
+        /// Deviation of the quantity.
         by: f64,
         /// Round-off bound.
         bound: f64,
@@ -133,7 +132,7 @@ pub enum Fault {
     Disturbed {
         /// The particle.
         particle: ParticleId,
-        /// By how much.
+        /// Change of the velocity.
         by: f64,
     },
     /// The position of a particle differs from the position after its free flight.
@@ -154,11 +153,10 @@ pub enum Fault {
     TooFast {
         /// The particle.
         particle: ParticleId,
-        /// Its speed.
+        /// Speed of the particle.
         speed: f64,
     },
-    /// A gap or overlap is far too large, although it is within its round-off bound, because the numbers have too few
-    /// digits.
+    /// A gap or overlap is far too large, but in numbers of this size, round-off can explain it.
     #[error(
         "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
         and so nothing can be proven"
@@ -171,7 +169,7 @@ pub enum Fault {
         /// Distance of the discontinuity `[length]`.
         distance: f64,
     },
-    /// The run ended although an event is still due.
+    /// The run ended although an event was due.
     #[error("the run ended because nothing would happen any more, but {contact} are due at t = {due}")]
     EndedEarly {
         /// The contact.

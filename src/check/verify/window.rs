@@ -1,8 +1,8 @@
 //! A window of simulated time, with all events that Algorithm 1 predicts in it.
 //!
-//! All pairs are searched at the start of the window. Pairs that are too far apart to meet within the window are
-//! skipped, and for all other pairs the next event is computed. An event changes the flights of two particles. Their
-//! predicted events become void, and their pairs with all other particles are searched again.
+//! At the start of the window, the next events of all pairs are computed, except for pairs that are too far apart to
+//! meet within the window. An event changes the flights of its particles. Their predicted events become invalid, and
+//! their next events are computed again.
 
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
@@ -16,10 +16,9 @@ use crate::model::ParticleId;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Safety factor for lengths in the test that skips distant pairs. It exceeds their rounding errors by far.
+/// Safety factor for lengths in the test that skips distant pairs, far above their rounding errors.
 pub(super) const MARGIN: f64 = 1.0 + 1e-12;
-/// Largest number of images of one pair that are searched. There are usually at most six along each axis, because no
-/// particle travels around the box within a window, and interactions reach at most half a period.
+/// Largest number of images of one pair that are searched. Usually there are at most six along each axis.
 const MOST_IMAGES: f64 = 4096.0;
 
 /// A predicted event.
@@ -58,7 +57,6 @@ impl Ord for Due {
 pub(super) struct Window {
     pub origin: Elapsed,
     pub length: f64,
-    /// Number of executed events in the window.
     pub events: u64,
     /// Number of evaluations of Algorithm 1 in the window.
     pub asked: u64,
@@ -108,7 +106,7 @@ impl Window {
         self.length = self.length.min(time);
     }
 
-    /// Makes the predicted events of particles void, because their flights have changed.
+    /// Invalidates the predicted events of particles whose flights have changed.
     pub fn forget(&mut self, particles: impl Iterator<Item = u32>) {
         for particle in particles {
             self.versions[particle as usize] = self.versions[particle as usize].wrapping_add(1);

@@ -34,25 +34,21 @@ pub(super) struct World {
     /// Interactions of bonded pairs, with the lower id first.
     pub bonds: BTreeMap<(u32, u32), InteractionId>,
     pub walls: Vec<Wall>,
-    /// Features of all surfaces of the scene, with their periodic images.
     pub facets: Vec<Facet>,
     pub motions: Motions,
-    /// For each species and each surface, whether the two interact in the present stage.
+    /// For each species and each surface, whether the two interact in the current stage.
     meetings: Vec<Vec<bool>>,
     /// Lengths of the box along periodic axes, 0 along other axes `[length]`.
     pub periods: Vector,
     /// The shortest period; infinite if no axis is periodic `[length]`.
     pub shortest_period: f64,
-    /// Upper bound on the distance between particles: the diagonal of a fully periodic box, otherwise infinite
-    /// `[length]`.
+    /// Diagonal of a fully periodic box, otherwise infinite `[length]`.
     pub diagonal: f64,
     /// Largest distance at which an uncaptured pair interacts `[length]`.
     pub longest_range: f64,
     /// Largest range of the interactions, or the largest diameter of a moving particle if longer `[length]`.
     pub longest_length: f64,
-    /// Largest coordinate of any wall `[length]`.
     pub farthest_wall: f64,
-    /// Largest coordinate of any facet `[length]`.
     pub farthest_facet: f64,
     /// Whether any pair can be in a state other than 0.
     pub has_states: bool,
@@ -61,7 +57,6 @@ pub(super) struct World {
 }
 
 impl World {
-    /// `start_time` is the simulated time at which the elapsed time is 0.
     pub fn new(scene: &Scene, start_time: f64) -> Self {
         let species: Vec<&Species> =
             (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();
@@ -130,7 +125,7 @@ impl World {
         self.inverse_masses[i as usize] == 0.0
     }
 
-    /// Whether a search that visits each pair once visits the moving particle `i` and the particle `j` in this order.
+    /// Whether a loop over all moving `i` and all `j` must include this pair, in order to include each pair once.
     pub fn is_first(&self, i: u32, j: u32) -> bool {
         i < j || (i > j && self.is_static(j))
     }
@@ -168,7 +163,7 @@ impl World {
         self.shortest(states.positions[i as usize] - states.positions[j as usize])
     }
 
-    /// Returns the nearest image of a separation vector, however long it is.
+    /// Returns the nearest image of a separation vector of any length.
     pub fn shortest(&self, mut apart: Vector) -> Vector {
         for k in 0..3 {
             let period = self.periods[k];

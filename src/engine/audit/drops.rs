@@ -1,16 +1,11 @@
-//! Skipped contacts: a pair, or a particle and a wall, flies on into an overlap, and the audit has to find
-//! it.
+//! Tests that the audit finds skipped contacts.
 //!
-//! Each scene runs for a number of events. Then the next contact is skipped: the predictions of its particles
-//! are postponed to a time at which the overlap has a given depth. This depth is chosen at random over eleven
-//! orders of magnitude. Until then the engine runs as usual, including cell transitions and the events of other
-//! particles. One of the particles may meet another particle or a wall first. The skipped contact is then due
-//! at once, as if a prediction had missed it. Or the particles are driven apart, and none of their events can
-//! reveal the overlap. These cases are counted separately.
+//! Each scene runs for some events. Then the next contact is delayed, until the particles overlap. The relative depth
+//! of the overlap is random, over eleven orders of magnitude. The engine runs as usual in the meantime, so another
+//! event may disturb the particles and even drive them apart. Such cases are counted separately.
 //!
-//! An overlap deeper than round-off must be counted at an event, without a search over all pairs. The test
-//! computes round-off independently, with twice as many roundings, and from all motion since the start of the
-//! scene.
+//! An overlap deeper than round-off must be counted at an event. The test has its own bound on round-off, which assumes
+//! twice as many roundings and includes all motion since the start of the scene.
 //!
 //! `CAROM_DROPS` is the number of scenes (20 unless given): `CAROM_DROPS=1000 cargo test --release --lib drops -- --nocapture`.
 
@@ -32,17 +27,17 @@ mod scenes;
 use scenes::Dice;
 
 struct Dropped {
-    /// Depth of the overlap when the delayed contact was executed, relative to the distance of the discontinuity.
+    /// Depth of the overlap at the first event after the delay, relative to the distance of the discontinuity.
     depth: f64,
     /// Largest relative depth that round-off can cause.
     round_off: f64,
-    /// Whether the particle or its partner had another event before the delayed contact.
+    /// True if another event came before the delayed contact.
     is_disturbed: bool,
-    /// Whether the engine counted an event in an invalid state after the contact was skipped.
+    /// True if the engine counted the overlap.
     is_found: bool,
 }
 
-/// A contact to be skipped: its particles, its time, and the growth of the overlap after it.
+/// A contact to be skipped.
 struct Passing {
     /// The particle and its partner. For a surface, the particle is listed twice.
     who: [u32; 2],
@@ -51,7 +46,7 @@ struct Passing {
     distance: f64,
     /// Depth of the overlap relative to the distance, as a function of the time since the skipped contact.
     depth: Box<dyn Fn(f64) -> f64>,
-    /// How long the overlap deepens after the skipped contact.
+    /// Time for which the overlap deepens after the skipped contact.
     deepens_for: f64,
     speed: f64,
     /// Largest length in the computation, which sets the scale of round-off.
@@ -67,7 +62,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     let time = Some(prediction.contact_time).filter(|time| time.is_finite())?;
     let space = &engine.state.space;
     let box_scale = 4.0 * space.farthest_side() + space.size.norm();
-    // `clock` is an upper bound of all event times that were rounded, whatever epoch they were counted from.
+    // An upper bound of all event times that were rounded, in any epoch.
     let clock = engine.elapsed() + (time - engine.clock.now) + engine.clock.last_reached;
     let me = engine.streamed(i, time);
     match prediction.contact {
@@ -121,8 +116,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     }
 }
 
-/// Skips the next contact by delaying its prediction. Returns the result, or the reason why the result cannot be
-/// judged.
+/// Skips the next contact by delaying its prediction. Returns an error with the reason if the result cannot be judged.
 fn pass_over<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     dice: &mut Dice,
@@ -171,8 +165,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
         return Err("no event in time");
     }
     let scale = passing.scale + engine.counts.accepted_overlap / f64::EPSILON;
-    // A cell transition may have revealed the overlap before the delayed contact. The depth is therefore taken at the
-    // present time.
+    // A cell transition may reveal the overlap early, so the depth is computed for the observed event.
     let depth = (passing.depth)(engine.clock.now - passing.time);
     if is_disturbed {
         let rest = Until::time(engine.time() + 10.0).or_events(engine.counts.executed + 1_000);
@@ -237,7 +230,6 @@ fn audit_finds_dropped_contacts() {
     );
     decades.iter().for_each(|(decade, row)| println!("1e{decade}: {row:?}"));
     assert!(decades.values().all(|row| row[2] == 0));
-    // Most overlaps must be deeper than round-off can explain. If round-off explained all of them, the test could not
-    // fail.
+    // The test could not fail if round-off explained all overlaps.
     assert!(within < judged, "{within} of {judged}");
 }

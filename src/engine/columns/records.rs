@@ -1,4 +1,4 @@
-//! Records: complete data of single particles, to move particles between engines.
+//! Complete data of single particles, to move particles between engines.
 
 use crate::Vector;
 use crate::engine::columns::Order;
@@ -16,29 +16,26 @@ use std::ops::Range;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Record {
     pub body: Body,
-    /// The particle's number in memory.
     pub number: u32,
-    /// Row of the particle's species in the tables; `None` if there is only one species.
+    /// Table row of the species; `None` if there is only one species.
     pub species: Option<u16>,
-    /// Number of periods that the particle has travelled along each axis. With `None`, an existing particle keeps its
-    /// numbers, and a new particle gets zeros.
+    /// Image numbers. With `None`, an existing particle keeps its numbers, and a new particle gets zeros.
     pub images: Option<[i32; 3]>,
-    /// Time since the epoch of the particle's last contact in the TC model.
+    /// Time of the last contact in the TC model, counted from the epoch.
     pub last_contact: f64,
-    /// Number of contacts with thermal surfaces so far.
+    /// Number of contacts with thermal surfaces.
     pub surface_contacts: u32,
     /// States of the particle's pairs; `None` if no pair can be captured.
     pub captured: Option<Vec<PairState>>,
-    /// The particle's cell, or the centre of its neighbour list. `None` keeps the present value, or derives the value
-    /// of a new particle from its position.
+    /// Cell, or centre of the neighbour list. `None` keeps the present value; a new particle then gets the value for
+    /// its position.
     pub place: Option<Place>,
-    /// Prediction of the particle; `None` if the particle must be predicted anew.
+    /// Prediction; `None` if the particle must be predicted anew.
     pub prediction: Option<Prediction>,
 }
 
 impl Record {
-    /// Creates the record of a new particle with the given id. `time` is the time of its position and velocity, counted
-    /// from the epoch.
+    /// Creates the record of a new particle. `time` is counted from the epoch.
     pub fn new(id: u32, position: Vector, velocity: Vector, time: f64) -> Self {
         Self {
             body: Body { position, velocity, time, events: 0, name: id },
@@ -60,9 +57,9 @@ impl Record {
         Self { number, body, prediction: Some(prediction), ..record }
     }
 
-    /// Replaces the numbers of other particles in the record; `number` gives the new number for an old one. If it
-    /// returns `None`, the other particle is absent. Pairs with an absent particle are dropped. A predicted contact
-    /// with an absent particle keeps the old number, which is marked as absent.
+    /// Replaces the numbers of other particles. `number` returns the new number for an old number; `None` if that
+    /// particle is absent. Pairs with absent particles are dropped. In the prediction, an absent partner keeps the old
+    /// number, which is marked as absent.
     pub fn renumber(&mut self, number: impl Fn(u32) -> Option<u32>) {
         if let Some(captured) = &mut self.captured {
             captured.retain_mut(|pair| number(pair.partner).map(|partner| pair.partner = partner).is_some());
@@ -76,7 +73,7 @@ impl Record {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// If another particle was predicted to meet a removed particle, it is predicted again.
+    /// Removes particles, and predicts the particles again that were predicted to meet them.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
         let mut stays = vec![true; count];
@@ -94,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Appends particles to all columns. Returns their numbers.
+    /// Appends particles, and returns their numbers.
     pub fn push_records(&mut self, records: &[Record]) -> Range<u32> {
         let first = self.particles().end;
         for record in records {
@@ -105,7 +102,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         first..self.particles().end
     }
 
-    /// Fills the neighbour lists of particles that were appended, and predicts them. Their captured pairs must be set.
+    /// Fills the neighbour lists of appended particles, and predicts their events. Their captured pairs must be set.
     pub fn predict_added(&mut self, added: Range<u32>) {
         for particle in added.clone() {
             self.fill_list(particle);
@@ -115,8 +112,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts a particle that has just been inserted. A static particle has no prediction, so the moving particles
-    /// near it are predicted again instead. `first` is the number of the first inserted particle.
+    /// Predicts a particle that has just been inserted. For a static particle, the moving particles nearby are
+    /// predicted again. `first` is the number of the first inserted particle.
     pub(super) fn predict_arrival(&mut self, particle: u32, first: u32) {
         if !self.is_static(particle) {
             return self.repredict(particle, self.clock.now);

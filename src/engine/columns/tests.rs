@@ -1,5 +1,5 @@
-//! Neither the order in memory nor the number of buckets changes a single bit of the results. Copies of all
-//! particles continue as the originals would.
+//! The order in memory and the number of buckets do not change a single bit of the results. Neither do copies that
+//! replace all particles.
 
 use super::Order;
 use super::records::Record;
@@ -19,15 +19,13 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
-/// Copies of particles, which continue as the originals would.
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns records of the given particles, in which other particles are given by id.
     fn copies(&mut self, particles: &[u32]) -> Vec<Record> {
         let mut records = Vec::with_capacity(particles.len());
         for &particle in particles {
             let mut record = self.record(particle);
             if self.is_static(particle) {
-                // The state of a pair with a static particle is stored with the other particle only.
+                // The state of a pair with a static particle is stored with the moving particle only.
                 let state =
                     |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
                 record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());
@@ -42,11 +40,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         records
     }
 
-    /// Inserts particles with the given records. Their ids must be unused, and they must not overlap. Pairs with
-    /// particles that are not in this engine are dropped.
-    ///
-    /// A copied particle whose record has a place and a prediction continues with the same bits as the original, if its
-    /// partners are present.
+    /// Inserts particles. Their ids must be unused, and the particles must not overlap. Pairs with absent particles are
+    /// dropped.
     pub(in crate::engine) fn insert(&mut self, records: &[Record]) {
         let added = self.push_records(records);
         for (particle, record) in added.clone().zip(records) {
@@ -74,8 +69,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Returns the events, final state and counts of a run. The particles are shuffled after every `every` events.
-/// `buckets` is the number of buckets of the event queue, if it is given.
+/// Runs a scene, and shuffles the particles after every `every` events. The queue has `buckets` buckets, if given.
 fn run<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     every: u64,
@@ -104,7 +98,7 @@ fn run<const FALLING: bool, const TABLE: bool>(
     (events, engine.snapshot(), engine.counts.totals)
 }
 
-/// Shuffles the particles. They are either renumbered in memory, or all removed and replaced by copies.
+/// Renumbers all particles at random, or replaces them by copies.
 fn shuffle<const FALLING: bool, const TABLE: bool>(engine: &mut Engine<FALLING, TABLE>, random: &mut Random) {
     let mut old: Vec<u32> = engine.particles().collect();
     for last in (1..old.len()).rev() {
@@ -165,8 +159,8 @@ fn at_once() -> Scene {
     scene.build().unwrap()
 }
 
-/// Static spheres with low ids. Several particles reach each of them simultaneously from all sides, many times. These
-/// simultaneous contacts differ only in the higher of the two ids.
+/// Static spheres with low ids. Several particles reach a sphere at the same time, from all sides. These simultaneous
+/// contacts differ only in the higher id.
 fn against_static_spheres() -> Scene {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let mut scene = SceneBuilder::new("static-spheres")

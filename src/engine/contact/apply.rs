@@ -7,7 +7,7 @@ use crate::engine::parts::Engine;
 use crate::engine::surfaces::Surface;
 use std::ops::ControlFlow;
 
-/// The other party of a momentum exchange.
+/// The partner of a particle in a momentum exchange.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) enum With {
     /// Another particle, which gets the opposite impulse.
@@ -15,13 +15,12 @@ pub(in crate::engine) enum With {
     /// A surface, given by its index.
     Surface(u32),
     Bath,
-    /// A restraint, which keeps the distance of two particles or groups within an umbrella window.
+    /// A restraint of a distance to an umbrella window.
     Restraint,
     /// A program that sets or scales velocities.
     Program,
 }
 
-/// A change of velocities in an event, and the energies of the event.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Change {
     /// The kind of the counted event; `None` if the change is not an event.
@@ -32,12 +31,12 @@ pub(in crate::engine) struct Change {
     pub after: [Vector; 2],
     /// Momentum that the particle gains `[mass length / time]`.
     pub impulse: Vector,
-    /// Vector along the line of contact, from the partner or the surface to the particle, and its squared length.
+    /// Vector along the line of contact towards the particle, and its squared length.
     pub line: Vector,
     pub squared: f64,
     /// Distance of the discontinuity `[length]`.
     pub distance: f64,
-    /// Virial `r_ij . J` of the impulse `J` `[energy]`.
+    /// Virial `r_ij . J` of the impulse `J` `[energy time]`.
     pub virial: f64,
     /// Potential energy that the pair gains `[energy]`.
     pub energy_step: f64,
@@ -48,8 +47,8 @@ pub(in crate::engine) struct Change {
 }
 
 impl Change {
-    /// Creates a velocity change of one particle that no conservative force causes. All energy that the
-    /// particle gains counts as supplied.
+    /// Creates a velocity change of one particle by a non-conservative force. All energy that the particle gains is
+    /// supplied.
     #[inline]
     pub fn of_one(other: With, particle: u32, before: &Vector, after: Vector, inverse_mass: f64) -> Self {
         let gained = after - before;
@@ -100,7 +99,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         std::mem::replace(&mut body.velocity, after)
     }
 
-    /// `change` is passed by value, so that it need not be written to memory if there are no observers.
+    /// The argument `change` is passed by value, so that it is written to memory only for observers.
     #[cold]
     #[inline(never)]
     fn event(&self, change: Change, kind: CountedKind, before: [Vector; 2]) -> Event {

@@ -14,16 +14,15 @@ pub(in crate::engine) struct Frame {
     pub side: Side,
     /// `r_ij`.
     pub apart: Vector,
-    /// `r_ij` times `stretch`. If both particles are at the same point, a unit vector along which they approach
-    /// replaces `r_ij`.
+    /// `r_ij` times `stretch`. If `r_ij` is zero, a unit vector along which the particles approach.
     pub line: Vector,
-    /// See [`stretch`].
+    /// Factor of `r_ij`, see [`stretch`].
     pub stretch: f64,
     /// `v_ij`.
     pub velocity: Vector,
     /// Speed at which the discontinuity moves outwards `[length / time]`.
     pub opening_speed: f64,
-    /// Along `line`.
+    /// Approach along `line`.
     pub approach: Approach,
 }
 
@@ -31,22 +30,21 @@ pub(in crate::engine) struct Frame {
 ///
 /// The contact law divides by this squared length. Spheres of diameter 1 meet where `|r|^2` is within a few floats of
 /// 1, and a division by `1 + k eps` rounds up more often than down. The mean bias is a twentieth of a rounding error
-/// per event, which heats a fluid. If the squared length is multiplied by 9/16, the quotients are rounded up as often
-/// as down, and a head-on collision with simple numbers remains exact. If this factor would bring the squared length
-/// close to a power of two, for example for spheres of diameter 4/3, the line keeps its length.
+/// per event, which heats a fluid. With a squared length of `9/16 |r|^2`, quotients are rounded up as often as down,
+/// and a head-on collision with simple numbers remains exact. For some diameters, such as 4/3, `9/16 |r|^2` is close to
+/// a power of two, and the line keeps its length.
 #[inline]
 pub(in crate::engine) fn stretch(squared: f64) -> f64 {
-    // The mantissa of `9/16 |r|^2`, plus a constant. The sum wraps around, so that it is smallest for numbers close to
-    // a power of two, on either side.
+    // The mantissa of `9/16 |r|^2`, plus a constant. The sum wraps around, so that it is smallest for numbers just
+    // below or above a power of two.
     let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
     if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
 }
 
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
-/// A number counts as close to a power of two if fewer floats than this lie between the two. Round-off changes the
-/// distance of a pair at a contact by a few tens of floats only. The farther the divisor is from a power of two, the
-/// smaller is the bias of a division.
+/// A number is close to a power of two if fewer floats than this lie between them. At a contact, round-off changes the
+/// distance of a pair by a few tens of floats only.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -68,8 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Frame { i, j, side, apart, line, stretch, velocity, opening_speed, approach }
     }
 
-    /// Records an overlap or a turning point of a pair, if there is one. `flown` is the time since the state was
-    /// written, for each of the two particles.
+    /// Records an overlap or a turning point, if there is one. `flown` holds the times since the states were written.
     #[inline]
     pub(in crate::engine) fn note_state(&mut self, pair: &Frame, seen: &Discontinuity, flown: [f64; 2]) {
         let sign = pair.side.sign();
@@ -95,8 +92,7 @@ pub(super) fn opening(speed: f64, squared: f64) -> f64 {
     if speed == 0.0 { 0.0 } else { speed * squared.sqrt() }
 }
 
-/// Returns a unit vector that replaces `r_ij` if two particles are at the same point. The pair approaches along this
-/// vector.
+/// Returns a unit vector along which a pair approaches. It replaces `r_ij` if `r_ij` is zero.
 fn any_normal(velocity: &Vector) -> Vector {
     velocity.try_normalize(0.0).map_or(Vector::x(), |direction| -direction)
 }

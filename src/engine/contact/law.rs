@@ -1,7 +1,6 @@
-//! Contact laws, which compute the velocities after a contact from its frame.
+//! Contact laws: the velocities after a contact, computed from the frame of the contact.
 //!
-//! The laws cover steps of a potential, with constant restitution or the TC model, for pairs and for
-//! surfaces.
+//! The laws cover steps of a potential, constant restitution and the TC model, for pairs and for surfaces.
 
 use super::frame::{Frame, opening};
 use crate::Vector;
@@ -10,8 +9,8 @@ use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
 use crate::physics::response::{ContactLaw, Leaving, Response, respond, tc_contact};
 
-/// Uncertainty of a relative velocity, as a fraction of the sum of the two speeds. The velocity of each particle was
-/// rounded at each of its last two events.
+/// Uncertainty of a relative velocity, as a fraction of the sum of the two speeds. Each velocity was rounded at the
+/// last two events.
 const LOST: f64 = 2.0 * f64::EPSILON;
 
 /// Relative motion before a contact, which the TC model needs.
@@ -21,8 +20,7 @@ pub(in crate::engine) struct Arrival {
     pub speed: f64,
     /// Tangential relative speed `[length / time]`.
     pub tangential: f64,
-    /// Relative acceleration towards the barrier, from gravity or the centrifugal force `[length / time^2]`. If it is
-    /// positive, it causes the next contact.
+    /// Relative acceleration towards the barrier, from gravity or the centrifugal force `[length / time^2]`.
     pub closing: f64,
 }
 
@@ -53,8 +51,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
         let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
         let arriving = (-side.sign() * vn).max(0.0);
-        // The TC model keeps no contact times of static particles and walls. Otherwise, their frequent contacts with
-        // different particles would all become elastic.
+        // The TC model keeps no contact times of static particles and walls. They meet many particles, and all of these
+        // contacts would become elastic.
         let moving: &[u32] = match (self.is_static(i), self.is_static(j)) {
             (true, _) => &[j],
             (_, true) => &[i],
@@ -62,7 +60,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let arrival = Arrival { speed: arriving, tangential: tangential.sqrt(), closing };
         let leaving = self.tc_model(moving, law, arrival, time);
-        // Elastic contacts, and contacts that the TC model does not alter, need no square root and avoid its round-off.
+        // Elastic contacts, and contacts that the TC model does not alter, avoid the round-off of a square root.
         if leaving.speed == arriving {
             response = respond(side, seen.energy_step, approach, &ContactLaw::smooth(1.0));
         } else if leaving.speed != law.restitution * arriving {
@@ -72,8 +70,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
-    /// `velocity` is the velocity before the contact, relative to the surface. `vn` is its component along the normal,
-    /// which points away from the surface. `closing` is the acceleration towards the surface.
+    /// `velocity` is the relative velocity before the contact. `vn` is its component along the normal, which points
+    /// away from the surface. `closing` is the acceleration towards the surface.
     #[inline]
     pub(in crate::engine) fn leave_surface(
         &mut self,
@@ -88,12 +86,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
         let leaving = self.tc_model(&[i], law, Arrival { speed: arriving, tangential, closing }, time);
-        // An elastic contact keeps the normal speed, even if the particle already recedes because of round-off.
+        // An elastic contact keeps the normal speed, even if the particle recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
 
-    /// Returns the velocities of a pair after a contact. `change` times the line of centres is added to the relative
-    /// velocity, and `tangential_scale` multiplies its tangential part.
+    /// Returns the velocities of a pair after a contact. The relative velocity changes by `change` times the line of
+    /// centres, and its tangential part is multiplied by `tangential_scale`.
     #[inline]
     pub(in crate::engine) fn reflected(
         &self,
@@ -116,12 +114,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         after
     }
 
-    /// Records an inelastic contact that is so slow that its speed is lost in the round-off of the velocities.
+    /// Records an inelastic contact whose speed is lost in the round-off of the velocities.
     ///
     /// In an inelastic collapse, each contact keeps only a fraction of the speed. In exact arithmetic, infinitely many
     /// contacts follow within a finite time. In floating-point numbers, the series ends when the relative speed falls
-    /// below the round-off of the velocities. The probability that an ordinary contact is as slow as this is the square
-    /// of [`LOST`].
+    /// below the round-off of the velocities. An ordinary contact is as slow as this with a probability of [`LOST`]
+    /// squared.
     #[inline]
     fn note_lost_speed(&mut self, pair: &Frame, restitution: f64) {
         let approach = -pair.side.sign() * pair.approach.radial;
@@ -149,8 +147,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Adds `change` to the relative velocity `v_i - v_j`, at constant total momentum.
     ///
     /// The heavier particle gets its share `w / (w_i + w_j)`, where `w` is an inverse mass. The lighter particle gets
-    /// the remainder, so that the sum is exact. If both shares were rounded separately, their sum would always differ
-    /// from `change` by the same amount. An elastic contact would then have a restitution of `1 +- eps` in every event.
+    /// the remainder, so that the sum is exact. If both shares were rounded, the error of the sum would be the same in
+    /// every event, as if the restitution were `1 +- eps`.
     #[inline]
     fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
         let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
@@ -161,13 +159,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         velocities[1] -= of_j;
     }
 
-    /// Adjusts a reflection so that the pair still moves away from the discontinuity when the next prediction reads the
-    /// rounded velocities.
+    /// Makes sure that a reflected pair moves away from the discontinuity, in spite of rounding.
     ///
-    /// Rounding can undo a small velocity change, and the same event would then be due again forever. A change as small
-    /// as the spacing of floats is therefore added, and doubled until the pair moves away. This alters the energy by
-    /// round-off only. A pair in contact at its core may stay at relative rest. A pair at the maximum length of its
-    /// bond must move inwards.
+    /// Rounding can undo a small velocity change, and the same event would then repeat forever. A velocity as small as
+    /// the spacing of floats is therefore added, and doubled until the pair moves away. A pair in contact at its core
+    /// may stay at relative rest. A pair at the maximum length of its bond must move inwards.
     #[inline]
     fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
         let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;
@@ -195,8 +191,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the relative velocity of the two images that meet. In a sheared box it can differ from the difference of
-    /// the particles' velocities.
+    /// Returns the relative velocity of the images that meet. Across a sliding side, it is not the difference of the
+    /// particles' velocities.
     #[inline]
     fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
         let velocity = velocities[0] - velocities[1];

@@ -11,18 +11,18 @@ use crate::model::Growth;
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
 
-/// Cells and lists are made for spheres that are larger by up to this factor. With a smaller factor, cells
-/// and lists are rebuilt more often. With a larger factor, searches cover larger distances.
+/// Cells and lists are made for spheres that are larger by this factor. With a smaller factor, they are rebuilt more
+/// often. With a larger factor, searches cover larger distances.
 const STAGE: f64 = 1.1;
 
 /// Growth of all diameters. At a time `t`, they are `1 + rate (t - start)` times the diameters of the scene.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct GrowingDiameters {
-    /// `[1 / time]`
+    /// Growth rate `[1 / time]`.
     pub rate: f64,
     /// Time since the epoch at which the growth started.
     start: f64,
-    /// Cells and lists are valid for diameters up to this factor times the diameters of the scene.
+    /// Largest scale factor for which the cells or lists are valid.
     pub reach: f64,
     /// Scale factor of the diameters at the end of the growth.
     largest: f64,
@@ -34,8 +34,7 @@ impl GrowingDiameters {
         1.0 + self.rate * (time - self.start)
     }
 
-    /// Returns the scale factor of all diameters at a time since the epoch, and the growth rate of this factor
-    /// `[1, 1 / time]`.
+    /// Returns the scale factor of all diameters and its growth rate `[1, 1 / time]`, at a time since the epoch.
     #[inline]
     pub fn factor(&self, time: f64) -> [f64; 2] {
         [self.scale(time), self.rate]
@@ -45,14 +44,13 @@ impl GrowingDiameters {
         self.start -= shift;
     }
 
-    /// Time since the epoch at which the spheres become too large for the cells or lists; infinite if they
-    /// never do.
+    /// Time since the epoch at which the spheres outgrow the cells or lists; infinite if they never do.
     pub fn next_stage(&self) -> f64 {
         if self.reach < self.largest { self.start + (self.reach - 1.0) / self.rate } else { f64::INFINITY }
     }
 }
 
-/// Returns the time until two spheres touch. `distance` is their present contact distance, which grows at `speed`.
+/// Returns the time until two spheres touch. `distance` is their current contact distance, which grows at `speed`.
 ///
 /// With the relative position `r`, the relative velocity `v`, the contact distance `s` and its growth rate `u`, the
 /// overlap function is `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`. As in
@@ -108,8 +106,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Sorts the spheres into new cells or lists. They have grown to the largest size that the present cells or lists
-    /// allow.
+    /// Sorts the spheres into new cells or lists when they have outgrown the old ones.
     pub(in crate::engine) fn begin_distance_stage(&mut self) -> Result<Repredict, InvariantBroken> {
         let Some(growing) = &mut self.distances.growing else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
@@ -135,14 +132,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 }
 
 impl Simulation {
-    /// Lets all diameters grow from now on, to at most `largest` times their present values.
+    /// Lets all diameters grow from now on, to at most `largest` times their current values.
     ///
     /// The scene has been checked: growth needs hard spheres without gravity in a periodic box.
     pub(crate) fn grow(&mut self, growth: &Growth, largest: f64) {
         with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
     }
 
-    /// The diameters keep their present values.
+    /// Ends the growth. The diameters keep their current values.
     pub(crate) fn end_growth(&mut self) {
         let scale = with_engine!(&self.engine, engine => engine.scale());
         let snapshot = self.snapshot();
@@ -194,7 +191,7 @@ mod tests {
     fn a_contact_is_due_at_once_only_where_the_gap_closes() {
         assert_eq!(next_contact(&state(1.0, 0.0), 1.0, 0.5), Some(0.0));
         assert_eq!(next_contact(&state(1.0, 1.0), 1.0, 0.5), None);
-        // The pair recedes at 0.25, but its contact distance grows at 0.5. The contact is therefore immediate.
+        // The pair recedes at 0.25, but its contact distance grows at 0.5.
         assert_eq!(next_contact(&state(1.0, 0.25), 1.0, 0.5), Some(0.0));
     }
 }

@@ -5,13 +5,13 @@ use crate::engine::Until;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 
-/// On average, one window in this many is checked.
+/// On average, one of this many windows is checked.
 const ONE_OF: u64 = 32;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Returns a copy of the whole engine that can run the next window serially, if that window is to be checked.
+    /// Returns a copy of the single engine if the next window is to be checked.
     pub(super) fn copy_to_check(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Option<Engine<FALLING, TABLE>> {
-        // All processes must check the same windows, so the pseudo-random number depends on the number of windows only.
+        // All processes must choose the same windows, so the random number depends on the number of windows only.
         let random = self.work.windows.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
         let checked = self.checked.filter(|checked| *checked != self.work.windows)?;
         if !random.is_multiple_of(ONE_OF) {
@@ -33,8 +33,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let Some(cut) = &self.cut else { return };
         let time = whole.clock.start + (whole.clock.epoch + cut.now);
         let result = other.advance(Until { time: Some(time), ..until }, &mut None);
-        // Because of rounding, the other engine may stop at a slightly different time. The two engines may also be in
-        // different epochs. The states cannot be compared then.
+        // Because of rounding, the two engines may stop at different times or in different epochs.
         if other.clock.epoch != whole.clock.epoch || other.since_epoch(time) != cut.now || cut.now <= 0.0 {
             return;
         }
@@ -46,7 +45,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     }
 }
 
-/// Returns the state of a particle as text. If no contact is predicted, the unused data of the contact are left out.
+/// Returns the state of a particle as text. The data of a contact are left out if no contact is predicted.
 fn all_of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> String {
     let mut record = engine.record(particle);
     record.captured.iter_mut().for_each(|captured| captured.sort_by_key(|pair| pair.partner));

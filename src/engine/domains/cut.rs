@@ -1,4 +1,4 @@
-//! A system that is cut into domains, and the execution of a window. Each process runs its own share of the domains.
+//! A system that is cut into domains, and the execution of a window.
 
 use super::domain::Domain;
 use super::exchange::{Compared, Published, Transfer};
@@ -17,37 +17,35 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub regions: Regions,
     /// The domains that this process runs.
     pub domains: Vec<Domain<FALLING, TABLE>>,
-    /// Time that all domains have reached, counted from the epoch.
+    /// Time since the epoch that all domains have reached.
     pub now: f64,
     /// Time of the last step since the epoch, or the time limit once the run has reached it.
     pub latest: f64,
     /// Number of steps in this epoch so far.
     pub steps: u64,
-    /// Whether the single engine has the current state, and whether it has everything it needs to continue
-    /// from there.
+    /// True if the single engine has the current state.
     pub is_settled: bool,
+    /// True if the single engine has all that it needs to continue.
     pub is_complete: bool,
-    /// Whether no window has been accepted yet since the system was cut.
+    /// True until the first window after the cut is accepted.
     pub is_fresh: bool,
-    /// Results of the last comparison for each domain of this process, and outcomes of the last window for the domains
-    /// of all processes.
+    /// Results of the last comparison for the domains of this process, and outcomes of the last window for all domains.
     pub compared: Vec<Compared>,
     pub outcomes: Vec<Outcome>,
-    /// State of the heat bath before this window, for a rollback.
+    /// The heat bath before this window, for a rollback.
     pub bath: Option<Andersen>,
 }
 
 pub enum End {
     Agreed,
-    /// A particle and its copy differ in a step at this time. The window must end before it.
+    /// A particle and its copy differ in a step at this time.
     Difference(f64),
-    /// A domain cannot continue alone at this time. The window must end before it.
+    /// A domain cannot continue alone at this time.
     Uncovered(f64),
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Draws the collisions with the heat bath for a window, and passes each collision to the domains that hold the
-    /// particle.
+    /// Draws the collisions with the heat bath for a window, and passes them to the domains that hold the particles.
     pub fn draw_collisions(&mut self, whole: &mut Engine<FALLING, TABLE>, stop: f64) {
         self.bath.clone_from(&whole.sources.andersen);
         if self.bath.is_none() {
@@ -120,7 +118,6 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         team.each(self.domains.iter_mut().collect(), |domain| domain.refresh(&published, &transfers));
     }
 
-    /// Starts the next epoch in all domains, after the single engine has started it.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved, team: &Team) {
         let to_publish = team.each(self.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
         self.compared =

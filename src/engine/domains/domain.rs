@@ -15,18 +15,16 @@ use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::{Due, absent};
 use crate::engine::sources::andersen::Collision;
 
-/// A particle that a domain holds: either an owned particle or a copy.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub struct Held {
-    /// For an owned particle, the domains that hold it, including this one; empty for a copy.
+    /// For an owned particle, the set of domains that hold it, including its owner; empty for a copy.
     pub known_to: u64,
-    /// The particle's number in the whole system.
+    /// Number of the particle in the whole system.
     pub whole: u32,
     pub owner: u8,
-    /// Digest of all steps of the particle in this window and of their results, including predictions. It is 0 before
-    /// the first step. If two copies of a particle are equal before a window and have equal digests, they are equal
-    /// after it.
+    /// Digest of all steps of the particle in this window and of their predictions; 0 before the first step. Copies
+    /// that were equal before the window, and have equal digests, are equal after it.
     pub digest: u64,
 }
 
@@ -41,43 +39,42 @@ impl Held {
     }
 }
 
-/// Each particle has a local number here, in addition to its global number in the whole system.
+/// Particles have local numbers in a domain, and global numbers in the whole system.
 #[derive(Debug, Clone)]
 pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub engine: Engine<FALLING, TABLE>,
-    /// The number of this domain, and the bit that represents it in sets of domains.
+    /// The number of this domain, and its bit in sets of domains.
     pub number: u8,
     pub bit: u64,
-    /// The owned particles and the copies, by local number.
+    /// Owned particles and copies, by local number.
     pub held: Vec<Held>,
-    /// The owned particles.
     pub owned: Marks,
-    /// Owned particles that other domains also hold.
+    /// Particles that several domains hold: all copies, and owned particles with copies elsewhere.
     pub shared: Marks,
-    /// Local number by global number; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for particles that
-    /// this domain does not hold.
+    /// Local number by global number; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for absent
+    /// particles.
     pub here: Vec<u32>,
-    /// Event counts of copies. They are not used, because the owners of the particles count these events.
+    /// Event counts of copies. They are not used, because the owners count these events.
     pub elsewhere: Box<Counts>,
-    /// Number of particles that this domain held when the system was cut.
+    /// Number of particles at the last cut.
     first: usize,
     pub log: Log,
-    /// Whether contacts change only motions and predictions, so that the log can be compact.
+    /// True if contacts change nothing but motions and predictions, so that the log can be compact.
     pub is_plain: bool,
-    /// Steps in this window of the particles that several domains hold. Steps of other particles are not recorded.
+    /// Steps of the shared particles in this window.
     pub steps: Vec<Step>,
-    /// The particles of these steps, each listed once.
+    /// The particles in `steps`, each listed once.
     pub touched: Vec<u32>,
-    /// Owned particles that changed their cell or their list centre in this window.
+    /// Owned particles that changed their cell or list centre in this window.
     pub moved: Vec<u32>,
     pub tally: Tally,
-    /// Upcoming collisions with the heat bath in this window, by local number. The next collision is last.
+    /// Upcoming collisions with the heat bath in this window, with local numbers, in reverse order of time.
     pub collisions: Vec<(u32, Collision)>,
-    /// Time in this window at which the domain could not continue alone, if any.
+    /// Time at which the domain could not continue alone, if any.
     pub trouble: Option<f64>,
 }
 
-/// Returns the number of particles above which the domains are cut again, given the number at the last cut.
+/// Returns the number of particles above which a new cut is due, given the number at the last cut.
 fn most(first: usize) -> usize {
     first + first / 8 + 64
 }
@@ -129,7 +126,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         domain
     }
 
-    /// Requests large memory pages again, because arrays that have grown have lost them.
     fn enlarge(&self) {
         self.engine.enlarge();
         enlarge(&self.held);
@@ -163,9 +159,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.owned_particles().map(due).fold(f64::INFINITY, f64::min)
     }
 
-    /// Starts the next epoch of this domain, after the whole system has started it. Owned particles without recent
-    /// events are brought forward to the epoch. For each such particle that other domains also hold, returns its
-    /// local number and the set of these domains.
+    /// Starts the next epoch, and brings owned particles without recent events forward. Returns those of them that
+    /// other domains hold, and the sets of these domains.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved) -> Vec<(u32, u64)> {
         self.engine.clock = whole.clock.clone();
         self.engine.shift_columns(moved.shift);
@@ -184,15 +179,14 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         to_publish
     }
 
-    /// The complete record of a particle, with global numbers.
+    /// Returns the record of a particle, with global numbers.
     pub fn record_for_whole(&self, particle: u32) -> Record {
         let mut record = self.engine.record(particle);
         record.renumber(|number| self.held.get(number as usize).map(|held| held.whole));
         record
     }
 
-    /// Whether the number of copies that arrived since the cut is large enough for a new cut. A new cut removes stale
-    /// copies.
+    /// Returns true if so many copies have arrived that a new cut is due. A new cut removes stale copies.
     fn has_grown(&self) -> bool {
         self.held.len() > most(self.first)
     }

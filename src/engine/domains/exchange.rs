@@ -1,4 +1,4 @@
-//! Compares the domains after a window, and sends the current states of particles whose copies differ.
+//! Compares the domains after a window, and updates copies that differ.
 
 use super::domain::{Domain, Held};
 use super::marks::Marks;
@@ -10,61 +10,60 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{absent, id_of};
 use serde::{Deserialize, Serialize};
 
-/// A step of a particle that several domains hold. The domains compare these steps.
+/// A step of a particle that several domains hold.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Step {
-    /// Local number of the particle. In a message to another domain, it is the global number.
+    /// Local number of the particle; the global number in messages.
     pub particle: u32,
-    /// Whether the step only predicted the particle again. Such a step changes no data that other particles read.
+    /// True if the particle was only predicted again. Such a step changes no data that other particles read.
     pub is_void: bool,
     /// Time of the step since the epoch.
     pub time: f64,
-    /// Hash of the time of the step and of the data that the step changed.
+    /// Hash of the time and of the data that the step changed.
     pub hash: u64,
-    /// Domains whose particles can read this particle before or after the step, one bit per domain.
+    /// Domains whose particles can read this particle before or after the step, as bits.
     pub readers: u64,
 }
 
-/// Report of a domain to the owner of some of its copies: the steps of these copies in a window.
+/// The steps of some copies in a window, which a domain reports to their owner.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Report {
     pub from: u8,
     pub to: u8,
-    /// Global numbers of the copies that had steps, and the digests of these steps.
+    /// Global numbers of the copies that had steps, and the digests of their steps.
     pub touched: Vec<(u32, u64)>,
-    /// All steps of these copies. Particles are given by global number.
+    /// All steps of these copies, with global numbers.
     pub steps: Vec<Step>,
 }
 
-/// Current state of a particle, which its owner sends to domains with copies.
+/// Current state of a particle, which its owner sends to other domains.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Published {
-    /// The domain that owns the particle.
     pub from: u8,
-    /// Global number of the particle. The record uses global numbers, too.
+    /// Global number of the particle. The record has global numbers, too.
     pub particle: u32,
-    /// The id of the particle's predicted partner.
+    /// Id of the predicted partner.
     pub partner: u32,
-    /// The domains to which the state is sent, as bits.
+    /// The receiving domains, as bits.
     pub to: u64,
     pub record: Record,
 }
 
-/// A particle whose move requires copies in more domains, or a new owner.
+/// A particle that needs copies in more domains, or a new owner.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Transfer {
     /// Global number.
     pub particle: u32,
-    /// The domains that hold the particle from now on, as bits, and the domain that owns it.
+    /// The domains that hold the particle from now on, as bits, and the owner.
     pub known_to: u64,
     pub owner: u8,
 }
 
-/// Result of comparing the owned particles of a domain with their copies in other domains.
+/// Result of comparing owned particles with their copies in other domains.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
-    /// Time of the first step in which an owned particle and a copy differ. Copies that no particle of their domain can
-    /// have read are ignored.
+    /// Time of the first difference between an owned particle and a copy. Copies that no particle can have read are
+    /// ignored.
     pub difference: Option<f64>,
     /// Owned particles to send to other domains, by local number, and the receiving domains as bits.
     pub to_publish: Vec<(u32, u64)>,
@@ -104,7 +103,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     fn compare_with(&self, report: &Report, compared: &mut Compared) {
         let bit = 1 << report.from;
-        // Local and global numbers of the particles that differ from their copies.
+        // Local and global numbers of particles that differ from their copies.
         let mut differing = Vec::new();
         let mut are_touched = Marks::default();
         for &(whole, digest) in &report.touched {
@@ -141,15 +140,13 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 continue;
             }
             if owner != self.number && new & 1 << owner == 0 {
-                // The new owner already has a copy. The prediction of this copy may differ without harm, because no
-                // other particle has read it.
+                // The new owner has a copy, but the prediction of the copy may be different.
                 compared.to_publish.push((particle, 1 << owner));
             }
             if new != 0 {
                 compared.to_publish.push((particle, new));
-                // Some domains get a new copy of this particle. Such a domain may already hold a copy of a neighbour
-                // that is predicted to meet this particle. The copied prediction still refers to this particle as
-                // absent. The current prediction of the neighbour is therefore sent, too.
+                // A domain that gets a new copy may hold a neighbour that is predicted to meet this particle. That
+                // prediction marks this particle as absent, so the prediction of the neighbour is sent, too.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);
@@ -178,7 +175,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         published.collect()
     }
 
-    /// Applies the states and transfers that other domains have sent: updates and adds copies, and changes owners.
+    /// Applies the states and transfers that other domains have sent.
     pub fn refresh(&mut self, published: &[Published], transfers: &[Transfer]) {
         let bit = self.bit;
         let mut for_this: Vec<&Published> = Vec::new();
@@ -189,7 +186,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             for_this.push(one);
         }
-        // The records refer to other particles by global number.
         let as_here = for_this.into_iter().map(|one| {
             let mut record = one.record.clone();
             record.renumber(|number| self.here.get(number as usize).copied().filter(|here| *here != NO_PARTICLE));
@@ -231,7 +227,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Writes records into the engine in the given order, updates neighbour lists, and puts predictions into the queue.
+    /// Writes records in the given order, updates neighbour lists, and puts predictions into the queue.
     pub fn write(&mut self, records: &[Record]) {
         let (mut written, mut moved) = (Vec::with_capacity(records.len()), Vec::new());
         for record in records {
@@ -253,7 +249,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 }
 
-/// Returns the steps of the given particles, grouped by particle. The steps of each particle are in time order.
+/// Returns the steps of the given particles, sorted by particle and time.
 fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
     let mut wanted = Marks::default();
     particles.iter().for_each(|&particle| wanted.put(particle, true));
@@ -262,18 +258,15 @@ fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
     steps
 }
 
-/// Returns the steps of one particle from a list that is sorted by particle.
 fn of_particle(steps: &[Step], particle: u32) -> &[Step] {
     let first = steps.partition_point(|step| step.particle < particle);
     let end = steps.partition_point(|step| step.particle <= particle);
     &steps[first..end]
 }
 
-/// Returns the time of the first step in which a particle and its copy differ. Returns `None` if they agree, or if no
-/// particle in the domain of the copy can have read the copy.
+/// Returns the time of the first step in which a particle and its copy differ; `None` if they agree, or if no particle
+/// in the domain of the copy can have read the copy.
 fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
-    // The readers of a step include the domains that could read the particle before the step. If this domain is not a
-    // reader of any step, it could not read the copy at any time in the window.
     if one.iter().chain(copy).all(|step| step.readers & bit == 0) {
         return None;
     }

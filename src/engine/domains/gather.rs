@@ -13,13 +13,12 @@ use std::time::Instant;
 const MOST_AT_ONCE: usize = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Copies all states from the domains to the single engine. The single engine is then up to date, but
-    /// cannot continue before [`Self::complete`].
+    /// Copies all states to the single engine. It is then up to date, but cannot continue before [`Self::complete`].
     pub fn settle(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return };
         let begin = Instant::now();
         cut.is_settled = true;
-        // When the single engine pauses, its time is the time of the last step. The gathered state has the same time.
+        // When the single engine pauses, its time is the time of the last step.
         whole.clock.now = cut.latest;
         whole.schedule.queue.resume(cut.now, cut.steps);
         let record = |domain: &Domain<FALLING, TABLE>, particle: u32| {
@@ -27,7 +26,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         };
         cut.gather(&self.team, record, |(particle, mut record)| {
             let of_id = |id: u32| whole.state.numbers.get(id as usize).copied();
-            // Particles in the record have global numbers already, except absent partners, which are given by id.
+            // The record has global numbers, but the ids of absent partners.
             record.renumber(|number| number.checked_sub(FIRST_ABSENT).map_or(Some(number), of_id));
             whole.write_record(particle, &record);
         });
@@ -46,7 +45,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.work.gathering += begin.elapsed();
     }
 
-    /// Gives the single engine everything it needs to continue.
+    /// Gives the single engine all that it needs to continue.
     pub fn complete(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         self.settle(whole);
         if self.cut.as_ref().is_none_or(|cut| cut.is_complete) {
@@ -61,7 +60,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Returns all particles to the single engine.
+    /// Moves all particles back to the single engine.
     pub fn join(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         self.complete(whole);
         self.cut = None;
@@ -69,7 +68,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Passes data of each particle to `write`. The data come from the domain that owns the particle.
+    /// Passes the data of each particle from its owner to `write`.
     fn gather<T: Serialize + DeserializeOwned>(
         &self,
         team: &Team,

@@ -1,18 +1,15 @@
-//! Log of the states of particles before each step of a window, for a rollback.
-
 use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
-/// Log to roll a window back. Its entries are in the order of the steps. An entry is either a motion and a prediction,
-/// or a complete record. Each kind has its own compact array, because the log is written at each step and would
-/// otherwise push other data out of the caches.
+/// Log to roll a window back, in the order of the steps. An entry is either a motion and a prediction, or a complete
+/// record. The arrays are compact, because the log is written at each step and would otherwise push other data out of
+/// the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
-    /// One element per entry of the log: a particle if the entry has a motion and a prediction, or [`NO_PARTICLE`] if
-    /// it has a record.
+    /// For each entry, the particle whose motion and prediction are stored, or [`NO_PARTICLE`] for a record.
     order: Vec<u32>,
     bodies: Vec<Body>,
     predictions: Vec<Prediction>,
@@ -20,7 +17,6 @@ pub struct Log {
 }
 
 impl Log {
-    /// Saves the motion and prediction of a particle before a step that changes nothing else.
     #[inline]
     pub fn push_motion(&mut self, particle: u32, body: Body, prediction: Prediction) {
         self.order.push(particle);
@@ -41,7 +37,7 @@ impl Log {
         self.records.clear();
     }
 
-    /// Removes all entries and returns them, latest first. The caller must restore them in this order.
+    /// Removes all entries and returns them, latest first. They must be restored in this order.
     pub fn undone(&mut self) -> Vec<Record> {
         let (mut bodies, mut predictions) = (self.bodies.drain(..).rev(), self.predictions.drain(..).rev());
         let mut records = self.records.drain(..).rev();

@@ -1,5 +1,3 @@
-//! Sets of particles.
-
 /// A set of particles as bits. It is small enough to stay in the cache.
 #[derive(Debug, Clone, Default)]
 pub struct Marks(Vec<u64>);

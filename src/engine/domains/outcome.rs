@@ -1,11 +1,11 @@
-//! Outcome of a window in a domain, which all processes receive.
+//! Outcome of a window in a domain. All processes receive the outcomes of all domains.
 
 use crate::engine::clock::{SHORTEST_ADVANCE, StandstillWatch};
 use crate::engine::event::Event;
 use crate::engine::parts::Counts;
 use serde::{Deserialize, Serialize};
 
-/// An observed event, with its time since the epoch.
+/// An observed event, with the time since the epoch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Seen {
     pub time: f64,
@@ -14,14 +14,14 @@ pub struct Seen {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tally {
-    /// Number of steps of owned particles, and of all particles that the domain holds.
+    /// Number of engine steps of owned particles in this window, and number of all engine steps.
     pub done: u64,
     pub done_in_all: u64,
     /// Time of the last step of an owned particle in this window.
     pub latest: f64,
-    /// Observed events of owned particles; empty if the run is not observed.
+    /// Observed events of owned particles.
     pub events: Vec<Seen>,
-    /// Times of the latest events of owned particles, and times of the transitions since the last of these events.
+    /// Times of the latest events of owned particles, and times of the transitions after the last event.
     pub last: Vec<f64>,
     pub quiet: Vec<f64>,
 }
@@ -42,12 +42,11 @@ impl Tally {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Outcome {
     /// Time of the first step in which an owned particle and its copy in another domain differ. Copies that no particle
-    /// of their domain can have read are ignored.
+    /// can have read are ignored.
     pub difference: Option<f64>,
-    /// Event counts of owned particles.
     pub counts: Box<Counts>,
     pub tally: Tally,
-    /// Whether the domain has received enough copies for a new cut of the system to be worthwhile.
+    /// True if so many copies have arrived that a new cut is due.
     pub has_grown: bool,
 }
 
@@ -59,8 +58,8 @@ pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
     (last, outcomes.iter().map(after).sum::<usize>() as u64)
 }
 
-/// Returns the new values of `since` and `events` in `watch` after a window. Returns `None` if the outcomes do not
-/// contain enough event times, or if time stands still. `span` is the span of the queue.
+/// Returns the new `since` and `events` of the watch after a window. Returns `None` if too few event times are known,
+/// or if time stands still. `span` is the span of the queue.
 pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;
     let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.tally.last.len() as u64;
@@ -83,7 +82,7 @@ pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> O
     Some(standstill)
 }
 
-/// Returns the events of all domains in time order. Returns `None` if two domains had simultaneous events.
+/// Returns the events of all domains in time order; `None` if two domains had simultaneous events.
 pub fn merged(outcomes: &mut [Outcome]) -> Option<Vec<Seen>> {
     let mut events: Vec<(usize, Seen)> = Vec::new();
     for (number, outcome) in outcomes.iter_mut().enumerate() {

@@ -1,45 +1,41 @@
-//! Regions: the blocks into which the box is cut, and the domains that own, hold or read a particle at each place in
-//! the box.
+//! Regions: the blocks into which the box is cut, and the domains that own, hold or read a particle at each place.
 
 use crate::base::numbers::{trunc_to_u32, trunc_to_usize};
 use crate::engine::neighbours::{Neighbours, Place};
 use crate::engine::parts::Engine;
 use crate::model::space::Boundary;
 
-/// Number of columns that the range of the neighbour lists spans. Positions within the same column are not
-/// distinguished.
+/// Number of columns per range of the neighbour lists. Positions in the same column are not distinguished.
 const COLUMNS_PER_REACH: f64 = 8.0;
 
-/// Maximum number of columns of an axis, in total and per particle. It is limited because every cut of the box visits
-/// all columns.
+/// Largest number of columns of an axis, in total and per particle. Every cut visits all columns.
 const MOST_COLUMNS: f64 = 65_536.0;
 const MOST_COLUMNS_PER_PARTICLE: f64 = 64.0;
 
 const SAMPLE: usize = 20_000;
 
-/// Widths of the layers around the region of a domain, in units of the range of the neighbour search.
+/// Widths of the layers around a region, in units of the range of the neighbour search.
 #[derive(Debug, Clone, Copy)]
 pub struct Halo {
-    /// Largest distance of an owned particle from the region of its domain.
+    /// Largest distance of an owned particle from its region.
     pub slack: f64,
-    /// Width of the outermost layer. Its copies are too far away to affect an owned particle directly.
+    /// Width of the outermost layer. Its particles are too far away to affect an owned particle directly.
     pub margin: f64,
 }
 
-/// Column of a particle along each of the axes that are cut.
+/// Columns of a particle along the axes that are cut.
 pub type Columns = [u32; 3];
 
-/// Blocks of the box. The box is cut into slabs along one or more axes, and the blocks are the intersections of the
-/// slabs.
+/// Blocks of the box, which are the intersections of slabs along one or more axes.
 ///
 /// The place of a particle is its cell, or the centre of its neighbour list.
 #[derive(Debug, Clone)]
 pub struct Regions {
-    /// The axes along which the box is cut; empty if there is only one domain.
+    /// The axes along which the box is cut.
     axes: Vec<Axis>,
 }
 
-/// An axis that is divided into columns. With cells, these are the columns of cells. With lists, the columns are finer.
+/// An axis that is divided into columns. With lists, the columns are finer than cells.
 #[derive(Debug, Clone)]
 struct Axis {
     axis: usize,
@@ -49,20 +45,19 @@ struct Axis {
     last: u32,
     /// Distance, in columns, up to which the prediction of a particle can read other particles.
     reach: f64,
-    /// Number of particles in each column.
     load: Vec<usize>,
     slabs: Slabs,
 }
 
-/// Sets of domains for each column of an axis, one bit per domain. A set takes only this axis into account. A domain
-/// belongs to a place in the box if it is in the sets of the place's columns along all axes that are cut.
+/// Sets of domains for each column of an axis, as bits. For a place in the box, the sets along all axes are
+/// intersected.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
     /// Domains whose regions contain the column.
     owners: Vec<u64>,
     /// Domains that may own a particle in this column.
     near: Vec<u64>,
-    /// Domains whose predictions may read a particle in this column.
+    /// Domains in which predictions may read a particle in this column.
     readers: Vec<u64>,
     /// Domains that hold a copy of a particle in this column when the system is cut.
     holders: Vec<u64>,
@@ -91,7 +86,7 @@ impl Regions {
         best.map_or_else(|| Self { axes: Vec::new() }, |(_, regions)| regions)
     }
 
-    /// Returns the number of sampled particles, copies included, that the largest domain would hold after this cut.
+    /// Returns the size of the largest domain: its number of sampled particles, copies included.
     fn largest<const FALLING: bool, const TABLE: bool>(
         &self,
         engine: &Engine<FALLING, TABLE>,
@@ -144,8 +139,7 @@ impl Regions {
         self.common(columns, |slabs| &slabs.holders)
     }
 
-    /// Returns the domains that are in the set of the column along every axis that is cut. If the box is not cut,
-    /// returns only the first domain.
+    /// Returns the domains that are in the sets of the columns along all axes; the first domain if the box is not cut.
     #[inline(always)]
     fn common(&self, columns: Columns, sets: impl Fn(&Slabs) -> &[u64]) -> u64 {
         if self.axes.is_empty() {
@@ -159,7 +153,7 @@ impl Regions {
 }
 
 impl Axis {
-    /// Creates an axis that is not cut yet. Returns `None` for a flat axis.
+    /// Creates an uncut axis; `None` for a flat axis.
     fn of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, axis: usize) -> Option<Self> {
         let space = &engine.state.space;
         if space.boundary[axis] == Boundary::Flat {
@@ -208,10 +202,9 @@ impl Axis {
         Self { slabs, load: Vec::new(), ..self.clone() }
     }
 
-    /// Adds the owners of each column to the sets of all columns within `width` columns of it.
+    /// Adds the owners of each column to the sets of all columns within `width` columns.
     ///
-    /// Works slab by slab. Even for a halo as wide as the box, this takes one pass over the columns per slab, instead
-    /// of one per column.
+    /// Works slab by slab, which is fast even for a halo as wide as the box.
     fn widen(&self, owners: &[u64], width: usize, sets: &mut [u64]) {
         let columns = owners.len();
         let mut begin = 0;
@@ -242,8 +235,7 @@ impl Axis {
     }
 }
 
-/// Returns two numbers for an axis: its number of columns, and the distance in columns up to which the prediction of a
-/// particle can read other particles.
+/// Returns the number of columns of an axis, and the distance in columns up to which predictions can read.
 ///
 /// Captured partners may be further apart than the range of the neighbour search.
 fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
@@ -263,14 +255,13 @@ fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
             let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
             let most = MOST_COLUMNS.min(MOST_COLUMNS_PER_PARTICLE * engine.particles().len() as f64).max(1.0);
             let columns = (extent / range * COLUMNS_PER_REACH).clamp(1.0, most).floor();
-            // One column is added, because the centre of a list may be anywhere in its column.
+            // One column is added, because a list centre may be anywhere in its column.
             (trunc_to_usize(columns), (range * columns / extent).ceil() + 1.0)
         }
     }
 }
 
-/// Returns all ordered triples of numbers with the given product. The more ones a triple contains, the earlier it
-/// comes.
+/// Returns all ordered triples of numbers with the given product. Triples with more ones come first.
 fn factors(product: usize) -> Vec<[usize; 3]> {
     let divisors = |of: usize| (1..=of).filter(move |divisor| of.is_multiple_of(*divisor));
     let with = |x: usize| divisors(product / x).map(move |y| [x, y, product / x / y]);

@@ -1,4 +1,4 @@
-//! The threads that domains run on, in this process and in others that simulate the same system.
+//! The threads and processes in which the domains run.
 
 use crate::base::numbers::trunc_to_u32;
 use crate::engine::communicator::Communicator;
@@ -11,26 +11,23 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Threads of this process, and its connection to other processes. Each process has the same number of
-/// consecutive domains.
+/// Threads of this process, and its connection to other processes. Each process has the same number of domains.
 #[derive(Debug, Clone)]
 pub struct Team {
-    /// Worker threads; `None` if all work is done in the calling thread.
+    /// Worker threads; `None` if the calling thread does all work.
     pool: Option<Arc<ThreadPool>>,
     communicator: Option<Arc<dyn Communicator>>,
     /// Number of domains of each process.
     share: usize,
-    /// Number of bytes sent to other processes.
     sent: Arc<AtomicU64>,
 }
 
 impl Team {
-    /// Creates a team with `domains` domains in each process, up to 64 in all, and `threads` threads in this
-    /// process.
+    /// Creates a team with `domains` domains in each process, up to 64 in all.
     pub fn new(domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) -> Self {
         let processes = communicator.as_ref().map_or(1, |communicator| communicator.size());
         let share = domains.clamp(1, (Threads::MOST / processes).max(1));
-        // If the operating system cannot start more threads, the calling thread does all work.
+        // If no threads can be started, the calling thread does all work.
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
         Self { pool: pool.map(Arc::new), communicator, share, sent: Arc::default() }
     }
@@ -48,7 +45,6 @@ impl Team {
         self.share * self.communicator.as_ref().map_or(1, |communicator| communicator.size())
     }
 
-    /// The numbers of the domains of this process.
     pub fn numbers(&self) -> Range<usize> {
         let rank = self.communicator.as_ref().map_or(0, |communicator| communicator.rank());
         rank * self.share..(rank + 1) * self.share
@@ -67,7 +63,7 @@ impl Team {
         trunc_to_u32(threads.min(domains).max(1) as f64)
     }
 
-    /// Runs `work` on a worker thread, if there are any. Parallel work starts faster from a worker thread.
+    /// Runs `work` on a worker thread, from which parallel work starts faster.
     pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.pool {
             Some(pool) => pool.install(work),
@@ -83,7 +79,7 @@ impl Team {
         }
     }
 
-    /// Collects the items of all processes, ordered by process. Every process receives all items.
+    /// Sends the items of this process to all processes, and returns the items of all processes, ordered by process.
     pub fn all<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>) -> Vec<T> {
         let Some(communicator) = &self.communicator else { return mine };
         let message = encode(&**communicator, &mine);
@@ -92,8 +88,8 @@ impl Team {
         shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**communicator, bytes)).collect()
     }
 
-    /// Exchanges messages between processes. Returns the messages to the domains of this process, ordered by the
-    /// sending process. `to` returns the set of domains that receive a message.
+    /// Exchanges messages between processes. Returns the messages to the domains of this process, ordered by sender.
+    /// `to` returns the set of domains that receive a message.
     pub fn deliver<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>, to: impl Fn(&T) -> u64) -> Vec<T> {
         let Some(communicator) = &self.communicator else { return mine };
         let of_rank = |rank: usize| {

@@ -96,7 +96,6 @@ fn multiple_processes_match_one_engine_bitwise() {
             let team = Team::new(each, 1, Some(communicator));
             compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(40_000), team, halo)
         });
-        // All processes must roll back the same windows.
         let undone = |work: &DomainWork| (work.windows, work.differences, work.uncovered, work.steps);
         assert!(work.iter().all(|one| undone(one) == undone(&work[0])), "{work:?}");
         assert!(halo.margin > 0.0 || work[0].differences > 5, "{work:?}");
@@ -130,10 +129,9 @@ fn domains_match_one_engine_bitwise() {
     compare::<false, false>(&thin, "cells", events, (&[2, 3, 8], WIDE));
     compare::<false, false>(&dense, "lists", events, (&[2, 3, 8], WIDE));
     compare::<false, true>(&mixture().build().unwrap(), "mixture", Until::time(5.0), (&[1, 2, 5, 13], WIDE));
-    // Many epochs.
+    // This run has many epochs.
     let small = spheres(hard(), 0.45, 1_000).build().unwrap();
     compare::<false, false>(&small, "small", Until::events(150_000), (&[2, 3], WIDE));
-    // Three dimensions with dissipative walls and gravity, and two dimensions with elastic walls.
     let boundary = [Boundary::walls(0.9); 3];
     let walls = |builder: SceneBuilder, size| builder.space(Space { boundary, ..Space::periodic_cube(size) });
     let falling = walls(mixture(), 14.0).gravity(Vector::new(0.0, 0.1, -0.4)).build().unwrap();
@@ -212,7 +210,7 @@ fn domains_match_one_engine_bitwise_after_a_cold_start() {
     compare_cold::<false, true>(&cold[1]);
 }
 
-/// Compares runs of a system at rest that gets a heat bath immediately, within the first epoch, or after many epochs.
+/// Compares runs of a system at rest that gets a heat bath at once, within the first epoch, or after many epochs.
 fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
     let bath = Bath { temperature: 1.0, rate: 1.0, axes: [true; 3] };
     for rest in [0.0, 0.3, 50.0, 5e4] {
@@ -273,8 +271,7 @@ fn wrong_windows_are_rolled_back() {
     assert!(work.iter().map(|work| work.uncovered).sum::<u64>() > 5, "{work:?}");
 }
 
-/// Returns the state of a particle and its next contact as text. Other particles are given by id and sorted, so that
-/// the texts of different engines can be compared.
+/// Returns the state of a particle and its next contact as text. Other particles are given by id and sorted.
 fn all_of<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     particle: u32,
@@ -299,15 +296,13 @@ fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE
     names
 }
 
-/// Number of times that each system is compared. `CAROM_BARRIERS=10000 cargo test --release --lib barrier` compares
-/// more often.
+/// Number of rounds. `CAROM_BARRIERS=10000 cargo test --release --lib barrier` compares more often.
 fn rounds() -> usize {
     std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
 }
 
-/// Compares domains with a single engine after every hundred steps and after each window. Owned particles are
-/// compared with the particles of the single engine, and copies with their originals. Returns the number of
-/// comparisons.
+/// Compares domains with a single engine after every hundred steps: owned particles with the particles of the single
+/// engine, and copies with their owners. Returns the number of comparisons.
 fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
     let (mut one, mut whole) = (begun::<FALLING, TABLE>(scene), begun::<FALLING, TABLE>(scene));
     let mut domains = Domains::<FALLING, TABLE>::with(Team::new(count, 2, None), halo);
@@ -318,8 +313,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
         one.advance(Until { time: Some(time), ..end }, &mut None).unwrap();
-        // Because of rounding, the single engine may stop at a slightly different time. The two engines may also be in
-        // different epochs. The states cannot be compared then.
+        // Because of rounding, the two engines may stop at different times or in different epochs.
         if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {
             continue;
         }
@@ -336,7 +330,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
                 let owner = &cut.domains[usize::from(held.owner)];
                 let there = owner.here[held.whole as usize];
                 assert!(owner.owned.has(there) && owner.held[there as usize].known_to & domain.bit != 0, "{name}");
-                // A copy lacks its pairs with particles that the domain does not hold. Such copies are not compared.
+                // Copies that lack some of their pairs are not compared.
                 let captured = owner.engine.record(there).captured.unwrap_or_default();
                 let here = |other: u32| domain.here[owner.held[other as usize].whole as usize];
                 if captured.iter().all(|pair| here(pair.partner) != NO_PARTICLE) {
@@ -353,8 +347,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
 fn domains_match_one_engine_and_copies_match_owners_at_each_barrier() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
-    // At this low density, flights are long. If the partner of a predicted contact changes course, it is far away when
-    // the contact is due.
+    // Flights are long at this low density, so the partner may be far away when an outdated contact is due.
     let rare = spheres(hard(), 0.005, 1_000).build().unwrap();
     let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let wells = spheres(well, 0.3, 1_000).build().unwrap();

@@ -1,5 +1,4 @@
-//! One window of a domain: runs its steps, saves the states that they change, and records the steps that other
-//! domains must know.
+//! One window of a domain: runs its steps, and records them for a rollback and for the comparison.
 
 use super::domain::Domain;
 use super::exchange::{Step, hash};
@@ -17,17 +16,15 @@ use crate::engine::prediction::{Prediction, id_of};
 use crate::engine::sources::andersen::Collision;
 use std::ops::ControlFlow;
 
-/// Number of event times that are kept at the end of a window. The engine detects from these times whether time
-/// stands still.
+/// Number of event times that are kept, to detect that time stands still.
 const LAST_EVENTS: usize = 32;
 
-/// Maximum number of steps of a domain in a window. All changes are kept for a rollback, and particles may become
-/// faster after the window's length was chosen. Without a limit, the memory for a rollback could become too
-/// large.
+/// Largest number of steps of a domain in a window. It limits the memory for a rollback, even if particles become
+/// faster during the window.
 const LONGEST_WINDOW: u64 = 100_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Runs this domain, without the other domains, up to and including the time `stop`.
+    /// Runs this domain alone, up to and including the time `stop`.
     pub fn run(&mut self, regions: &Regions, stop: f64, is_observed: bool) {
         while self.trouble.is_none() {
             let entry = match self.engine.next_due(stop) {
@@ -36,7 +33,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                     self.engine.schedule.queue.discard();
                     continue;
                 }
-                // The window ends with its epoch at the latest, and domains have no global events.
+                // A window never extends beyond its epoch. Domains have no global events.
                 Next::Limit | Next::Epoch | Next::GlobalEvent => None,
             };
             let next = entry.map_or(f64::INFINITY, |entry| entry.time);
@@ -141,7 +138,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// The event is counted and shown to the observer only if this domain owns the particle.
+    /// The event is counted and observed in the domain that owns the particle.
     #[inline(always)]
     fn counting<R>(
         &mut self,
@@ -175,7 +172,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.note_contact(regions, particle, None, collision.time);
     }
 
-    /// Saves all data of a particle that a contact can change, so that the window can be rolled back.
+    /// Saves the data that a contact can change, for a rollback.
     #[inline(always)]
     fn save(&mut self, particle: u32) {
         if self.is_plain {
@@ -213,8 +210,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Records a step of a particle that several domains hold. `hash_of_step` is `None` if the step changes no
-    /// data that other domains can read.
+    /// Records a step of a shared particle. `hash_of_step` is `None` if the step changes no data that others can read.
     #[inline]
     pub fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
         let prediction = self.engine.schedule.predictions[particle as usize];

@@ -1,5 +1,3 @@
-//! The reason why a system runs in one thread, and statistics of the work in several threads.
-
 use crate::model::Scene;
 use std::fmt;
 use std::time::Duration;
@@ -12,16 +10,15 @@ pub enum SingleThread {
     ChangingDistances,
     /// The box is sheared, so that its sides slide past each other.
     SlidingImages,
-    /// Some bonds use an interaction that does not hold their pairs together, or the scene allows bonded pairs to start
-    /// beyond the range of their interaction.
+    /// Some bonds do not hold their pairs together, or bonded pairs may start beyond the range of their interaction.
     LongInteractions,
-    /// The scene has a window of a distance, or weights of the energy. Both act on the whole system.
+    /// A distance is restrained to an umbrella window, or energies have multicanonical weights.
     WholeSystem,
 }
 
 impl SingleThread {
-    /// The reason why a scene runs in one thread from start to end; `None` if it can run in several threads.
-    /// Growing diameters are not reported here, because they are a reason only while the growth lasts.
+    /// The reason why a scene runs in one thread from start to end; `None` if it can run in several threads. Growing
+    /// diameters are not reported, because growth ends.
     #[must_use]
     pub fn of(scene: &Scene) -> Option<Self> {
         match () {
@@ -38,46 +35,44 @@ impl fmt::Display for SingleThread {
             Self::ChangingDistances => "the diameters grow",
             Self::SlidingImages => "the box is sheared",
             Self::LongInteractions => "overlaps at the start are allowed, or bonded particles can separate",
-            Self::WholeSystem => "a window of a distance, or weights of the energy, act on the whole system",
+            Self::WholeSystem => "umbrella windows and multicanonical weights act on the whole system",
         })
     }
 }
 
-/// Statistics of a simulation that is divided into domains to run in several threads or processes.
+/// Statistics of a simulation that runs in several domains.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DomainWork {
-    /// Number of windows that were accepted, because all domains agreed.
+    /// Number of windows that were accepted.
     pub windows: u64,
-    /// Number of windows that were rolled back because two domains disagreed. They were then repeated up to the
-    /// first difference.
+    /// Number of windows that were rolled back because two domains disagreed.
     pub differences: u64,
-    /// Number of windows that were rolled back because a domain could not complete them, for example because a
-    /// particle had moved out of the region that the domain covers.
+    /// Number of windows that were rolled back because a domain could not complete them, for example because a particle
+    /// had left the region of the domain.
     pub uncovered: u64,
     /// Number of times that the system was divided into domains.
     pub cuts: u64,
-    /// Number of times that a single engine took over from the domains for a while.
+    /// Number of times that a single engine took over from the domains.
     pub serial: u64,
-    /// Two numbers of steps. The first leaves out the steps of copies, so that each particle counts in one domain only.
-    /// The second includes them.
+    /// Number of steps without the steps of copies, and number of all steps.
     pub steps: [u64; 2],
     /// Wall time spent on the steps of windows.
     pub simulating: Duration,
-    /// Wall time of the slowest domain in each window, summed over all windows. Only the domains of this process are
-    /// included. With one core per domain, the steps would take this time.
+    /// Wall time of the slowest domain of this process, summed over all windows. With one core per domain, the steps
+    /// would take this time.
     pub slowest: Duration,
     /// Wall time in which threads and processes waited for the slowest thread or process.
     pub waiting: Duration,
     /// Wall time spent on comparing the results of domains.
     pub comparing: Duration,
-    /// Wall time spent on updating the domains' copies of particles that other domains own.
+    /// Wall time spent on updating the domains' copies of particles.
     pub exchanging: Duration,
-    /// Wall time spent on transferring the state of all particles from the domains to the single engine.
+    /// Wall time spent on transferring all particles to the single engine.
     pub gathering: Duration,
     /// Wall time spent on dividing the system into domains.
     pub cutting: Duration,
-    /// Wall time spent on new epochs, in which the domains shift the origin of their times.
+    /// Wall time spent on the transition to new epochs.
     pub moving: Duration,
     /// Number of bytes that this process has sent to other processes.
     pub sent: u64,

@@ -29,9 +29,9 @@ pub enum CountedKind {
 }
 
 impl CountedKind {
-    /// Kinds of events of two particles, in the order in which they are stored.
+    /// Kinds of events of two particles, in the order of storage.
     const OF_PAIRS: [Self; 5] = [Self::Core, Self::Capture, Self::Release, Self::Bounce, Self::Bond];
-    /// Kinds of events of one particle, in the order in which they are stored.
+    /// Kinds of events of one particle, in the order of storage.
     const OF_ONE: [Self; 2] = [Self::Wall, Self::Thermostat];
 
     /// Returns the name of this kind of event in files and tables.
@@ -55,14 +55,14 @@ impl CountedKind {
 /// them as bounces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct EventCountsBySpecies {
-    /// The species with the lower index comes first.
+    /// Counts of pair events. The species with the lower index comes first.
     pairs: Pairs,
-    /// Counts of wall and thermostat events for each species.
+    /// Counts of wall and thermostat events.
     singles: BTreeMap<u32, [u64; 2]>,
 }
 
-/// Maximum number of species for which the counts of all pairs are stored in one array. With more species, only
-/// pairs that have had an event are stored.
+/// Largest number of species for which the counts of all pairs are stored. With more species, pairs without events are
+/// not stored.
 const MOST_LISTED: usize = 128;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,7 +94,7 @@ impl EventCountsBySpecies {
         Self { pairs, singles: BTreeMap::new() }
     }
 
-    /// Creates the counts of a scene in which all particles are hard spheres of one species, from the total counts.
+    /// Creates the counts for hard spheres of one species, from the total counts.
     pub(crate) fn of_one_species(species: usize, event_counts: &EventCounts) -> Self {
         let mut counts = Self::new(0);
         counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [event_counts.core, 0, 0, 0, 0])]));
@@ -102,7 +102,7 @@ impl EventCountsBySpecies {
         counts
     }
 
-    /// Converts counts by table row to counts by species. `species` lists the species of the table rows.
+    /// Converts counts by table row to counts by species.
     pub(crate) fn of_rows(&self, species: &[SpeciesId]) -> Self {
         if species.iter().zip(0..).all(|(id, row)| id.0 == row) {
             return self.clone();
@@ -110,7 +110,7 @@ impl EventCountsBySpecies {
         let named = |row: u32| species.get(row as usize).map_or(row, |id| id.0);
         let mut pairs = BTreeMap::new();
         self.for_each_pair(|[a, b], counts| {
-            // Rows are in the order of species, so the species with the lower index still comes first.
+            // Rows are in the order of species, so the lower index stays first.
             pairs.insert((named(a), named(b)), *counts);
         });
         let singles = self.singles.iter().map(|(row, counts)| (named(*row), *counts)).collect();
@@ -153,8 +153,8 @@ impl EventCountsBySpecies {
         counts[usize::from(kind == CountedKind::Thermostat)] += 1;
     }
 
-    /// Returns all counts that are not zero. Each entry has the kind of event, the species involved (one, or two
-    /// in ascending order), and the count.
+    /// Returns all counts that are not zero: the kind of event, the species involved (one, or two in ascending order),
+    /// and the count.
     #[must_use]
     pub fn entries(&self) -> Vec<(CountedKind, Vec<u32>, u64)> {
         let mut entries = Vec::new();
@@ -194,8 +194,7 @@ impl EventCountsBySpecies {
             (Pairs::Sparse(now), Pairs::Sparse(before)) => {
                 before.iter().for_each(|(pair, b)| less(now.entry(*pair).or_default(), b));
             }
-            // The tables can have different forms only if the earlier counts are empty. Then there is nothing to
-            // subtract.
+            // The tables have different forms only if the earlier counts are empty.
             _ => {}
         }
         for (species, before) in &earlier.singles {

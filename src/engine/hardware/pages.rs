@@ -12,7 +12,7 @@ pub fn enlarge<T>(array: &Vec<T>) {
         let start = array.as_ptr() as usize;
         let first = start.next_multiple_of(PAGE);
         let last = |elements: usize| (start + elements * size_of::<T>()) / PAGE * PAGE;
-        // The part of the array that is already filled is moved to large pages immediately.
+        // The filled part of the array is moved to large pages immediately.
         for (last, advice) in [(last(array.capacity()), libc::MADV_HUGEPAGE), (last(array.len()), libc::MADV_COLLAPSE)]
         {
             if first < last {

@@ -1,10 +1,9 @@
-//! Prefetching: asking the processor to load data before it is needed.
+//! Prefetching: the processor loads data before they are needed.
 //!
 //! Successive events are far apart in space and therefore in memory. Without prefetching, a large system
 //! waits for memory most of the time.
 
-/// Begins to load element `index` of a slice into the cache, if the processor supports this. An index beyond the
-/// slice is harmless.
+/// Begins to load an element of a slice into the cache. An index beyond the slice is harmless.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]

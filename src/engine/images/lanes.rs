@@ -1,4 +1,4 @@
-//! The choice of images in SIMD lanes: the same images as [`Engine::nearest`](super::Engine) chooses for single pairs.
+//! Chooses periodic images in SIMD lanes, like [`Engine::nearest`](super::Engine) for single pairs.
 
 use super::{FLOW, GRADIENT};
 use crate::Vector;
@@ -7,13 +7,13 @@ use crate::physics::detection::lanes::Lanes;
 /// The motion of the periodic images across the sliding sides of a sheared box.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Sliding {
-    /// Present displacement of the image above the box along the flow direction, reduced by whole periods `[length]`.
+    /// Displacement of the image above the box along the flow, reduced by whole periods `[length]`.
     pub displacement: f64,
-    /// Rate of change of the displacement `[length / time]`.
+    /// Speed of this image along the flow `[length / time]`.
     pub speed: f64,
 }
 
-/// Changes the separations of several pairs to the separations of their nearest images, in a box without shear.
+/// Replaces separations by those of the nearest images, in a box without shear.
 #[inline(always)]
 pub(in crate::engine) fn nearest<F: Lanes>(r: &mut [F; 3], periods: &Vector) {
     for (apart, period) in r.iter_mut().zip(periods) {
@@ -21,7 +21,7 @@ pub(in crate::engine) fn nearest<F: Lanes>(r: &mut [F; 3], periods: &Vector) {
     }
 }
 
-/// Changes separations and relative velocities of several pairs to their nearest images, in a sheared box.
+/// Replaces separations and relative velocities by those of the nearest images, under shear.
 #[inline(always)]
 pub(in crate::engine) fn nearest_sheared<F: Lanes>(
     r: &mut [F; 3],
@@ -40,11 +40,10 @@ pub(in crate::engine) fn nearest_sheared<F: Lanes>(
     r[2] = minimum_image(r[2], periods[2]);
 }
 
-/// Returns by how much the squared distance to the closest of all other images exceeds the squared distance to the
-/// nearest image.
+/// Returns the squared distance to the second nearest image, minus the squared distance to the nearest image.
 ///
-/// Other images are farther away by at least one period along one axis. For a separation `x` and a period `L`, the
-/// squared distance grows by `(L - |x|)^2 - x^2 = L^2 - 2 L |x|`. The smallest growth counts.
+/// The second nearest image is shifted by one period `L` along one axis. For a separation `x` along this axis, the
+/// squared distances differ by `(L - |x|)^2 - x^2 = L^2 - 2 L |x|`. The result is the minimum over the axes.
 #[inline(always)]
 pub(in crate::engine) fn squared_distance_to_others<F: Lanes>(r: &[F; 3], periods: &Vector) -> F {
     let mut further = F::all(f64::INFINITY);
@@ -60,7 +59,6 @@ pub(in crate::engine) fn are_apart<F: Lanes>(r: &[F; 3], least: [f64; 3]) -> u32
     r.iter().zip(least).fold(0, |bits, (&apart, least)| bits | F::all(least).sub(size(apart)).at_most(0.0))
 }
 
-/// Returns the minimum image of one coordinate of many pairs. See [`crate::model::space::minimum_image`].
 #[inline(always)]
 fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
     let half = F::all(0.5 * period);
@@ -68,7 +66,6 @@ fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
     apart.sub(half.if_less(apart, F::all(period), below))
 }
 
-/// Absolute value.
 #[inline(always)]
 fn size<F: Lanes>(x: F) -> F {
     F::all(0.0).if_less(x, x, F::all(0.0).sub(x))

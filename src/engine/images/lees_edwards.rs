@@ -1,9 +1,9 @@
 //! Sheared boxes: the periodic images above and below the box slide along x (Lees and Edwards, J. Phys. C 5,
 //! 1921, 1972, [doi:10.1088/0022-3719/5/15/006](https://doi.org/10.1088/0022-3719/5/15/006)).
 //!
-//! At the shear rate `g`, the image of a particle one period `L_y` above is displaced by `g L_y t` along x after
-//! a time `t`, and is faster by `g L_y`. Particles still fly freely between events, and all equations stay
-//! quadratic. Only the images change.
+//! Let `g` be the shear rate, and `L_y` the period along y. Each particle has an image that is higher by `L_y`. After a
+//! time `t`, this image is displaced by `g L_y t` along x, and its velocity along x is larger by `g L_y`. Particles
+//! still fly freely between events, and all equations stay quadratic. Only the images change.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,8 +21,8 @@ use crate::model::Scene;
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
 
-/// Whenever images have slid by this fraction of the box length, pairs across the sliding sides are predicted
-/// again. In between, a particle can meet only the nearest image and the images on either side of it.
+/// Whenever images have slid by this fraction of the box length, pairs across the sliding sides are predicted again. In
+/// between, a particle can meet only the nearest image and the images on either side.
 const SLIDE: f64 = 0.25;
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -35,14 +35,13 @@ pub(in crate::engine) struct LeesEdwards {
     displacement: f64,
     /// Coordinate y at which the streaming velocity is zero `[length]`.
     middle: f64,
-    /// Time since the epoch of the next prediction of the pairs across the sliding sides.
+    /// Time since the epoch at which the pairs across the sliding sides are next predicted.
     next_refresh: f64,
     /// Interval between predictions of the pairs across the sliding sides `[time]`.
     between_refreshes: f64,
 }
 
 impl LeesEdwards {
-    /// Returns the shear of a scene; `None` if the box is not sheared.
     pub fn of(scene: &Scene) -> Option<Self> {
         let (rate, space, displacement) = (scene.shear_rate?, &scene.space, scene.displacement);
         let speed = rate * space.size[GRADIENT];
@@ -55,22 +54,20 @@ impl LeesEdwards {
         self.next_refresh
     }
 
-    /// Displacement along x of the periodic image above the box, at a time since the epoch `[length]`.
     #[inline]
     fn displacement(&self, time: f64) -> f64 {
         self.displacement + self.speed * time
     }
 
-    /// Returns the displacement along x of the periodic image above the box, and the number of whole periods that
-    /// were subtracted to bring it into `(-period / 2, period / 2]`.
+    /// Returns the displacement along x of the periodic image above the box, in `(-period / 2, period / 2]`, and the
+    /// number of whole periods that were subtracted.
     pub fn displacement_within(&self, time: f64, period: f64) -> (f64, i32) {
         let whole = self.displacement(time);
         let within = displacement_within_period(whole, period);
         (within, trunc_to_i32(((whole - within) / period).round()))
     }
 
-    /// Moves the epoch to a time that is later by `shift`. Returns the number of whole periods that were
-    /// subtracted from the displacement.
+    /// Moves the epoch by `shift`. Returns the number of whole periods that were subtracted from the displacement.
     pub fn shift(&mut self, shift: f64, period: f64) -> i32 {
         let before = self.displacement(shift);
         self.displacement = libm::fmod(before, period);
@@ -80,8 +77,7 @@ impl LeesEdwards {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The streaming velocity at a position: `g (y - y_middle)` along x for the shear rate `g`, and zero without
-    /// shear.
+    /// The streaming velocity at a position: `g (y - y_middle)` along x for the shear rate `g`, and zero without shear.
     #[inline]
     pub(in crate::engine) fn streaming_velocity(&self, position: &Vector) -> Vector {
         let mut streaming = Vector::zeros();
@@ -91,9 +87,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         streaming
     }
 
-    /// Changes a separation and a relative velocity to the separation and velocity of the nearest image, at a time
-    /// since the epoch.
-    /// Returns whether this image lies across a sliding side.
+    /// Changes `state` to the relative state for the nearest image. Returns true if this image lies across a sliding
+    /// side.
     #[inline]
     pub(in crate::engine) fn nearest_sheared(&self, state: &mut RelativeState, shear: &LeesEdwards, time: f64) -> bool {
         let height = state.position[GRADIENT];
@@ -110,8 +105,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_across
     }
 
-    /// Whether a particle in a sheared box has no neighbours across the sliding sides, and can meet each
-    /// neighbour in one image only. Its contacts are then the same as in a box without shear.
+    /// Returns true for a particle of a sheared box that has the same contacts as without shear. It has no neighbours
+    /// across the sliding sides, and can meet each neighbour in a single image.
     #[inline]
     pub(in crate::engine) fn is_off_sliding_sides(&self, particle: u32) -> bool {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return false };
@@ -120,8 +115,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image && !cells.is_outermost(cells.home(particle), GRADIENT)
     }
 
-    /// Returns the displacement and the speed of the images across the sliding sides. `None` if the box is not sheared,
-    /// or if a pair across these sides could meet in several images.
+    /// Returns the displacement and the speed of the images across the sliding sides. `None` without shear, or if a
+    /// pair across these sides could meet in several images.
     pub(in crate::engine) fn sliding(&self, time: f64) -> Option<Sliding> {
         let shear = self.images.sliding.as_ref()?;
         let is_in_one_image = self.images.further.is_empty() && !self.images.tied.contains(&true);
@@ -129,21 +124,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image.then_some(Sliding { displacement, speed: shear.speed })
     }
 
-    /// Calls `visit` for the particles across the sliding side next to a particle. All cells along the flow are
-    /// visited, because the adjacent cells change with time.
+    /// Calls `visit` for the particles across the sliding side next to a particle, in all cells along the flow. Which
+    /// of these cells are adjacent changes with time.
     pub(in crate::engine) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return };
         cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
     }
 
-    /// Whether a particle that leaves its cell through a face crosses a sliding side and is displaced along x.
+    /// Returns true if a particle that leaves its cell through a face crosses a sliding side.
     #[inline]
     pub(in crate::engine) fn slides_behind(&self, cells: &Cells, particle: u32, face: CellFace) -> bool {
         self.images.slide() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
     }
 
-    /// Moves a particle that leaves through a sliding side to the other side of the box. It gets the position and
-    /// the velocity of its image there.
+    /// Moves a particle that leaves through a sliding side to the opposite side, with the position and the velocity of
+    /// its image.
     pub(in crate::engine) fn slide(&mut self, particle: u32, face: CellFace, time: f64) -> Result<(), InvariantBroken> {
         let Some(shear) = self.images.sliding else {
             return Err(self.broken(particle, None, Invariant::Transition));
@@ -172,8 +167,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Moves a particle back to a sliding side if rounding put it slightly beyond. Positions beyond the side belong to
-    /// the images, which have a different velocity.
+    /// Moves a particle back to a sliding side if rounding put it slightly beyond, where the velocity of its image is
+    /// different.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
         if self.images.slide() {
             let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
@@ -182,9 +177,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the image numbers of a particle, as in a snapshot. A snapshot gives the displacement of the image
-    /// above, reduced by `periods` whole periods. To compensate, `periods` is added to the image number along x for
-    /// each period that the particle has travelled along y.
+    /// Returns the image numbers of a particle for a snapshot. In a snapshot, the displacement of the periodic image
+    /// above the box is reduced by `periods` periods. To compensate, the image number along x increases by `periods`
+    /// times the image number along y.
     pub(in crate::engine) fn image_numbers(&self, particle: u32, periods: i32) -> [i32; 3] {
         let mut image = self.state.images.of(particle);
         if self.images.slide() {
@@ -195,8 +190,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Adapts the images to an epoch that is later by `shift`.
     ///
-    /// The image one period above is displaced along x. Here, whole periods are removed from this displacement
-    /// and added to the image numbers along x, so that
+    /// Whole periods are moved from the displacement of the image above to the image numbers along x, so that
     /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` stays continuous.
     pub(in crate::engine) fn shift_images(&mut self, shift: f64) {
         let Some(shear) = &mut self.images.sliding else { return };
@@ -209,7 +203,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the particles to predict again after the images have slid, because they can now meet other images.
+    /// Returns the particles to predict again after the images have slid.
     pub(in crate::engine) fn refresh_images(&mut self) -> Result<Repredict, InvariantBroken> {
         let (Some(shear), Neighbours::Cells(cells)) = (&mut self.images.sliding, &self.neighbours) else {
             return Err(self.broken(0, None, Invariant::Cells));
@@ -217,7 +211,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now = shear.next_refresh;
         shear.next_refresh += shear.between_refreshes;
         let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
-        // Bonded pairs outside their own interaction can meet over a distance of several rows of cells.
+        // Bonded partners beyond the range of their own interaction can meet from several rows of cells away.
         let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
         let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
         Ok(Repredict::Some(found.collect()))

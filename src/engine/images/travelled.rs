@@ -1,10 +1,8 @@
-//! Image numbers: how many periods each particle has travelled along the axes.
-
 use crate::base::numbers::id;
 use serde::{Deserialize, Serialize};
 
-/// Image numbers of all particles, indexed by particle number. A particle takes three bytes. As soon as a single
-/// particle needs more, every particle takes twelve bytes.
+/// Image numbers: how many periods each particle has travelled along the axes. A particle takes three bytes. As soon as
+/// one particle needs more, every particle takes twelve bytes.
 ///
 /// Image numbers wrap at 32 bits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -80,7 +78,7 @@ impl Travelled {
         }
     }
 
-    /// Converts all image numbers to the larger format, unless this has been done already, and returns them.
+    /// Converts all image numbers to the larger format, if necessary, and returns them.
     #[cold]
     fn far(&mut self) -> &mut [[i32; 3]] {
         if let Self::Near(images) = self {

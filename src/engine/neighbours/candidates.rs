@@ -2,14 +2,14 @@
 
 use super::cells::NO_PARTICLE;
 
-/// The memory is reused from one search to the next.
+/// A list of candidates. Its memory is reused in the next search.
 #[derive(Debug, Clone, Default)]
 pub struct Candidates {
     found: Vec<u32>,
     length: usize,
 }
 
-/// The first entries of a candidate list: the first particles of the cells that are searched.
+/// Writes the first entries of a candidate list: the first particle of each cell.
 #[derive(Debug)]
 pub struct Heads<'a> {
     particles: &'a mut [u32; 32],
@@ -17,10 +17,9 @@ pub struct Heads<'a> {
 }
 
 impl Heads<'_> {
-    /// Appends a particle. Appends nothing if the particle is [`NO_PARTICLE`].
+    /// Appends a particle, or nothing for [`NO_PARTICLE`].
     ///
-    /// There is no branch, because a cell is about equally often empty or occupied by one particle. The processor
-    /// would mispredict a branch half of the time.
+    /// A branch would be mispredicted half of the time, because about half of the cells are empty.
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         self.particles[self.length % 32] = particle;
@@ -34,8 +33,7 @@ impl Candidates {
         self.length = 0;
     }
 
-    /// Clears the candidate list. Returns a writer for its first entries, which hold the first particles of up to 27
-    /// cells.
+    /// Clears the list, and returns a writer for the first particles of up to 27 cells.
     #[inline(always)]
     #[cfg_attr(not(test), expect(clippy::unreachable, reason = "it has grown where it was too short"))]
     pub fn heads(&mut self) -> Heads<'_> {
@@ -71,9 +69,8 @@ impl Candidates {
         self.found.resize(2 * self.found.len() + 64, NO_PARTICLE);
     }
 
-    /// Completes a candidate list that begins with the first particles of some cells. Appends all other particles
-    /// of these cells. `heads` is the number of first particles, and `next` holds, for each particle, the next
-    /// particle in its cell.
+    /// Appends all other particles of the cells whose first particles are in the list. `heads` is the number of first
+    /// particles. `next` holds, for each particle, the next particle in the same cell.
     #[inline]
     pub fn follow(&mut self, heads: usize, next: &[u32]) {
         let (mut at, mut length) = (0, heads);
@@ -110,8 +107,7 @@ impl Candidates {
         &self.found[..self.length]
     }
 
-    /// Returns the candidates, padded with the particle `with` to a multiple of eight, and their number without
-    /// padding.
+    /// Returns the candidates, padded with the particle `with` to a multiple of eight, and their number.
     #[inline]
     pub fn filled_up(&mut self, with: u32) -> (&[u32], usize) {
         let filled_up = self.length.next_multiple_of(8);
@@ -131,7 +127,7 @@ mod tests {
 
     #[test]
     fn linked_lists_are_followed_to_their_end() {
-        // The particles of the first cell are 5, 2 and 0, of the second cell 3, and of the third cell 1 and 4.
+        // The cells hold the particles 5, 2, 0, then 3, then 1, 4.
         let next = [NO_PARTICLE, 4, 0, NO_PARTICLE, NO_PARTICLE, 2];
         let mut near = Candidates::default();
         let mut heads = near.heads();

@@ -1,7 +1,6 @@
 //! A cell list of points at a single time. It finds pairs within a range, and the point nearest to a position.
 //!
-//! Cell lists are used by code that needs neighbours only once, such as instruments. The event loop maintains its
-//! own data on the same kind of grid.
+//! Cell lists are used by code that needs neighbours only once, such as instruments.
 
 use super::grid::Grid;
 use crate::Vector;
@@ -11,12 +10,12 @@ use std::ops::ControlFlow;
 /// Maximum number of cells per point. More cells would only cost memory.
 const CELLS_PER_POINT: f64 = 2.0;
 
-/// Points sorted into cells no smaller than a range. The separation of a pair is measured between its nearest images.
+/// Points sorted into cells no smaller than a range.
 #[derive(Debug)]
 pub(crate) struct CellList {
     grid: Grid,
     periods: Vector,
-    /// Displacement along x of the next periodic image along y, in a sheared box.
+    /// Displacement along x of the image one period up along y, in a sheared box.
     displacement: f64,
     range: f64,
     /// For each cell, the index of its first point. The last entry is the number of points.
@@ -27,8 +26,8 @@ pub(crate) struct CellList {
 }
 
 impl CellList {
-    /// Sorts points, given as ids and positions, into cells. Along periodic axes, the points must be inside
-    /// `space`. The next periodic image along y is displaced by `displacement` along x.
+    /// Sorts points into cells. Along periodic axes, the points must be inside `space`. The image one period up along y
+    /// is displaced by `displacement` along x.
     pub fn new(space: &Space, displacement: f64, range: f64, points: impl Iterator<Item = (u32, Vector)>) -> Self {
         let (ids, positions): (Vec<u32>, Vec<Vector>) = points.unzip();
         let grid = Grid::new(&bounds(space, &positions), range, &positions, [0.0; 3], CELLS_PER_POINT);
@@ -53,14 +52,12 @@ impl CellList {
         }
     }
 
-    /// Returns the largest range for which the nearest image of a pair is sufficient: half of the shortest
-    /// period. It is infinite without periodic axes.
+    /// Returns the largest range for which the nearest image of a pair is sufficient; infinite without periodic axes.
     pub fn largest_range(space: &Space) -> f64 {
         0.5 * space.periods().min()
     }
 
-    /// Calls `visit(a, b, r_a - r_b, r^2)` once for each pair of points within the range. The arguments are the
-    /// two ids, the separation, and the squared distance.
+    /// Calls `visit(a, b, r_a - r_b, r^2)` once for each pair of points within the range.
     pub fn for_each_pair(&self, mut visit: impl FnMut(u32, u32, &Vector, f64)) {
         self.has_pair(|a, b, separation, squared| {
             visit(a, b, separation, squared);
@@ -68,8 +65,7 @@ impl CellList {
         });
     }
 
-    /// Whether `is(a, b, r_a - r_b, r^2)` is true for any pair of points within the range. Each pair is tested at
-    /// most once.
+    /// Returns true if `is(a, b, r_a - r_b, r^2)` is true for any pair within the range. A pair is tested at most once.
     pub fn has_pair(&self, mut is: impl FnMut(u32, u32, &Vector, f64) -> bool) -> bool {
         let found = self.for_each(|index, runs| {
             for &(begin, end) in runs {
@@ -86,8 +82,8 @@ impl CellList {
         found.is_break()
     }
 
-    /// Calls `visit(id, separations)` for each point. `separations` are the vectors to the point from all other
-    /// points within the range.
+    /// Calls `visit(id, separations)` for each point, with the vectors to the point from all other points within the
+    /// range.
     pub fn for_each_particle(&self, mut visit: impl FnMut(u32, &[Vector])) {
         let mut separations = Vec::new();
         let _ = self.for_each(|index, runs| {
@@ -101,8 +97,7 @@ impl CellList {
         });
     }
 
-    /// Returns the distance from a position to the nearest point `[length]`; `None` if no point is within the
-    /// range.
+    /// Returns the distance from a position to the nearest point `[length]`; `None` beyond the range.
     pub fn distance_to_nearest(&self, place: &Vector) -> Option<f64> {
         let mut runs = Vec::with_capacity(27);
         self.find_runs(self.grid.cell_at(place), &mut runs);
@@ -111,15 +106,15 @@ impl CellList {
         distances.filter(|distance| *distance < self.range).reduce(f64::min)
     }
 
-    /// Returns the separation of two points in their nearest images; `None` if it exceeds the range.
+    /// Returns the separation of two points in their nearest images; `None` beyond the range.
     #[inline]
     fn separation(&self, index: usize, other: usize) -> Option<Vector> {
         let separation = nearest_image(self.positions[index] - self.positions[other], &self.periods, self.displacement);
         (separation.norm_squared() < self.range * self.range).then_some(separation)
     }
 
-    /// Calls `visit(index, runs)` for each point, cell by cell, until `visit` breaks. `runs` are the index ranges
-    /// of all points in the point's cell and the adjacent cells.
+    /// Calls `visit(index, runs)` for each point, cell by cell, until `visit` breaks. `runs` are the index ranges of
+    /// the points in the same and the adjacent cells.
     fn for_each(&self, mut visit: impl FnMut(usize, &[(usize, usize)]) -> ControlFlow<()>) -> ControlFlow<()> {
         let mut runs = Vec::with_capacity(27);
         for (cell, bounds) in (0..).zip(self.starts.windows(2)) {
@@ -140,8 +135,7 @@ impl CellList {
     }
 }
 
-/// Returns the space that the grid covers: the box along periodic axes, and the extent of the points along other
-/// axes.
+/// Returns the box along periodic axes, and the extent of the points along other axes.
 fn bounds(space: &Space, positions: &[Vector]) -> Space {
     let (mut lower, mut upper, mut boundary) = (space.lower, space.upper(), space.boundary);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Periodic) {
@@ -174,7 +168,7 @@ mod tests {
         (0..count).map(|_| space.lower + Vector::from_fn(|k, _| next() * space.size[k])).collect()
     }
 
-    /// Displacements of all periodic images up to two periods away along each periodic axis.
+    /// Displacements of all periodic images up to two periods away.
     fn all_images(space: &Space, displacement: f64) -> impl Iterator<Item = Vector> {
         let all = |k: usize| {
             let is_periodic = space.boundary[k] == Boundary::Periodic;
@@ -227,8 +221,7 @@ mod tests {
                     let images =
                         apart.flat_map(|apart| all_images(&space, displacement).map(move |image| apart + image));
                     let all = images.filter(|separation| separation.norm_squared() < range * range);
-                    // Compares sums of tensors. They depend on the directions of the separations, but not on the order
-                    // in which the separations are listed.
+                    // Sums of tensors depend on the directions of the separations, but not on their order.
                     let difference = all.map(tensor).sum::<Matrix>() - separations.iter().map(tensor).sum::<Matrix>();
                     assert!(difference.amax() < 1e-12, "{displacement} {range} {id}: {difference}");
                 });

@@ -1,9 +1,8 @@
 //! A grid of cells no smaller than the longest interaction range, and the particles in each cell.
 //!
-//! An uncaptured pair can only meet if its particles are in the same cell or in adjacent cells. The cell of a
-//! particle is part of the state: it is set once at the start, and only cell transitions change it. The cell is
-//! never recomputed from the position, because round-off may put a position on the wrong side of a face. Along
-//! axes that are not periodic, the outermost cells extend to infinity.
+//! An uncaptured pair can only meet if its particles are in the same cell or in adjacent cells. The cell of a particle
+//! changes only at a cell transition. It is never recomputed from the position, because round-off may put a position on
+//! the wrong side of a face. Along axes that are not periodic, the outermost cells extend to infinity.
 
 mod search;
 
@@ -15,14 +14,13 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
 
-/// Stands for the absence of a particle, for example at the end of a cell's list.
+/// No particle, for example at the end of a list.
 pub const NO_PARTICLE: u32 = u32::MAX;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Transition {
     pub cell: u32,
-    /// Number of periods to add to the particle's coordinate: -1, 0 or 1. It is 0 unless the particle crosses a
-    /// periodic boundary.
+    /// Number of periods to add to the coordinate: -1, 0 or 1.
     pub wrap: i32,
 }
 
@@ -33,22 +31,20 @@ pub struct Cells {
     first: Vec<u32>,
     /// For each particle, the next particle in the same cell.
     next: Vec<u32>,
-    /// The cell of each particle.
     homes: Vec<u32>,
 }
 
-/// Ratio of the side of a cell to the mean distance of particles in a thin fluid, in one, two and three
-/// dimensions. Particles leave smaller cells more often. Larger cells hold more candidates that the particle
-/// never meets. In three dimensions, ratios from 0.6 to 0.8 are within a tenth of the best speed at packing
-/// fractions of 0.02 and 0.1.
+/// Side of a cell in a thin fluid, in units of the mean distance of particles, in one, two and three dimensions.
+/// Particles leave smaller cells more often. Larger cells hold more candidates. In three dimensions, sides from 0.6 to
+/// 0.8 are within a tenth of the best speed at packing fractions of 0.02 and 0.1.
 const FINE: [f64; 3] = [1.0, 0.8, 0.7];
 
-/// Maximum number of cells per particle. More cells would only cost memory and cause more transitions.
+/// Maximum number of cells per particle. More cells would cost memory and cause more transitions.
 const CELLS_PER_PARTICLE: f64 = 8.0;
 
 impl Cells {
-    /// Checks data from a file: whether the arrays fit the number of `particles`, and whether each particle is at
-    /// most once in the lists of the cells, and only in the list of its own cell.
+    /// Checks data from a file: whether the arrays have the right sizes, and each particle is in the list of its cell
+    /// only.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         if !self.grid.is_sound()
@@ -73,8 +69,7 @@ impl Cells {
         true
     }
 
-    /// Creates cells over `space` for interactions up to `range` `[length]`, and sorts particles at `positions`
-    /// into them.
+    /// Creates cells for interactions up to `range` `[length]`, and sorts particles at `positions` into them.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector]) -> Self {
         let grid = Grid::new(space, range, positions, FINE, CELLS_PER_PARTICLE);
@@ -84,7 +79,7 @@ impl Cells {
             homes: vec![0; positions.len()],
             grid,
         };
-        // Particles are inserted in reverse, so that the list of each cell is in ascending order.
+        // Inserts in reverse, so that the list of each cell is in ascending order.
         for (index, position) in positions.iter().enumerate().rev() {
             let cell = cells.grid.cell_at(position);
             cells.insert(id(index), cell);
@@ -106,7 +101,7 @@ impl Cells {
         let mut next = Vec::with_capacity(homes.capacity());
         next.resize(homes.len(), NO_PARTICLE);
         let mut first = vec![NO_PARTICLE; self.first.len()];
-        // Particles are inserted in reverse, so that the list of each cell is in ascending order.
+        // Inserts in reverse, so that the list of each cell is in ascending order.
         for (particle, home) in homes.iter().enumerate().rev() {
             next[particle] = std::mem::replace(&mut first[*home as usize], id(particle));
         }
@@ -153,7 +148,7 @@ impl Cells {
         }
     }
 
-    /// Whether a particle that leaves its cell through a face crosses a periodic boundary.
+    /// Returns true if a particle that leaves its cell through a face crosses a periodic boundary.
     #[must_use]
     pub fn wraps_behind(&self, particle: u32, face: CellFace) -> bool {
         self.grid.behind(self.home(particle), face).is_some_and(|(_, wrap)| wrap != 0)
@@ -164,15 +159,15 @@ impl Cells {
         self.grid.is_outermost(cell, axis).contains(&true)
     }
 
-    /// Moves a particle that has crossed a sliding side to the first or last row of cells along the gradient. Its
-    /// cell along the flow follows from `position`.
+    /// Moves a particle that has crossed a sliding side to the first or last row of cells along the gradient. The cell
+    /// along the flow follows from `position`.
     pub fn slide_in(&mut self, particle: u32, position: &Vector, [flow, gradient]: [usize; 2], is_last: bool) {
         let to = self.grid.slid(self.home(particle), self.grid.cell_at(position), [flow, gradient], is_last);
         self.relocate(particle, to);
     }
 
-    /// Calls `visit` for the particles across the sliding side next to a cell, in all cells along the flow. Does
-    /// nothing if the cell is not next to a sliding side. `axes` are the flow and the gradient.
+    /// Calls `visit` for the particles across the sliding side next to a cell, in all cells along the flow. `axes` are
+    /// the flow and the gradient.
     pub fn for_each_across(&self, cell: u32, axes: [usize; 2], mut visit: impl FnMut(u32)) {
         self.grid.for_each_across(cell, axes, |across| {
             let mut at = self.first[across as usize];
@@ -183,7 +178,6 @@ impl Cells {
         });
     }
 
-    /// Returns `None` if there is no cell beyond the face.
     #[inline]
     pub fn cross(&mut self, particle: u32, face: CellFace) -> Option<Transition> {
         let (to, wrap) = self.grid.behind(self.home(particle), face)?;

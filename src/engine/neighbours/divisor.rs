@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A divisor that is known in advance. Division by it is replaced by a multiplication, which is several times as
-/// fast.
+/// A known divisor. Division by it is replaced by a multiplication, which is several times as fast.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Divisor {
     by: u32,
@@ -16,8 +15,8 @@ impl Divisor {
         Self { by, inverse: (u64::MAX / u64::from(by)).wrapping_add(1) }
     }
 
-    /// Returns the quotient and the remainder. The relative error of the inverse is positive and below `2^-32`,
-    /// so that the quotient is exact.
+    /// Returns the quotient and the remainder. They are exact, because the relative error of the inverse is positive
+    /// and below `2^-32`.
     #[inline]
     pub fn divide(self, x: u32) -> [u32; 2] {
         #[expect(clippy::cast_possible_truncation, reason = "the quotient of an x of 32 bits")]

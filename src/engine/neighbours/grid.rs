@@ -18,7 +18,7 @@ pub struct CellFace {
 }
 
 impl CellFace {
-    /// Sign of the direction from the face into the cell, along the axis.
+    /// Sign of the direction from the face into the cell.
     #[inline]
     #[must_use]
     pub fn inwards(self) -> f64 {
@@ -29,31 +29,28 @@ impl CellFace {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Grid {
     counts: [u32; 3],
-    /// Divisors for the numbers of cells along x and y.
     by: [Divisor; 2],
     is_periodic: [bool; 3],
     lower: Vector,
     side: Vector,
 }
 
-/// With more cells than this along a periodic axis, particles in adjacent cells are less than half a period
-/// apart. Their nearest image is then the only image in which they can meet before either particle changes its
-/// cell. With exactly this number of cells, they can be half a period apart.
+/// With more cells than this along a periodic axis, particles in adjacent cells can meet in their nearest image only.
+/// With exactly this number, they can be half a period apart, where two images are equally near.
 const UNAMBIGUOUS: u32 = 4;
 
-/// Cells are wider than the interaction range by this factor. Round-off of positions (below about `1e-10` of the
-/// box) then never hides a neighbour two cells away.
+/// Cells are wider than the interaction range by this factor, so that round-off of positions (below about `1e-10` of
+/// the box) never hides a neighbour.
 const MARGIN: f64 = 1.0 + 1e-6;
 
 impl Grid {
-    /// Creates a grid over `space` for interactions up to `range` `[length]`. Beyond open faces, the grid is
-    /// extended to contain all `positions`.
+    /// Creates a grid over `space` for interactions up to `range` `[length]`. Beyond open faces, it is extended to all
+    /// `positions`.
     ///
-    /// The grid ends at walls, so that walls bound its outermost cells. A static particle beyond a wall is
-    /// assigned to the outermost cell at that wall.
+    /// The grid ends at walls. A static particle beyond a wall is assigned to the outermost cell at that wall.
     ///
-    /// Cells are no smaller than `finest` times the mean distance of particles. `finest` holds one value each for one,
-    /// two and three dimensions. Except in small systems, there are at most `most` cells per particle.
+    /// Cells are no smaller than `finest` times the mean distance of particles, with one value each for one, two and
+    /// three dimensions. Except in small systems, there are at most `most` cells per particle.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector], finest: [f64; 3], most: f64) -> Self {
         let is_periodic = space.boundary.map(|b| b == Boundary::Periodic);
@@ -82,8 +79,8 @@ impl Grid {
         let counts = loop {
             let counts = std::array::from_fn(|k| {
                 let fit = |side: f64| if side > 0.0 { (extent[k] / side).floor() } else { 0.0 };
-                // With few particles, cells could be so coarse that pairs would have to be tested in several images.
-                // This minimum number of cells avoids that, if the range permits.
+                // With few particles, cells could be so large that pairs have to be tested in several images. This
+                // minimum number of cells avoids that, if the range permits.
                 let few = if is_periodic[k] { fit(range * MARGIN).min(f64::from(UNAMBIGUOUS)) } else { 1.0 };
                 fit(target).max(few).clamp(1.0, f64::from(u32::MAX))
             });
@@ -102,8 +99,7 @@ impl Grid {
         }
     }
 
-    /// Checks data from a file: whether the number of cells is valid, and whether the divisors match the numbers
-    /// of cells.
+    /// Checks data from a file: whether the number of cells is valid, and the divisors match the numbers of cells.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let [x, y, z] = self.counts;
@@ -116,8 +112,8 @@ impl Grid {
         self.counts.iter().map(|&n| n as usize).product()
     }
 
-    /// Returns the cell beyond a face, and the number of periods to add to a coordinate there. Returns `None` at
-    /// the end of an axis that is not periodic.
+    /// Returns the cell beyond a face, and the number of periods to add to the coordinate of a particle that enters it.
+    /// `None` at the end of an axis that is not periodic.
     #[inline]
     #[must_use]
     pub fn behind(&self, cell: u32, face: CellFace) -> Option<(u32, i32)> {
@@ -128,15 +124,15 @@ impl Grid {
         Some((self.join(at), wrap))
     }
 
-    /// Calls `visit(first, count)` for runs of consecutive cells, which together cover a cell and all adjacent
-    /// cells. A run is one cell or three cells.
+    /// Calls `visit(first, count)` for runs of one or three consecutive cells, which together cover a cell and all
+    /// adjacent cells.
     #[inline(always)]
     pub fn for_each_run(&self, cell: u32, mut visit: impl FnMut(usize, usize)) {
         let at = self.split(cell);
         let strides = [1, self.counts[0], self.counts[0] * self.counts[1]];
         let is_inner = |k: usize| at[k].wrapping_sub(1) < self.counts[k].saturating_sub(2);
         if is_inner(0) && is_inner(1) && is_inner(2) {
-            // For an interior cell, the loops have a constant length, which is faster.
+            // Loops of constant length are faster.
             let first = cell - strides[2] - strides[1] - 1;
             for z in 0..3 {
                 for y in 0..3 {
@@ -157,10 +153,10 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for runs of consecutive cells, which together cover a cell and all adjacent cells. A run is
-    /// one cell or a whole row along x.
+    /// Calls `visit` for runs of consecutive cells, which together cover a cell and all adjacent cells. A run is one
+    /// cell or a whole row along x.
     ///
-    /// If the periodic images along y slide, all cells of a row across a sliding side can be adjacent.
+    /// If images slide, all cells of a row across a sliding side can be adjacent.
     pub fn for_each_row(&self, cell: u32, is_sliding: bool, mut visit: impl FnMut(Range<u32>)) {
         let at = self.split(cell);
         let [(xs, nx), (ys, ny), (zs, nz)] = [0, 1, 2].map(|axis| self.around(axis, at[axis]));
@@ -176,8 +172,8 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for each cell that becomes near when a particle enters `cell`. The particle comes from an
-    /// adjacent cell, which it leaves through `face`.
+    /// Calls `visit` for each adjacent cell of `cell` that was not adjacent to the previous cell of a particle. The
+    /// particle enters `cell` through the face `face` of the previous cell.
     #[inline(always)]
     pub fn for_each_new(&self, cell: u32, face: CellFace, mut visit: impl FnMut(u32)) {
         let at = self.split(cell);
@@ -204,13 +200,12 @@ impl Grid {
         self.counts
     }
 
-    /// Returns the displacements of images other than the nearest in which a pair can meet before either particle
-    /// changes its cell.
+    /// Returns the displacements of images except the nearest in which a pair can meet before either particle changes
+    /// its cell.
     ///
-    /// The list is empty unless a periodic axis has fewer than four cells. Between two predictions of a pair,
-    /// each particle travels at most one cell. The separation thus changes by up to two cells. This is one period
-    /// for two or three cells, and two periods for one cell. If the list is not empty, it also contains images
-    /// along axes of four cells; see [`Self::tied_axes`].
+    /// The list is empty unless a periodic axis has fewer than four cells. Between two predictions of a pair, each
+    /// particle travels at most one cell. The list therefore contains images one period away along axes of two to four
+    /// cells (for four cells, see [`Self::tied_axes`]), and images up to two periods away along axes of one cell.
     #[must_use]
     pub fn further_images(&self, periods: &Vector) -> Vec<Vector> {
         let mut images = vec![Vector::zeros()];
@@ -241,8 +236,8 @@ impl Grid {
         images
     }
 
-    /// Returns which periodic axes have exactly four cells. Two particles at the outer faces of adjacent cells are half
-    /// a period apart along such an axis. Two images are then equally near, and the pair can meet in either.
+    /// Returns which periodic axes have exactly four cells. Along such an axis, particles at the outer faces of
+    /// adjacent cells are half a period apart, and can meet in two images that are equally near.
     #[must_use]
     pub fn tied_axes(&self) -> [bool; 3] {
         std::array::from_fn(|axis| self.is_periodic[axis] && self.counts[axis] == UNAMBIGUOUS)
@@ -253,8 +248,8 @@ impl Grid {
     pub fn cell_at(&self, position: &Vector) -> u32 {
         let index = |k: usize| {
             let at = (position[k] - self.lower[k]) / self.side[k];
-            // The conversion to an integer saturates. Positions beyond the grid are thus in the outermost cells,
-            // and NaN from 0/0 on flat axes is in the first cell.
+            // The conversion saturates: positions beyond the grid are in the outermost cells, and NaN from 0/0 on flat
+            // axes is in the first cell.
             trunc_to_u32(at).min(self.counts[k] - 1)
         };
         self.join([index(0), index(1), index(2)])
@@ -278,7 +273,7 @@ impl Grid {
         [x, y, z]
     }
 
-    /// Returns the indices of a cell and its adjacent cells along an axis, each once, and their number.
+    /// Returns the indices of a cell and its adjacent cells along an axis, and their number.
     #[inline]
     fn around(&self, axis: usize, index: u32) -> ([u32; 3], usize) {
         let n = self.counts[axis];
@@ -299,8 +294,8 @@ impl Grid {
         }
     }
 
-    /// Returns the index of the cell beyond the upper or lower face along an axis, and the number of periods to
-    /// add to a coordinate there.
+    /// Returns the index of the cell beyond a face, and the number of periods to add to the coordinate of a particle
+    /// that enters it.
     #[inline]
     fn beyond(&self, axis: usize, index: u32, is_upper: bool) -> Option<(u32, i32)> {
         let last = self.counts[axis] - 1;
@@ -330,8 +325,7 @@ impl Grid {
         }
     }
 
-    /// Calls `visit(face, coordinate)` for the faces that a particle with constant velocity approaches, at most one per
-    /// axis.
+    /// Calls `visit(face, coordinate)` for the faces that a particle with constant velocity approaches.
     #[inline]
     pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);
@@ -347,8 +341,8 @@ impl Grid {
         }
     }
 
-    /// Returns the cell that replaces `cell` when a particle crosses a sliding side. It is in the first or last
-    /// row along the gradient. It has the same index along the flow as the cell `along`.
+    /// Returns the cell of a particle that has crossed a sliding side. It is in the first or last row along the
+    /// gradient, and has the same index along the flow as the cell `along`.
     #[must_use]
     pub fn slid(&self, cell: u32, along: u32, [flow, gradient]: [usize; 2], is_last: bool) -> u32 {
         let mut at = self.split(cell);
@@ -357,8 +351,7 @@ impl Grid {
         self.join(at)
     }
 
-    /// Calls `visit` for the cells across the sliding side next to `cell`, including all cells along the flow.
-    /// Does nothing if `cell` is not next to a sliding side.
+    /// Calls `visit` for the cells across the sliding side next to `cell`, if any, including all cells along the flow.
     pub fn for_each_across(&self, cell: u32, [flow, gradient]: [usize; 2], mut visit: impl FnMut(u32)) {
         let mut at = self.split(cell);
         let last = self.counts[gradient] - 1;
@@ -378,8 +371,7 @@ impl Grid {
         }
     }
 
-    /// Returns the lower and the upper corner of a cell. Coordinates are infinite in directions in which the cell
-    /// is unbounded.
+    /// Returns the lower and the upper corner of a cell. Coordinates are infinite where the cell is unbounded.
     #[must_use]
     pub fn bounds(&self, cell: u32) -> [Vector; 2] {
         let mut bounds = [Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)];
@@ -387,8 +379,7 @@ impl Grid {
         bounds
     }
 
-    /// Whether the cell is the first, and whether it is the last, along an axis. Such a cell may be next to a
-    /// wall or a sliding side.
+    /// Returns whether the cell is the first along an axis, and whether it is the last.
     #[inline]
     #[must_use]
     pub fn is_outermost(&self, cell: u32, axis: usize) -> [bool; 2] {

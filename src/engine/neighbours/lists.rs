@@ -1,9 +1,9 @@
 //! Verlet lists: for each particle, the particles that it could meet before it leaves its skin.
 //!
-//! Each moving particle has a centre, which is its position when its list was built. Its skin is a ball of radius
-//! `delta` around the centre. When it leaves the ball, its list is rebuilt. Two particles in their skins cannot meet if
-//! the distance of their centres exceeds their range plus `2 delta`, so lists hold only particles with nearer centres.
-//! Two moving particles are in the lists of each other. Static particles have no lists.
+//! Each moving particle has a centre, which is the position where its list was built. Its skin is a ball of radius
+//! `delta` around the centre. When the particle leaves the ball, its list is rebuilt. Two particles in their skins
+//! cannot meet if the distance of their centres exceeds their range plus `2 delta`, so lists contain only particles
+//! with nearer centres. Lists of moving particles are mutual. Static particles have no lists.
 
 use super::cells::NO_PARTICLE;
 use crate::base::numbers::id;
@@ -12,18 +12,17 @@ use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
-/// Number of entries in a block. Up to eight entries are read at a time, and the capacity of a list is a whole
-/// number of blocks.
+/// Number of entries in a block. Up to eight entries are read at a time.
 const BLOCK: usize = 8;
 const WIDTH: u32 = 8;
 
-/// Number of bits that store the length of a list. They suffice for the largest number of particles.
+/// Number of bits of the length of a list, sufficient for the largest number of particles.
 const LENGTH: u32 = 29;
 
 /// Maximum number of unused blocks at the end of a list.
 const MOST_SPARE: u32 = (1 << (32 - LENGTH)) - 1;
 
-/// Where a particle's list is stored: the index of its first block, its length, and its number of unused blocks.
+/// The place of a list: its first block, length, and number of unused blocks.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     first: u32,
@@ -59,23 +58,21 @@ impl Span {
     }
 }
 
-/// The lists of all particles, in one array. Unused entries of a list hold the particle itself, because a
-/// particle never meets itself.
+/// The lists of all particles. The unused entries of a list contain the particle itself.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Lists {
     spans: Vec<Span>,
     entries: Vec<u32>,
-    /// Runs of free blocks, grouped by the number of blocks in the run.
+    /// Free runs of blocks, by the number of blocks.
     free: Vec<Vec<u32>>,
-    /// Working memory: the previous entries of a list that is being renewed.
+    /// Previous entries of a list that is renewed.
     old: Vec<u32>,
-    /// The particles that the last [`Self::renew`] added to a list, padded to whole blocks, and their number without
-    /// padding.
+    /// The particles that the last [`Self::renew`] added to a list, padded to whole blocks, and their number.
     newcomers: Vec<u32>,
     coming: usize,
 }
 
-/// Whether a short list contains a particle. The loop has no branch that depends on the entries.
+/// Returns true if a short list contains a particle. No branch depends on the entries.
 #[inline]
 fn holds(list: &[u32], particle: u32) -> bool {
     list.iter().fold(false, |found, entry| found | (*entry == particle))
@@ -106,8 +103,7 @@ impl Lists {
         permuted
     }
 
-    /// Checks data from a file: whether each particle has a list within the array, and whether all entries are
-    /// numbers of particles.
+    /// Checks data from a file: whether each list is within the array, and contains numbers of particles.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         let blocks = self.entries.len() / BLOCK;
@@ -140,8 +136,8 @@ impl Lists {
         &self.entries[span.start()..span.start() + span.length() as usize]
     }
 
-    /// Returns the list of a particle, padded with the particle itself to a multiple of eight, and the length of
-    /// the list without padding.
+    /// Returns the list of a particle, padded with the particle itself to a multiple of eight, and the length of the
+    /// list.
     #[inline]
     #[must_use]
     pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {
@@ -193,9 +189,8 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, left);
     }
 
-    /// Replaces the list of a particle by `new`. Also adds the particle to the lists of its new neighbours, and
-    /// removes it from the lists of its former neighbours. Particles for which `keeps_none` is true have no
-    /// lists.
+    /// Replaces the list of a particle by `new`, and updates the lists of its new and former neighbours. Particles for
+    /// which `keeps_none` is true have no lists.
     pub fn renew(&mut self, particle: u32, new: &[u32], keeps_none: impl Fn(u32) -> bool) {
         let (mut old, mut newcomers) = (std::mem::take(&mut self.old), std::mem::take(&mut self.newcomers));
         old.clear();
@@ -214,22 +209,21 @@ impl Lists {
         self.set(particle, new);
     }
 
-    /// Returns the particles that the last [`Self::renew`] added to a list, padded to a multiple of eight, and their
-    /// number without padding.
+    /// Returns the particles that the last [`Self::renew`] added, padded to a multiple of eight, and their number.
     #[inline]
     #[must_use]
     pub fn newcomers(&self) -> (&[u32], usize) {
         (&self.newcomers, self.coming)
     }
 
-    /// Replaces the list of a particle. The lists of other particles do not change.
+    /// Replaces the list of a particle, but not the lists of its neighbours.
     pub fn set(&mut self, particle: u32, new: &[u32]) {
         let span = self.spans[particle as usize];
         let (mut first, mut blocks) = (span.first, span.blocks());
         #[expect(clippy::cast_possible_truncation, reason = "at most the number of particles, which fits into 32 bits")]
         let length = new.len() as u32;
         let needed = length.div_ceil(WIDTH);
-        // A list that has become much shorter is also moved, so that other lists can use its blocks.
+        // A list that has become much shorter is moved, so that other lists can use its blocks.
         if needed > blocks || room_for(needed) < blocks {
             (first, blocks) = self.move_to_room(particle, 0, needed);
         } else if length < span.length() {
@@ -240,8 +234,8 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, length);
     }
 
-    /// Moves a list to a place with room for `needed` blocks, and copies its first `kept` entries. Returns the
-    /// first block of the new place and the number of blocks.
+    /// Moves a list to a place with room for `needed` blocks, and copies its first `kept` entries. Returns the first
+    /// block and the number of blocks.
     fn move_to_room(&mut self, particle: u32, kept: u32, needed: u32) -> (u32, u32) {
         let span = self.spans[particle as usize];
         let blocks = span.blocks();
@@ -262,8 +256,8 @@ impl Lists {
     }
 }
 
-/// Returns the number of blocks to reserve for a list that needs `needed` blocks. A long list gets a quarter
-/// more, but less than [`MOST_SPARE`] more.
+/// Returns the number of blocks for a list that needs `needed` blocks. Long lists get a quarter more, but less than
+/// [`MOST_SPARE`] more.
 fn room_for(needed: u32) -> u32 {
     needed + (needed / 4).min(MOST_SPARE - 1)
 }

@@ -1,8 +1,7 @@
-//! Centres of Verlet lists, packed by cell in blocks of eight, so that a search can test eight centres at once.
+//! Centres of Verlet lists, packed by cell in blocks of eight, which a search tests at once.
 //!
-//! Packed centres are rounded to single precision. A search finds all particles that *may* be within reach, so
-//! that no particle within reach is missed. If single precision leaves any of them uncertain, all of them are
-//! tested again in double precision: see [`super::verlet::VerletLists`].
+//! Packed centres have single precision. A search finds all particles that *may* be within reach. If single precision
+//! is not certain, all particles found are tested again in double precision: see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
 use super::cells::NO_PARTICLE;
@@ -20,11 +19,11 @@ const LANES: usize = 8;
 /// Marks the end of a linked list of blocks.
 const NONE: u32 = u32::MAX;
 
-/// Rounding error of numbers near 1 in single precision: half a unit in the last place.
+/// Rounding error of numbers near 1 in single precision.
 const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 
-/// Beyond this coordinate, a search finds all particles of the adjacent cells without a test of distances.
-/// Squares of smaller coordinates do not overflow in single precision.
+/// Beyond this coordinate, distances are not tested. Squares of smaller coordinates do not overflow in single
+/// precision.
 const FAR: f64 = 1e15;
 
 /// Cells are as small as the reach permits, but there is at most about one cell per particle.
@@ -45,9 +44,9 @@ impl Block {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Packed {
-    /// The grid of cells, which are no smaller than the reach.
+    /// Cells no smaller than the reach.
     pub grid: Grid,
-    /// For each cell, its first block.
+    /// First block of each cell.
     first: Vec<u32>,
     blocks: Vec<Block>,
     /// For each block, the next block of the same cell.
@@ -55,20 +54,20 @@ pub struct Packed {
     free: Vec<u32>,
     /// Periods of the box; infinite along axes that are not periodic.
     periods: [f32; 3],
-    /// The largest absolute coordinate of the box along its periodic axes `[length]`.
+    /// Largest coordinate of the box along periodic axes, as an absolute value `[length]`.
     scale: f64,
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[serde(skip, default = "Simd::most")]
     width: Simd,
 }
 
-/// The sphere in which a search finds centres, around the centre of a particle.
+/// The sphere in which a search finds centres.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: [f32; 3],
-    /// Squared radius of the sphere. It is increased by the rounding errors of single precision.
+    /// Squared radius, increased by the rounding errors of single precision.
     squared: f32,
-    /// Squared radius within which a centre is certainly within reach, in spite of rounding errors.
+    /// Squared radius within which a centre is certainly within reach.
     certain: f32,
     periods: [f32; 3],
 }
@@ -93,8 +92,8 @@ impl Packed {
         empty.of_others(positions)
     }
 
-    /// Returns the same grid with other `centres` in its cells. Centres of successive particles are put close together
-    /// in memory.
+    /// Returns a grid with the same cells and new `centres`. Particles with successive ids are close together in
+    /// memory.
     #[must_use]
     pub fn of_others(&self, centres: &[Vector]) -> Self {
         let mut others = Self {
@@ -111,8 +110,7 @@ impl Packed {
         others
     }
 
-    /// Checks data from a file: whether each block belongs to at most one cell or is free, and whether its
-    /// entries are numbers of particles.
+    /// Checks data from a file: whether each block is free or in one cell, and its entries are numbers of particles.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         let mut is_used = vec![false; self.blocks.len()];
@@ -140,7 +138,6 @@ impl Packed {
         enlarge(&self.next);
     }
 
-    /// Removes the centre of a particle.
     pub fn lift(&mut self, particle: u32, centre: &Vector) {
         let cell = self.home(centre);
         let (mut before, mut at) = (NONE, self.first[cell as usize]);
@@ -208,8 +205,7 @@ impl Packed {
         });
     }
 
-    /// Returns the largest rounding error of a distance up to `reach`. It is infinite for coordinates beyond [`FAR`],
-    /// where searches do not compare distances.
+    /// Returns the largest rounding error of a distance up to `reach`; infinite beyond [`FAR`].
     ///
     /// Rounding moves each of the six coordinates, the three differences and the period by at most half a unit in the
     /// last place. In units of `ROUNDING * scale`, these errors add up to less than 8 along each axis, and to less than
@@ -220,9 +216,8 @@ impl Packed {
         if scale >= FAR { f64::INFINITY } else { 14.0 * ROUNDING * scale }
     }
 
-    /// Finds all particles with centres within `reach` of a centre. Because of rounding, it may also find
-    /// particles up to about twice [`Self::slack`] beyond `reach`. Returns whether all particles found are
-    /// certainly within reach.
+    /// Finds all particles with centres within `reach`, and possibly some that are farther away by up to about twice
+    /// [`Self::slack`]. Returns true if all of them are certainly within reach.
     ///
     /// The sum of squares adds 4 rounding errors. The squared radii allow for 8.
     #[inline]
@@ -296,8 +291,7 @@ impl Packed {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches the first blocks in a cell and in the adjacent cells. The indices of these blocks are read from
-    /// memory that [`Self::prefetch_rows`] should have prefetched.
+    /// Prefetches the first blocks in a cell and in the adjacent cells, after [`Self::prefetch_rows`].
     #[inline]
     pub fn prefetch_near(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, count| {
@@ -312,8 +306,8 @@ impl Packed {
 }
 
 impl Ball {
-    /// Squared distance between the centre of the ball and a centre in a block. The operations are the same as in
-    /// the search of eight centres at once.
+    /// Squared distance from the centre of the ball, with the same operations as in the search of eight centres at
+    /// once.
     #[inline]
     fn squared_distance(&self, block: &Block, lane: usize) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| {
@@ -330,8 +324,7 @@ mod avx2 {
     use super::{Ball, Block, Candidates};
     use std::arch::x86_64::*;
 
-    /// For each subset of the eight places in a block, the indices of these places in ascending order, one byte
-    /// each.
+    /// For each subset of the eight places in a block, the indices of these places, one byte each.
     const LANES_OF: [u64; 256] = {
         let mut lanes = [0_u64; 256];
         let mut set = 0;
@@ -349,8 +342,7 @@ mod avx2 {
         lanes
     };
 
-    /// Appends the particles of a block to `near` if their centres are in the ball. Returns whether all appended
-    /// particles are certainly within reach.
+    /// Appends the particles in the ball to `near`. Returns true if all of them are certainly within reach.
     #[target_feature(enable = "avx2")]
     #[inline]
     pub fn find_in_ball<const WRAPS: bool>(block: &Block, ball: &Ball, near: &mut Candidates) -> bool {

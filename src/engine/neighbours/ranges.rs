@@ -5,20 +5,19 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ranges {
-    /// Distances at which uncaptured pairs meet `[length]`, as a matrix over pairs of species, row by row.
-    /// Negative for pairs that never meet.
+    /// Distances at which uncaptured pairs meet `[length]`, as a matrix over table rows. Negative for pairs that never
+    /// meet.
     pub between: Vec<f64>,
     /// The largest interaction distance, including bonds `[length]`.
     pub longest: f64,
-    /// The largest interaction distance without bonds, which cells must cover `[length]`.
+    /// The largest interaction distance without bonds `[length]`.
     pub of_cells: f64,
-    /// Whether a bonded pair may start further apart than `of_cells`. The nearest image of its particles may then
-    /// be across any side of the box.
+    /// True if bonded pairs may start beyond `of_cells`. Their nearest images may be across any side of the box.
     pub may_be_overstretched: bool,
 }
 
 impl Ranges {
-    /// Returns the ranges for the species in `species`, which are the species of the table rows.
+    /// Returns the ranges for the species of the table rows.
     #[must_use]
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         Self {
@@ -31,8 +30,7 @@ impl Ranges {
         }
     }
 
-    /// Whether bonds are no longer than the range of the cells. The particles of a captured pair are then in the
-    /// same cell or in adjacent cells.
+    /// Returns true if bonds are no longer than cells. Captured pairs are then in the same cell or in adjacent cells.
     #[inline]
     #[must_use]
     pub fn are_captured_near(&self) -> bool {

@@ -10,21 +10,20 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
 use serde::{Deserialize, Serialize};
 
-/// The reach of lists includes this fraction of the skin as a margin. Round-off of positions and times (below
-/// about `1e-10` of the box) then never lets two particles meet that are not in each other's lists.
+/// Margin of the reach for round-off of positions and times, as a fraction of the skin. Without a margin, two particles
+/// that are not in each other's lists could meet.
 const MARGIN: f64 = 1e-6;
 
-/// Verlet lists: the centres of all particles, and for each particle the list of particles with centres within
-/// reach.
+/// The centres of all particles, and for each particle the list of particles with centres within reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct VerletLists {
     /// Half of the skin, `delta`: the largest distance of a particle from its centre `[length]`.
     pub half_skin: f64,
-    /// Centre of each particle: its position when its list was built.
+    /// Position of each particle when its list was built.
     pub centres: Vec<Vector>,
-    /// The same centres, packed by cell.
+    /// The centres, packed by cell.
     pub cells: Packed,
-    /// The lists of all particles. They can be rebuilt from the centres and the captured pairs.
+    /// The lists can be rebuilt from the centres and the captured pairs.
     pub lists: Lists,
     /// For each species, the largest distance between the centres of a listed pair `[length]`.
     pub reaches: Vec<f64>,
@@ -33,21 +32,19 @@ pub struct VerletLists {
     squared: Vec<f64>,
     species: usize,
     periods: Vector,
-    /// Corners of the inner part of the box. A particle in this part meets no other particle across a side of the
-    /// box.
+    /// Corners of the inner part of the box, in which particles meet no particle across a side of the box.
     inner: [Vector; 2],
 }
 
 impl VerletLists {
-    /// Creates empty lists in `space`. `ranges` are the distances at which uncaptured pairs meet, for each pair
-    /// of species; negative for pairs that never meet. `longest` is the largest interaction distance, including
-    /// bonds.
+    /// Creates empty lists. `ranges` are the distances at which uncaptured pairs meet, for each pair of species;
+    /// negative for pairs that never meet. `longest` is the largest interaction distance, including bonds.
     #[must_use]
     pub fn new(space: &Space, half_skin: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
         let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * half_skin * (1.0 + MARGIN) };
         let species = ranges.len().isqrt();
-        // Width of the outer part of the box. It is the reach between two centres, plus the distance of each
-        // particle from its centre, plus the largest distance of a centre outside the box.
+        // Width of the outer part of the box. It includes two half skins for two particles, and one for a centre
+        // outside the box.
         let widest = reach(longest) + 3.0 * half_skin;
         let margin =
             Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Periodic { widest } else { f64::NEG_INFINITY });
@@ -74,12 +71,12 @@ impl VerletLists {
             && self.cells.is_sound(particles)
     }
 
-    /// Returns the largest half skin that a box allows. The nearest image of a pair must not change while both
-    /// particles are in their skins. Infinite without periodic axes; negative if the box is too small for lists.
+    /// Returns the largest half skin that a box allows, so that the nearest image of a pair does not change within the
+    /// skins. Infinite without periodic axes; negative if the box is too small for lists.
     #[must_use]
     pub fn widest_half_skin(space: &Space, range: f64) -> f64 {
-        // Half a period must exceed `range + 4 half_skin`. The reach of lists includes two half skins, and the
-        // two particles may move by one half skin each. The divisor is 4.1 instead of 4, to allow for rounding.
+        // Half a period must exceed `range + 4 half_skin`: two half skins for the reach of lists, and one for each
+        // particle. The divisor is 4.1 to allow for rounding.
         let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
         periodic.map(|k| (0.5 * space.size[k] - range) / 4.1).fold(f64::INFINITY, f64::min)
     }
@@ -90,14 +87,13 @@ impl VerletLists {
         self.cells.home(&self.centres[particle as usize])
     }
 
-    /// Whether a particle at `position` may meet other particles across a side of the box.
+    /// Returns true if a particle at `position` may meet other particles across a side of the box.
     #[inline]
     #[must_use]
     pub fn wraps(&self, position: &Vector) -> bool {
         (0..3).any(|k| position[k] < self.inner[0][k] || position[k] > self.inner[1][k])
     }
 
-    /// Whether the centre of another particle is within reach of `centre`.
     #[inline]
     fn is_within_reach(&self, centre: &Vector, other: u32, species: [u16; 2]) -> bool {
         let apart = minimum_image(centre - self.centres[other as usize], &self.periods);
@@ -106,7 +102,7 @@ impl VerletLists {
 
     /// Finds the particles whose centres are within reach of `centre`, for a particle of the species `mine`.
     ///
-    /// `species` holds the species of all particles, or is empty if there is only one species.
+    /// The argument `species` holds the species of all particles. It is empty if there is only one species.
     #[inline]
     pub fn find_neighbours_within(&self, centre: &Vector, mine: u16, species: &[u16], near: &mut Candidates) {
         let reach = self.reaches[usize::from(mine)];

@@ -26,9 +26,8 @@ impl Bias {
 
 impl Simulation {
     /// Replaces the potential energy `U` of all pairs by `T w(U)`; `None` restores `U`. In a heat bath of temperature
-    /// `T` `[energy]`, configurations then have the weights `exp(-w(U))`. Contact distances do not change, but energy
-    /// steps have a different cost. Reported energies still refer to `U`, and the difference counts as supplied
-    /// energy.
+    /// `T` `[energy]`, configurations then have the weights `exp(-w(U))`. Energy steps have a different cost. Reported
+    /// energies refer to `U`, and the difference counts as supplied energy.
     ///
     /// The scene must have no gravity, so that energies change only in steps.
     pub(crate) fn set_energy_weights(&mut self, weights: Option<(&EnergyWeights, f64)>) {
@@ -42,8 +41,7 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the discontinuity `seen`. With multicanonical weights, its energy step is replaced by the cost of
-    /// the step.
+    /// Returns the discontinuity `seen`. With multicanonical weights, its energy step is the cost of the step.
     #[inline(always)]
     pub(in crate::engine) fn weighted(&self, seen: &Discontinuity) -> Discontinuity {
         match &self.pairs.bias {
@@ -55,7 +53,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Records that a pair has crossed a step of its potential. `step` is the change of the potential energy, and
-    /// `felt` is the cost of the step with the weights. Returns their difference, which counts as supplied energy.
+    /// `felt` is the cost of the step. Returns `step - felt`, which counts as supplied energy, or 0 without weights.
     #[inline(always)]
     pub(in crate::engine) fn pay(&mut self, step: f64, felt: f64) -> f64 {
         match &mut self.pairs.bias {
@@ -96,8 +94,7 @@ mod tests {
             let supplied = simulation.event_counts().supplied.total();
             found.push([next.energy_step, simulation.energy().kinetic - start, supplied]);
         }
-        // The particle enters the well, hits the core, and leaves the well. With the weights, the first step costs
-        // 2 (0.3 - 1.1) instead of -0.9.
+        // The particle enters the well, hits the core, and leaves the well. The first step costs 2 (0.3 - 1.1).
         for (found, expected) in found.iter().zip([[-0.9, 1.6, 0.7], [0.0, 1.6, 0.7], [0.9, 0.0, 0.0]]) {
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}, expected {expected:?}");
         }

@@ -2,10 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The time of the last contact of each particle, and the contact time `t_c` of the TC model.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ContactTimes {
-    /// The contact time `t_c` of the TC model `[time]`.
+    /// Contact time `t_c` `[time]`.
     pub contact_time: f64,
     pub last: Vec<f64>,
 }
@@ -16,8 +15,7 @@ impl ContactTimes {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// Records a contact of `particles` at `time`. Returns whether the previous contact of any of them was less
-    /// than `t_c` ago.
+    /// Records a contact. Returns true if the previous contact of any of the particles was less than `t_c` ago.
     pub fn note(&mut self, particles: &[u32], time: f64) -> bool {
         let mut is_recent = false;
         for &particle in particles {

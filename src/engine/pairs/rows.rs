@@ -4,16 +4,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{Scene, SpeciesId};
 
-/// Up to this number of species, each species has a row. With more species, only species with particles have a
-/// row, because the tables are square and are read for every pair.
+/// With more species than this, only species with particles have a row. The tables are square, and are read for every
+/// pair.
 const FEW: usize = 256;
 
-/// Assignment of species to rows of the square tables.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
-    /// The species of each table row.
     species: Vec<SpeciesId>,
-    /// The table row of each species. It is 0 for species without a row, which have no particles.
+    /// The table row of each species; 0 for species without a row.
     rows: Vec<u16>,
 }
 
@@ -28,7 +26,7 @@ impl Rows {
         let species: Vec<_> =
             (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)).collect();
         let mut rows = vec![0; count];
-        // Row numbers cannot overflow, because scenes with more rows have been rejected.
+        // Row numbers cannot overflow, because scenes with more rows were rejected.
         for (row, species) in (0..=u16::MAX).zip(&species) {
             rows[species.0 as usize] = row;
         }

@@ -15,16 +15,16 @@ pub struct Discontinuity {
     pub distance: f64,
     /// `s^2` `[length^2]`.
     pub squared: f64,
-    /// Change of the potential energy when the pair crosses the discontinuity, `dU` `[energy]`.
+    /// Change of the potential energy when the pair crosses the discontinuity `[energy]`.
     pub energy_step: f64,
 }
 
-/// A potential in the form that the event loop needs: the outer and inner discontinuity of each pair state.
+/// The outer and inner discontinuities of a potential, and its energies, by pair state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Steps {
-    /// The outer discontinuity of each pair state; `None` in state 0.
+    /// Outer discontinuity of each pair state; `None` in state 0.
     outer: Vec<Option<Discontinuity>>,
-    /// The inner discontinuity of each pair state; `None` in the last state.
+    /// Inner discontinuity of each pair state; `None` in the last state.
     inner: Vec<Option<Discontinuity>>,
     edges: Vec<Edges>,
     /// Potential energy of each pair state `[energy]`.
@@ -59,8 +59,8 @@ impl Steps {
         (lengths == [count; 3]).then_some(count)
     }
 
-    /// Returns the inner or the outer discontinuity of a pair in `state`: the inner one on the positive side, and
-    /// the outer one on the negative side.
+    /// Returns the inner discontinuity of a pair in `state` on the positive side, and the outer one on the negative
+    /// side.
     #[inline]
     #[must_use]
     pub fn seen_from(&self, state: u16, side: Side) -> Option<Discontinuity> {
@@ -82,7 +82,7 @@ impl Steps {
     }
 }
 
-/// The squared distances of the discontinuities on either side of a pair in a given state `[length^2]`.
+/// The squared distances of the discontinuities of a pair in a given state `[length^2]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Edges {
     /// Squared distance of the inner discontinuity; negative infinity if there is none.
@@ -91,31 +91,29 @@ pub struct Edges {
     pub outer: f64,
 }
 
-/// The discontinuity at which an uncaptured pair of two species meets: the outermost one of their potential.
+/// The outermost discontinuity of a potential, at which an uncaptured pair meets.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Meeting {
     /// Squared range of the potential `[length^2]`.
     pub squared: f64,
-    /// Index of the interaction of the two species.
     pub interaction: u16,
-    /// Whether the two species interact at all.
+    /// True if the two species interact.
     pub exists: bool,
-    /// Whether the two species have different accelerations.
+    /// True if the two species have different accelerations.
     pub is_accelerated: bool,
 }
 
 impl Meeting {
-    /// Returns the squared range of a pair without relative acceleration `[length^2]`. For other pairs, it is
-    /// negative infinity, so that the prediction for constant relative velocity finds no contact.
+    /// Returns the squared range of a pair without relative acceleration `[length^2]`. For other pairs, it is negative
+    /// infinity, so that the prediction for constant relative velocity finds no contact.
     fn inertial_squared(&self) -> f64 {
         if self.exists && !self.is_accelerated { self.squared } else { f64::NEG_INFINITY }
     }
 }
 
-/// The constants of a species that the event loop needs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesRules {
-    /// Inverse mass `1 / m`; 0 for a static species.
+    /// Inverse mass; 0 for a static species.
     pub inverse_mass: f64,
     /// Half the diameter, which is the distance of the centre from a wall at contact `[length]`.
     pub radius: f64,
@@ -141,25 +139,21 @@ impl SpeciesRules {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rules {
     pub rows: Rows,
-    /// The constants of the species, by table row.
+    /// Constants of the species, by table row.
     pub species: Vec<SpeciesRules>,
     pub steps: Vec<Steps>,
-    /// The discontinuities at which uncaptured pairs meet, as a matrix over pairs of table rows, row by row.
+    /// Discontinuities at which uncaptured pairs meet, for all pairs of table rows.
     meetings: Vec<Meeting>,
-    /// Squared ranges of pairs without relative acceleration `[length^2]`, as a matrix over pairs of table rows.
-    /// Negative infinity for other pairs.
+    /// The matrix of [`Self::inertial_squared`].
     inertial: Vec<f64>,
-    /// Squared ranges of pairs with a relative acceleration `[length^2]`, as a matrix over pairs of table rows. The
-    /// range of such a pair is infinite if the second species accelerates. For pairs without relative acceleration and
-    /// pairs that never meet, the value is negative infinity.
+    /// The matrix of [`Self::accelerated_squared`].
     accelerated: Vec<f64>,
-    /// For each table row, whether its species meets any species with a relative acceleration.
+    /// For each table row, whether any pair has a relative acceleration.
     is_met_accelerated: Vec<bool>,
 }
 
 impl Rules {
-    /// Checks data from a file: whether the tables have the right size, whether all interactions in them exist,
-    /// and whether the states of `pairs` are valid.
+    /// Checks data from a file: the sizes of the tables, the interactions in them, and the states of `pairs`.
     #[must_use]
     pub fn is_sound<'p>(&self, mut pairs: impl Iterator<Item = &'p PairState>) -> bool {
         let rows = self.rows.species().len();
@@ -208,9 +202,8 @@ impl Rules {
         Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings }
     }
 
-    /// Returns the squared distances at which uncaptured particles of each species meet a particle of a given
-    /// species `[length^2]`. They are negative infinity for species that never meet the particle, or meet it only
-    /// with a relative acceleration.
+    /// Returns the squared distances at which a particle of a given species meets uncaptured particles of each species
+    /// `[length^2]`. They are negative infinity for pairs that never meet, or have a relative acceleration.
     #[inline]
     #[must_use]
     pub fn inertial_squared(&self, species: u16) -> &[f64] {
@@ -218,12 +211,12 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// Returns, for a given species, the squared distances `[length^2]` at which its particles meet uncaptured
-    /// particles of each species. Only pairs with a relative acceleration are included.
+    /// Returns bounds of the squared distances at which a particle of a given species meets uncaptured particles of
+    /// each species `[length^2]`, for pairs with a relative acceleration.
     ///
-    /// A distance is negative infinity if the two species never meet, or have no relative acceleration. Otherwise it is
-    /// infinite if the other species accelerates, and the squared range of the pair if it does not. `None` if all
-    /// distances are negative infinity.
+    /// The bound is the squared range if the other species has no acceleration, and infinite if it has one. It is
+    /// negative infinity for pairs that never meet, or have no relative acceleration. Returns `None` if no pair has a
+    /// relative acceleration.
     #[inline]
     #[must_use]
     pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {

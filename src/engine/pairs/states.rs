@@ -1,14 +1,12 @@
-//! Pair states: which pairs are captured, and how many steps of their potential they have entered.
+//! Pair states: how many steps of their potential captured pairs have entered.
 //!
-//! The state of a pair is discrete and changes only at an event (Capture, Release). The state is never recomputed
-//! from the distance, because round-off may put a distance on the wrong side of a step. A pair without an entry
-//! is uncaptured: it is in state 0 of the potential of its species. Bonded pairs always have an entry. Each
-//! moving particle has its own list of partners.
+//! The state of a pair changes only at an event. It is never recomputed from the distance, because round-off may put a
+//! distance on the wrong side of a step. A pair without an entry is uncaptured: it is in state 0 of the potential of
+//! its species. Bonded pairs always have an entry. Each moving particle has its own list of partners.
 
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
-/// The state of a pair, as stored in the list of one of its particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PairState {
     pub partner: u32,
@@ -17,8 +15,7 @@ pub struct PairState {
     pub interaction: u16,
 }
 
-/// The states of captured pairs and of bonded pairs. The lists of all particles are in one array, with the same
-/// capacity for each particle.
+/// The states of captured and bonded pairs. All lists are in one array, with the same capacity for each particle.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct CapturedPairs {
     room: usize,
@@ -37,14 +34,14 @@ impl CapturedPairs {
         self.entries.resize(self.room * self.lengths.len(), PairState::default());
     }
 
-    /// Whether no particle has a list.
+    /// Returns true if no particle has a list.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.lengths.is_empty()
     }
 
-    /// Checks data from a file: whether all partners are particles, and whether each particle has a list if
-    /// `has_lists` is true.
+    /// Checks data from a file: whether all partners are particles, and each particle has a list if `has_lists` is
+    /// true.
     #[must_use]
     pub fn is_sound(&self, particles: usize, has_lists: bool) -> bool {
         let expected = if has_lists { particles } else { 0 };
@@ -54,7 +51,7 @@ impl CapturedPairs {
             && self.entries.iter().all(|pair| (pair.partner as usize) < particles)
     }
 
-    /// The entries of all lists. A pair of moving particles has two entries, one in the list of each particle.
+    /// The entries of all lists. A pair of moving particles has two entries.
     pub fn all(&self) -> impl Iterator<Item = &PairState> {
         (0..).zip(&self.lengths).flat_map(|(particle, _)| self.of(particle))
     }
@@ -79,7 +76,7 @@ impl CapturedPairs {
         self.of(particle).iter().copied().find(|captured| captured.partner == partner)
     }
 
-    /// Returns whether the partner was not in the list before.
+    /// Returns true if the partner is new in the list.
     pub fn set(&mut self, particle: u32, captured: PairState) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
@@ -102,7 +99,7 @@ impl CapturedPairs {
         });
     }
 
-    /// Returns whether the partner was in the list.
+    /// Returns true if the partner was in the list.
     pub fn remove(&mut self, particle: u32, partner: u32) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;

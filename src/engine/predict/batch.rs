@@ -1,5 +1,4 @@
-//! Batch prediction: the earliest contact of a particle with any of many other particles. SIMD lanes predict several
-//! pairs at a time.
+//! Batch prediction: the earliest contact of a particle with many others. SIMD lanes predict several pairs at once.
 
 use super::Streamed;
 use crate::Vector;
@@ -15,20 +14,19 @@ use crate::physics::overlap::Side;
 /// Number of pairs in a batch. Longer lists are split.
 const TOGETHER: usize = 32;
 
-/// The data that a batch prediction for one particle, `me`, reads.
+/// Input of a batch prediction for one particle, `me`.
 pub(in crate::engine) struct Batch<'a> {
     pub width: Simd,
     pub bodies: &'a [Body],
-    /// Periods of the box, infinite along axes that are not periodic.
     pub periods: &'a Vector,
-    /// Whether the nearest image of another particle may be across a side of the box.
+    /// Whether the nearest image of a particle may lie across a side of the box.
     pub wraps: bool,
-    /// Acceleration of `me`, which all particles of the batch share.
+    /// Acceleration of `me`. All particles of the batch accelerate equally.
     pub acceleration: Vector,
-    /// By species, the squared distance at which `me` meets an uncaptured particle `[length^2]`. It is negative
-    /// infinity if they never meet, or if a batch cannot predict the contact.
+    /// Squared contact distance of `me` with each species `[length^2]`. It is negative infinity if there is no contact,
+    /// or if the contact cannot be predicted in a batch.
     pub squared: &'a [f64],
-    /// Species of all particles, read only if there is more than one.
+    /// Species of all particles. Unused if there is only one species.
     pub species: &'a [u16],
 }
 
@@ -40,10 +38,10 @@ pub(in crate::engine) struct Earliest {
 }
 
 impl Batch<'_> {
-    /// Returns the earliest contact of `me` with any of `others`, if it comes no later than `before`.
+    /// Returns the earliest contact of `me` with any of `others` up to the time `before`.
     ///
-    /// The length of `others` is a multiple of [`MOST_LANES`]. Only the first `length` entries are considered. The
-    /// remaining entries are `me`.
+    /// The length of `others` is a multiple of [`MOST_LANES`]. Only the first `length` particles are tested. The rest
+    /// is padding and repeats `me`.
     #[inline]
     pub fn earliest_contact<const FALLING: bool, const TABLE: bool>(
         &self,
@@ -56,8 +54,8 @@ impl Batch<'_> {
         width.run(EarliestContact::<FALLING, TABLE> { batch: self, me, others, length, before })
     }
 
-    /// Finds the earliest event of `me` with its captured partners. If it comes before the event in `prediction`, it
-    /// replaces that event. Partners that accelerate relative to `me` are skipped.
+    /// Finds the earliest event of `me` with its captured partners. `prediction` is replaced if this event is earlier.
+    /// Partners that accelerate relative to `me` are skipped.
     #[inline]
     pub fn earliest_of_captured<const FALLING: bool>(
         &self,
@@ -74,7 +72,6 @@ impl Batch<'_> {
         self.species.get(particle as usize).map_or(0, |species| usize::from(*species))
     }
 
-    /// The user's id of a particle.
     fn name(&self, particle: u32) -> u32 {
         self.bodies[particle as usize].name
     }
@@ -120,12 +117,10 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
         let Self { batch, me, others, length, before } = self;
         let mut first = Earliest { time: before, other: NO_PARTICLE };
         let mut due = [f64::INFINITY; TOGETHER];
-        // With a single species, all pairs have the same contact distance.
         let is_mixture = TABLE && batch.squared.len() > 1;
         for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
-            // Branches on the results of single lanes would often be mispredicted. No branch therefore depends on a
-            // result until all lanes are done.
+            // A branch on a single lane would often be mispredicted, so there is no branch until all lanes are done.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
                 let squared = if is_mixture {
                     let squared: [f64; MOST_LANES] =
@@ -135,8 +130,8 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
                     F::all(batch.squared[0])
                 };
                 if FALLING && TABLE && squared.at_most(0.0) == (1 << F::COUNT) - 1 {
-                    // This batch cannot predict a contact in any lane. For example, a falling grain accelerates
-                    // relative to the static particles under a heap.
+                    // No contact can be predicted here. For example, falling grains accelerate relative to static
+                    // particles.
                     F::all(f64::INFINITY).write(due);
                     continue;
                 }
@@ -148,8 +143,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
             }
             let least = least.smallest();
             if least <= first.time && least < f64::INFINITY {
-                // The processor would mispredict branches on the position of the minimum. A bit mask therefore finds
-                // all entries that are equal to the minimum.
+                // A bit mask finds all times that equal the minimum. Branches would often be mispredicted here.
                 let mut bits = which_at_most::<F>(&due[..some.len()], least);
                 while bits != 0 {
                     let other = some[bits.trailing_zeros() as usize];
@@ -184,8 +178,6 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
         for together in captured.chunks(TOGETHER) {
             let mut least = F::all(prediction.contact_time);
             let times = of_inner.chunks_exact_mut(F::COUNT).zip(of_outer.chunks_exact_mut(F::COUNT));
-            // Branches on the results of single lanes would often be mispredicted. No branch therefore depends on a
-            // result until all lanes are done.
             for ((of_inner, of_outer), some) in times.zip(together.chunks(F::COUNT)) {
                 let mut ids = [me.id; MOST_LANES];
                 let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
@@ -216,7 +208,6 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
             for (side, times) in [(Side::Positive, &of_inner), (Side::Negative, &of_outer)] {
                 let mut bits = which_at_most::<F>(&times[..together.len().next_multiple_of(F::COUNT)], least);
                 while bits != 0 {
-                    // If several pairs have simultaneous events, the pair with the lower ids comes first.
                     let other = together[bits.trailing_zeros() as usize].partner;
                     if prediction.is_before(me.id, other, least, batch.bodies) {
                         prediction.meet(me.id, other, side, least, batch.bodies);
@@ -228,8 +219,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
     }
 }
 
-/// Returns a bit mask of the entries of `times` that are at most `limit`. The length of `times` is a multiple of the
-/// number of lanes.
+/// Returns a bit mask of the times up to `limit`. The length of `times` is a multiple of the number of lanes.
 #[inline(always)]
 fn which_at_most<F: Lanes>(times: &[f64], limit: f64) -> u32 {
     let in_lanes = times.chunks_exact(F::COUNT).enumerate();
@@ -279,7 +269,7 @@ pub(in crate::engine) mod tests {
         }
     }
 
-    /// Sticky grains that fall between walls onto static spheres, which are sticky too.
+    /// Sticky grains that fall between walls onto sticky static spheres.
     pub(in crate::engine) fn falling() -> Scene {
         let well = Potential::square_well(1.0, 1.5, 0.5).unwrap();
         let mut scene = SceneBuilder::new("falling")
@@ -319,8 +309,8 @@ pub(in crate::engine) mod tests {
         assert!(ends.iter().all(|end| *end == ends[0]));
     }
 
-    /// Returns the time and the partner's id of the first contact of a particle at rest in the middle of a box.
-    /// `others` are the positions and velocities of the other particles relative to it, and `middle` is its id.
+    /// Returns the time and the partner of the first contact of a particle at rest in the middle of a box. `middle` is
+    /// the id of this particle. `others` holds the positions and velocities of all other particles.
     fn first_met(potential: &Potential, others: &[(Vector, Vector)], middle: usize) -> (f64, u32) {
         let mut scene = SceneBuilder::new("middle")
             .space(Space { lower: Vector::zeros(), size: Vector::repeat(16.0), boundary: [Boundary::Periodic; 3] })
@@ -357,7 +347,7 @@ pub(in crate::engine) mod tests {
             for (sign, edge) in [(-1.0, 1.0), (1.0, 3.0)] {
                 let others: Vec<_> = (0..places.len()).map(|k| (places[k], velocity(k, sign))).collect();
                 let (time, met) = first_met(&well, &others, 0);
-                // Lengths are about 3 and times at most 2, so the tolerance is a few roundings.
+                // Lengths are about 3 and times are at most 2, so the tolerance allows a few rounding errors.
                 assert!((time - (edge - places[moving].norm()).abs()).abs() < 1e-14, "{moving} {time}");
                 assert_eq!(met as usize, moving + 1);
             }
@@ -367,8 +357,8 @@ pub(in crate::engine) mod tests {
     #[test]
     fn simultaneous_contacts_are_ordered_by_lowest_id() {
         let (hard, well) = (Potential::hard_sphere(1.0).unwrap(), Potential::square_well(1.0, 1.5, 1.0).unwrap());
-        // The particle in the middle has six partners around it, at equal distance and speed. The cases are a contact
-        // from outside, a contact with the core of the well, and a contact with the outer edge of the well.
+        // Six particles surround the particle in the middle, at equal distance and speed. The three cases are contacts
+        // from outside, with the core of the well, and with the outer edge of the well.
         for (potential, distance, speed, time) in
             [(&hard, 2.0, -1.0, 1.0), (&well, 1.25, -0.5, 0.5), (&well, 1.25, 1.0, 0.25)]
         {

@@ -1,5 +1,4 @@
-//! Contacts of growing spheres. SIMD lanes find candidates for the earliest contact. The contacts of these
-//! candidates are computed one by one.
+//! Contacts of growing spheres. SIMD lanes select a few pairs. Their contact times are then computed one by one.
 
 use super::Streamed;
 use super::batch::{Batch, dot};
@@ -8,22 +7,19 @@ use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
-/// Number of pairs in a batch. Longer lists are split.
 const TOGETHER: usize = 32;
 
-/// Relative uncertainty of the results in SIMD lanes. If a pair is closer to a limit than this, the scalar prediction
-/// decides.
+/// Relative uncertainty of results in SIMD lanes. If a pair is closer to a limit than this, the scalar code decides.
 const SLACK: f64 = 1e-9;
 
-/// Relative uncertainty of contact times. It is larger than [`SLACK`] because of cancellation: a discriminant that is
-/// only the fraction `SLACK` of its terms has lost digits, and so has the contact time computed from it.
+/// Relative uncertainty of contact times. It is larger than [`SLACK`], because digits are lost by cancellation.
 const SLACK_OF_TIMES: f64 = 1e-6;
 
 struct GrowingContacts<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Scale factor of all diameters, and its growth rate `[1, 1 / time]`.
+    /// Scale factor of all diameters, and the growth rate of this factor `[1, 1 / time]`.
     growth: [f64; 2],
     horizon: f64,
 }
@@ -52,14 +48,14 @@ impl Work for GrowingContacts<'_> {
             let discriminant = squares.sub(v2.mul(r2));
             let root = r2.div(discriminant.sqrt().sub(b));
             let dt = b.if_less(zero, zero.if_less(discriminant, root, never), never);
-            // The scalar prediction decides about pairs in contact, grazing pairs, and receding pairs that growth
-            // brings together.
+            // Three kinds of pairs are left to the scalar code: pairs in contact, grazing pairs, and receding pairs
+            // whose growing particles may still meet.
             let is_touching = r2.sub(F::all(SLACK).mul(contact).mul(contact));
             let is_overtaken = b.if_less(zero, never, v2.sub(F::all(SLACK).mul(speed).mul(speed)));
             let is_grazing = discriminant.mul(discriminant).sub(F::all(SLACK * SLACK).mul(squares).mul(squares));
             let is_unsure = is_touching.at_most(0.0) | is_overtaken.at_most(0.0) | is_grazing.at_most(0.0);
-            // For species that do not meet, the squared distance is negative. Its root is NaN, and every comparison
-            // with NaN is false, so these pairs are ignored.
+            // If two species do not meet, their squared distance is negative. Its root is NaN, and comparisons with NaN
+            // are false, so the pair is ignored.
             unsure |= is_unsure << (at * F::COUNT);
             let dt = zero.if_less(is_touching, dt, never);
             dt.write(due);
@@ -77,8 +73,8 @@ impl Work for GrowingContacts<'_> {
 }
 
 impl Batch<'_> {
-    /// Returns a bit mask of the particles in `others` that `me` may meet first, before `horizon`, while all diameters
-    /// grow. The true first contact is always included. `others` has at most [`TOGETHER`] entries.
+    /// Returns a bit mask of the particles in `others` that may be the first to meet `me`, before `horizon`. The true
+    /// first contact is always included. `others` has at most [`TOGETHER`] entries.
     #[inline]
     fn growing_contacts(&self, me: &Streamed, others: &[u32], growth: [f64; 2], horizon: f64) -> u32 {
         self.width.run(GrowingContacts { batch: self, me, others, growth, horizon })
@@ -86,7 +82,7 @@ impl Batch<'_> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts the first contact with uncaptured particles while all diameters grow. The length of `others` is a
+    /// Predicts the first contact with an uncaptured particle while all diameters grow. The length of `others` is a
     /// multiple of [`MOST_LANES`].
     pub(in crate::engine) fn predict_growing(
         &self,
@@ -120,7 +116,6 @@ mod tests {
     use crate::physics::detection::lanes::Simd;
     use crate::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
-    /// Creates a mixture of three species with non-additive contact distances.
     fn mixture(packing_fraction: f64) -> Scene {
         let hard_sphere = |diameter| Potential::hard_sphere(diameter).unwrap();
         let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
@@ -141,8 +136,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Checks that every prediction equals the result of testing all candidates one by one. Returns whether cells were
-    /// used, and whether lists were used.
+    /// Compares every prediction with tests of all pairs. Returns whether cells were used, and whether lists were used.
     fn finds_what_one_by_one_finds<const TABLE: bool>(scene: &Scene, rate: f64, largest: f64) -> [bool; 2] {
         let mut used = [false; 2];
         for width in Simd::all() {
@@ -160,7 +154,7 @@ mod tests {
                 for particle in engine.particles() {
                     let mut one_by_one = Prediction::NONE;
                     let me = engine.streamed(particle, now);
-                    // The neighbour list is sufficient: a particle outside the list must enter it before a contact.
+                    // The list is sufficient: a particle outside the list must enter it before a contact.
                     let others = if let Some(verlet) = engine.neighbours.verlet() {
                         verlet.lists.of(particle)
                     } else {
@@ -184,8 +178,7 @@ mod tests {
     fn simd_finds_the_same_first_growth_contact_as_scalar_search() {
         let mut used = [false; 2];
         for (packing_fraction, largest) in [(0.1, 1.3), (0.3, 1.15), (0.42, 1.06)] {
-            // At the lowest rate, the spheres grow much more slowly than they move. At the highest rate, they grow
-            // faster.
+            // At the lowest rate, the spheres grow more slowly than they move. At the highest rate, they grow faster.
             for rate in [0.002, 0.1, 3.0] {
                 let scene = mixture(packing_fraction);
                 let one = finds_what_one_by_one_finds::<true>(&scene, rate, largest);

@@ -1,5 +1,4 @@
-//! Prediction in a grid of cells: contacts with the particles in the cells around a particle, and its transition to the
-//! next cell.
+//! Prediction in a grid of cells: contacts with nearby particles, and the transition to the next cell.
 
 use super::{Scratch, Streamed};
 use crate::engine::images::Way;
@@ -12,8 +11,7 @@ use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
-/// Relative tolerance for a distance of half a period between two particles. It is far above the round-off by which
-/// particles can be outside their cells.
+/// Relative tolerance for a distance of half a period. It is far larger than the round-off of positions.
 const TIED: f64 = 1e-6;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -26,15 +24,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let cell = cells.home(me.id);
-        // The transition is predicted first. Its slow divisions then run while the candidates are loaded from memory.
+        // The slow divisions of the transition run while the candidates are loaded from memory.
         self.predict_transition(me, &cells.grid, cell, prediction);
         cells.find_candidates(cell, &mut scratch.near);
         self.predict_candidates(me, cells, scratch, prediction);
         self.predict_surfaces_of_cell(me, cells, prediction);
     }
 
-    /// Predicts a particle that has just entered a cell through `face`. Its motion has not changed, so its predicted
-    /// contact stays valid, and only the new candidates are tested.
+    /// Predicts a particle that has just entered a cell through `face`. The motion of the particle has not changed. Its
+    /// predicted contact stays valid, and only the new candidates are tested.
     pub(in crate::engine) fn predict_in_next_cell(
         &self,
         me: &Streamed,
@@ -99,17 +97,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Time since the epoch at which the particle leaves its cell.
     fn leaves_cell(&self, me: &Streamed, cells: &Cells) -> f64 {
         let mut leaves = Prediction::NONE;
         self.predict_transition(me, &cells.grid, cells.home(me.id), &mut leaves);
         leaves.transition_time
     }
 
-    /// Predicts the first contact with particles that are half a period away, within round-off.
-    ///
-    /// Such a particle has two or more images that are equally near. One of them is tested together with all other
-    /// candidates. This function tests the others.
+    /// Predicts contacts with further images of particles that are half a period away, within round-off. Such a
+    /// particle has two or more nearest images, and one image is tested elsewhere.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
         let least: [f64; 3] = std::array::from_fn(|axis| {
             if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
@@ -128,8 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             } else {
                 self.pairs.rules.meeting(0, 0).squared
             };
-            // Two particles may be half a period apart along several axes. Their images then differ along any
-            // combination of these axes.
+            // If particles are half a period apart along several axes, each combination of axes is another image.
             for sides in 1..8_u8 {
                 let is_other = |axis: usize| sides >> axis & 1 == 1;
                 if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {

@@ -1,5 +1,4 @@
-//! Prediction with Verlet lists: contacts with the particles in a particle's list, and the time when the particle leaves
-//! its skin.
+//! Prediction with Verlet lists: contacts with the particles in a list, and the time when the particle leaves its skin.
 
 use super::Streamed;
 use crate::Vector;
@@ -13,8 +12,7 @@ use crate::physics::overlap::{Quadratic, Side};
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
-        // The transition is predicted first. Its slow square root and division then run while the list is loaded from
-        // memory.
+        // The slow square root and division of the transition run while the list is loaded from memory.
         prediction.transition_time = self.leaves_skin(me, verlet);
         self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
         if !self.sources.surfaces.is_empty() {
@@ -22,8 +20,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts a particle anew whose motion has not changed since its last prediction. Its predicted contact stays
-    /// valid, so only the particles that are new in its list are tested, if there are any.
+    /// Predicts a particle whose motion has not changed. Its predicted contact stays valid, and only particles that are
+    /// new in the list are tested.
     pub(in crate::engine) fn predict_with_newcomers(
         &self,
         me: &Streamed,
@@ -40,8 +38,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the first contact with the particles of a list. `listed` holds the list, padded to whole blocks, and
-    /// the length of the list without padding.
+    /// Predicts the first contact with the particles of a list, given as a padded list and its length.
     #[inline]
     fn predict_listed(
         &self,
@@ -53,11 +50,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
     }
 
-    /// Time at which the particle leaves its skin, at the distance `delta` (the half skin) from the centre of its list.
-    /// The equation is the same as for a bond that reaches its full length.
+    /// Returns the time at which the particle leaves its skin. The particle is then at the distance `delta`, the half
+    /// skin, from the position `c` where its list was built.
     ///
-    /// For a falling particle, the time is a lower bound. The particle is assumed to fly and accelerate straight away
-    /// from the centre: `|v| t + |a| t^2 / 2 = delta - |r|`. Here `|r|` is the present distance from the centre.
+    /// For a falling particle, the time is a lower bound. It assumes that the particle flies and accelerates straight
+    /// away from `c`: `|v| t + |a| t^2 / 2 = delta - |r|`. Here `r` is the current position relative to `c`.
     #[inline]
     fn leaves_skin(&self, me: &Streamed, verlet: &VerletLists) -> f64 {
         let position = me.position - verlet.centres[me.id as usize];

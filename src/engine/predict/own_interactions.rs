@@ -1,8 +1,7 @@
-//! Bonded pairs outside their own interaction, if this interaction does not hold them together. The neighbour
-//! search does not find these pairs.
+//! Bonded pairs that are farther apart than the range of the bond's interaction.
 //!
-//! Other uncaptured pairs meet in the cells or lists around a particle. A bonded pair keeps its interaction at
-//! any distance, and may meet again through any side of a periodic box.
+//! The neighbour search does not find these pairs. A bonded pair keeps its interaction at any distance, and the two
+//! particles may meet again across any side of a periodic box.
 
 use super::{Streamed, is_out_of_reach};
 use crate::engine::parts::Engine;
@@ -10,7 +9,7 @@ use crate::engine::prediction::Prediction;
 use crate::physics::overlap::Side;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether a particle belongs to a bonded pair that is outside all steps of its own interaction.
+    /// Whether a particle has a bonded partner beyond the range of the bond's interaction.
     #[inline]
     pub(in crate::engine) fn has_own_interactions(&self, particle: u32) -> bool {
         TABLE
@@ -18,9 +17,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
     }
 
-    /// Predicts the first contact of a particle with its bonded partners, for pairs that are outside their own
-    /// interaction. All images in which such a pair can meet are tested. Contacts after the particle leaves its cell or
-    /// skin do not matter, because the particle is then predicted again.
+    /// Predicts the first contact with distant bonded partners, in all images in which a pair can meet. When the
+    /// particle leaves its cell or skin, it is predicted again, so later contacts are ignored.
     pub(in crate::engine) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];

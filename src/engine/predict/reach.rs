@@ -1,5 +1,5 @@
-//! SIMD filter for pairs that must be predicted one at a time, because they accelerate relative to each other or meet
-//! in several images of a small box. It skips pairs that cannot meet before the earliest contact found so far.
+//! SIMD filter for pairs that must be predicted one by one. Such pairs accelerate relative to each other, or meet in
+//! several images of a small box. The filter skips pairs that cannot meet before the earliest contact found so far.
 
 use super::batch::{Batch, dot};
 use super::{SLACK, Streamed};
@@ -8,22 +8,21 @@ use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
-/// Returns a bit mask of the candidates that `is_selected` selects. It gets one candidate for each lane, and returns a bit
-/// for each.
+/// Returns a bit mask of the selected candidates. `is_selected` returns one bit for each lane.
 #[inline(always)]
 fn select<F: Lanes>(others: &[u32], is_selected: impl Fn(&[u32]) -> u32) -> u32 {
     let in_lanes = others.chunks_exact(F::COUNT).enumerate();
     in_lanes.fold(0, |bits, (at, ids)| bits | is_selected(ids) << (at * F::COUNT))
 }
 
-/// Returns the contact distances of candidates from the squared distances of their species `[length]`.
+/// Returns contact distances `[length]`. `squared` holds the squared contact distance for each species.
 #[inline(always)]
 fn contact_distances<F: Lanes>(batch: &Batch<'_>, squared: &[f64], ids: &[u32]) -> F {
     let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
     F::each(&squared).sqrt()
 }
 
-/// Returns by how much squared distances exceed squared reaches, with a margin for round-off.
+/// Returns how far squared distances exceed squared reaches, with a margin for round-off.
 #[inline(always)]
 fn beyond<F: Lanes>(squared: F, reach: F) -> F {
     squared.sub(reach.mul(reach).mul(F::all(SLACK)))
@@ -33,8 +32,8 @@ struct WithinReach<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Squared contact distance for each species of the other particle `[length^2]`. Infinity means that pairs are
-    /// always tested. Negative infinity means that they are never tested.
+    /// Squared contact distance of `me` with each species `[length^2]`. At infinity, pairs are always tested. At
+    /// negative infinity, they are never tested.
     squared: &'a [f64],
     horizon: f64,
 }
@@ -47,9 +46,8 @@ impl Work for WithinReach<'_> {
         let Self { batch, me, others, squared, horizon } = self;
         let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
         select::<F>(others, |ids| {
-            // If a partner accelerates, its relative position here is wrong. But its contact distance is then infinite,
-            // so the partner is always tested. For a partner that is never tested, the reach is NaN, and the comparison
-            // below is false.
+            // Accelerations of partners are ignored. An accelerated partner has an infinite contact distance and is
+            // always selected. If pairs are never tested, the reach is NaN, and the comparison is false.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let path = dot(&v, &v).sqrt().add(gained).mul(F::all(horizon));
             beyond(dot(&r, &r), contact_distances::<F>(batch, squared, ids).add(path)).at_most(0.0)
@@ -83,8 +81,7 @@ struct HalfAPeriodAway<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Smallest separation along each axis at which a candidate is selected `[length]`; infinite along axes on which
-    /// none is selected.
+    /// Smallest separation along each axis at which a candidate is selected `[length]`.
     least: [f64; 3],
 }
 
@@ -122,15 +119,14 @@ impl<const FALLING: bool> Work for AcrossSlidingSides<'_, FALLING> {
 }
 
 impl Batch<'_> {
-    /// Returns a bit mask of the [`MOST_LANES`] candidates. A candidate is selected if its nearest image is at least
-    /// `least` away along one or more axes.
+    /// Selects candidates whose nearest image is at least `least` away along some axis. Returns a bit mask.
     #[inline]
     pub fn half_a_period_away<const FALLING: bool>(&self, me: &Streamed, others: &[u32], least: [f64; 3]) -> u32 {
         self.width.run(HalfAPeriodAway::<FALLING> { batch: self, me, others, least })
     }
 
-    /// Returns a bit mask that selects the candidates that `me` can meet before a finite `horizon`, in a sheared box.
-    /// Some selected candidates may not meet `me`, but all candidates that meet it are selected.
+    /// Selects the candidates that `me` can meet before a finite `horizon` in a sheared box. Returns a bit mask. Some
+    /// selected candidates may not meet `me`, but no contact is missed.
     #[inline]
     fn within_reach_across<const FALLING: bool>(
         &self,
@@ -142,15 +138,13 @@ impl Batch<'_> {
         self.width.run(AcrossSlidingSides::<FALLING> { batch: self, me, others, sliding, horizon })
     }
 
-    /// Returns a bit mask that selects the candidates that `me` can meet before a finite `horizon` in an image other
-    /// than the nearest. Some selected candidates may not meet `me`, but all candidates that meet it are selected.
+    /// Like [`Self::within_reach_across`], for contacts in images other than the nearest image.
     #[inline]
     fn within_reach_of_another_image<const FALLING: bool>(&self, me: &Streamed, others: &[u32], horizon: f64) -> u32 {
         self.width.run(AnotherImage::<FALLING> { batch: self, me, others, horizon })
     }
 
-    /// Returns a bit mask that selects the candidates that could reach `me` before a finite `horizon` if all of them
-    /// flew straight at it.
+    /// Selects candidates that could reach `me` before a finite `horizon` by flying straight at it. Returns a bit mask.
     #[inline]
     pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
         self.width.run(WithinReach { batch: self, me, others, squared, horizon })
@@ -158,8 +152,7 @@ impl Batch<'_> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts the first contact with uncaptured candidates that must be tested one at a time. Candidates that cannot
-    /// be reached before the earliest contact so far are skipped.
+    /// Predicts the first contact with uncaptured candidates, one by one. Distant candidates are skipped.
     pub(in crate::engine) fn predict_within_reach(
         &self,
         me: &Streamed,
@@ -179,8 +172,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Predicts the first contact with uncaptured candidates for a particle near the sliding sides of a sheared box.
-    /// The particle leaves its cell at the time `leaves` and is then predicted again, so later contacts do not matter.
+    /// Predicts the first contact of a particle near the sliding sides of a sheared box. At the time `leaves`, the
+    /// particle leaves its cell and is predicted again, so later contacts are ignored.
     pub(in crate::engine) fn predict_next_to_sliding_sides(
         &self,
         me: &Streamed,
@@ -199,7 +192,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Predicts the first contact with uncaptured candidates in images other than the nearest.
+    /// Predicts the first contact in images other than the nearest image.
     pub(in crate::engine) fn predict_further_images(
         &self,
         me: &Streamed,
@@ -224,8 +217,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
-/// Calls `predict` for the candidates that `kept` selects. The second argument of `kept` is a horizon: the time from
-/// now to the earliest contact so far, or to `last` if `last` is earlier.
+/// Calls `predict` for the candidates that `kept` selects. The second argument of `kept` is the time until the earliest
+/// contact so far, or until `last` if this is earlier.
 #[inline]
 fn for_each_kept(
     others: &[u32],

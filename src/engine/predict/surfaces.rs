@@ -6,8 +6,8 @@ use crate::engine::prediction::{Prediction, SEARCH};
 use crate::engine::surfaces::{Flight, Found, Placed, Surface};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts contacts with the unbounded surfaces for which `is_near` is true, and with features that the particle
-    /// can reach before its predicted event.
+    /// Predicts contacts with unbounded surfaces for which `is_near` is true. Also predicts contacts with features that
+    /// the particle can reach before its predicted event.
     #[inline]
     pub(in crate::engine) fn predict_surfaces(
         &self,
@@ -26,9 +26,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts contacts with features that the particle can reach before its predicted event. If the transition of the
-    /// particle is postponed afterwards, this search must be repeated.
-    #[inline(never)] // most scenes have only walls and never call this
+    /// Predicts contacts with features that the particle can reach before its predicted event. If the transition is
+    /// postponed later, the search must be repeated.
+    #[inline(never)] // most scenes have only walls
     pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
         let flight = self.flight(me);
         let swept = flight.swept(prediction.due_time() - me.time);
@@ -49,8 +49,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Whether the scene has surfaces that may have periodic images. A particle that crosses a periodic side can then
-    /// meet other images.
+    /// Whether surfaces may have periodic images. If so, a particle that crosses a periodic side can meet other images.
     pub(in crate::engine) fn has_images_of_surfaces(&self) -> bool {
         !self.sources.surfaces.of_scene().is_empty()
     }

@@ -1,17 +1,15 @@
-//! The buckets of the calendar. A bucket is a linked list of chunks, each as large as a cache line. Chunks come from a
-//! common pool.
+//! The buckets of the calendar. A bucket is a linked list of chunks from a common pool.
 
 use crate::engine::hardware::pages::enlarge;
 use serde::{Deserialize, Serialize};
 
-/// Number of entries in a chunk. Together with the index of another chunk, they fill a cache line.
+/// Number of entries in a chunk. A chunk fills one cache line.
 const ENTRIES: usize = 15;
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 struct Chunk {
     entries: [u32; ENTRIES],
-    /// Index of the chunk that was filled before this one.
     next: u32,
 }
 
@@ -82,8 +80,7 @@ impl Buckets {
         }
     }
 
-    /// Checks data that was read from a file: all particles must exist, and each chunk must belong to at most one
-    /// bucket.
+    /// Checks data that was read from a file. All particles must exist, and a chunk must not be in two buckets.
     pub fn is_sound(&self, particles: usize) -> bool {
         let mut is_used = vec![false; self.chunks.len()];
         let mut take =

@@ -3,7 +3,6 @@
 use super::*;
 use proptest::prelude::*;
 
-/// The event time of each particle, and the number that orders its event among simultaneous ones.
 struct Times(Vec<f64>, Vec<u32>);
 
 impl Times {
@@ -109,7 +108,6 @@ fn a_queue_looks_no_further_than_the_bucket_of_the_limit() {
     queue.push(entry(40.5 * width, 0), &pending);
     assert_eq!(queue.peek(10.5 * width, &pending), None);
     assert_eq!(queue.reached(), 11.0 * width);
-    // A limit exactly at the end of a bucket opens the next bucket.
     assert_eq!(queue.peek((20.0 * width).next_down(), &pending), None);
     assert_eq!(queue.reached(), 20.0 * width);
     assert_eq!(queue.peek(20.0 * width, &pending), None);

@@ -8,8 +8,7 @@ use crate::model::{Growth, GrowthTarget, Potential};
 use crate::scene::{Chain, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 use proptest::prelude::*;
 
-/// Number of events to compare. It is so small that hardly any particle has more than two events. Each event
-/// multiplies rounding errors by about ten.
+/// Number of events to compare. It is small, because each event multiplies rounding errors by about ten.
 const COMPARED: u64 = 30;
 
 fn fluid(potential: Potential, restitution: f64) -> SceneBuilder {
@@ -26,7 +25,6 @@ fn well() -> Potential {
     Potential::square_well(1.0, 1.5, 1.0).unwrap()
 }
 
-/// One of seven scenes that need different engines: dilute and dense fluids, wells, walls, gravity, shear and bonds.
 fn scene(which: usize, seed: u64) -> Scene {
     let fill = |builder: SceneBuilder, density: f64| {
         builder
@@ -115,14 +113,13 @@ proptest! {
                 assert_eq!(again.snapshot().velocities, snapshot.velocities);
                 for (position, expected) in again.snapshot().positions.iter().zip(&snapshot.positions) {
                     let apart = minimum_image(position - expected, &simulation.scene().space().periods());
-                    // The tolerance allows for one rounding of each coordinate when a particle is wrapped.
+                    // The tolerance allows for one rounding of each coordinate.
                     assert!(apart.norm() < 1e-14, "scene {which}: {position} {expected}");
                 }
                 let name = format!("scene {which}, seed {seed}, {states:?}");
                 assert_same(&next_events(&mut again, COMPARED), &next_events(&mut simulation.clone(), COMPARED), &name);
             }
-            // A new simulation starts from the same state. In a sheared box, the state includes the displacement of the
-            // images.
+            // A new simulation starts from the same state.
             let mut parts = scene(which, seed).into_parts();
             (parts.start_time, parts.displacement) = (snapshot.time, snapshot.displacement);
             parts.allow_invalid_start = true;
@@ -180,7 +177,6 @@ fn a_pair_that_is_taken_apart_keeps_its_state_only_if_that_is_possible() {
     assert_eq!((simulation.energy().potential, simulation.event_counts().supplied.total()), (0.0, 1.0));
     let error = simulation.set_positions(&apart(0.9), PairStates::FromDistances).unwrap_err();
     assert!(matches!(error, SetStateError::Overlap(Overlap { depth, .. }) if (depth - 0.1).abs() < 1e-9), "{error}");
-    // A position three periods away is the same position in another image.
     let mut far = apart(3.0);
     far[1].x -= 30.0;
     simulation.set_positions(&far, PairStates::Keep).unwrap();

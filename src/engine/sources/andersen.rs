@@ -14,23 +14,21 @@ use crate::model::space::Boundary;
 use crate::model::state_point::StatePoint;
 use std::ops::ControlFlow;
 
-/// A heat bath that gives particles new velocities, one at a time.
-///
-/// Each particle collides at a constant rate, so that the intervals between collisions of the whole system
-/// are exponential.
+/// A heat bath. Each particle collides with the bath at a constant rate. A collision gives the particle a new velocity.
+/// The intervals between collisions of the whole system have an exponential distribution.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Andersen {
     random: Random,
     bath: Bath,
-    /// Collision rate of all mobile particles together `[1 / time]`.
+    /// Total collision rate of all mobile particles `[1 / time]`.
     rate: f64,
-    /// Time of the next collision, counted from the epoch.
+    /// Time of the next collision, since the epoch.
     next: f64,
 }
 
 impl Andersen {
-    /// Creates a heat bath for `particles` mobile particles. It acts from the time `now` on. Each `stage` of a run has
-    /// its own random numbers.
+    /// Creates a heat bath for `particles` mobile particles. The bath acts from the time `now` on. Each `stage` of a
+    /// run has its own random numbers.
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
         let seed = StatePoint::new(seed).with(&[bath.temperature, bath.rate]);
         let random = Random::new(seed.number(), Purpose::Thermostat, stage);
@@ -39,8 +37,7 @@ impl Andersen {
         andersen
     }
 
-    /// Adapts the bath to another number of mobile particles. The intervals between collisions have no memory, so the
-    /// time to the next collision is drawn again from `now` on. Without mobile particles, there is no collision.
+    /// Changes the number of mobile particles, and draws the next collision time anew. A Poisson process has no memory.
     pub fn act_on(&mut self, particles: usize, now: f64) {
         self.rate = self.bath.rate * particles as f64;
         self.next = now;
@@ -64,8 +61,7 @@ impl Andersen {
         self.next += self.random.exponential() / self.rate;
     }
 
-    /// Draws the data of the next collision, and the time of the collision after it. A mobile particle is always found,
-    /// because a bath without mobile particles is never created.
+    /// Draws the next collision, and the time of the collision after it. There is always a mobile particle.
     fn draw(&mut self, ids: usize, is_moving: impl Fn(usize) -> bool) -> Collision {
         let time = self.next;
         let id = loop {
@@ -82,11 +78,11 @@ impl Andersen {
 
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Collision {
-    /// Time of the collision, counted from the epoch.
+    /// Time of the collision, since the epoch.
     pub time: f64,
     pub id: usize,
     temperature: f64,
-    /// A normally distributed random number for each axis; `None` along axes without a new velocity.
+    /// A normally distributed random number for each axis. `None` if the velocity along the axis does not change.
     normal: [Option<f64>; 3],
 }
 
@@ -109,13 +105,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = collision.time;
-        // The particle is chosen by id, so that the result does not depend on the order in memory.
+        // Ids do not depend on the order in memory.
         let particle = self.state.numbers[collision.id];
         let flow = self.collide(particle, &collision, observe);
         Ok((Repredict::One(particle), flow))
     }
 
-    /// Draws all collisions with the heat bath up to and including a time.
     pub(in crate::engine) fn draw_collisions(&mut self, stop: f64) -> Vec<Collision> {
         let mut collisions = Vec::new();
         while self.sources.andersen.as_ref().is_some_and(|bath| bath.next <= stop) {
@@ -158,7 +153,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.join();
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
         let boundary = self.state.space.boundary;
-        // Particles cannot move along a flat axis.
         let bath = bath.map(|bath| Bath {
             axes: std::array::from_fn(|axis| bath.axes[axis] && boundary[axis] != Boundary::Flat),
             ..bath

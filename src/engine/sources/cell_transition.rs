@@ -5,8 +5,7 @@ use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Moves a particle into the next cell. This does not change its motion. Its predicted contact also remains, unless
-    /// the particle meets a new candidate earlier.
+    /// Moves a particle into the next cell. The predicted contact remains, unless a new candidate is met earlier.
     pub(in crate::engine) fn cross(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.counts.totals.transition += 1;
         let mut prediction = self.schedule.predictions[particle as usize];

@@ -1,4 +1,4 @@
-//! Rebuilds of Verlet lists: a particle has left its skin, and its list is centred on it again.
+//! Rebuilds of Verlet lists. When a particle leaves its skin, its list is built anew around its current position.
 
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
@@ -18,8 +18,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let has_own_interactions = self.has_own_interactions(particle);
         if FALLING && !has_own_interactions {
-            // The predicted time was only a lower bound. If the particle is closer to the centre of its list than
-            // `half_skin / 2`, the list stays valid, and only the time is predicted again.
+            // The predicted time was a lower bound. If the particle has moved little, only this time is predicted
+            // again.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
                 let mut prediction = self.schedule.predictions[particle as usize];
@@ -35,8 +35,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.repredict(particle, time);
             return Ok(());
         }
-        // The rebuild does not change the motion of the particle. Its predicted contact also remains, unless the
-        // particle meets a new candidate earlier.
         let me = self.streamed(particle, time);
         let Neighbours::Lists(verlet) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
@@ -48,7 +46,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Wraps a particle that has left the box along a periodic axis.
     pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) -> bool {
         let mut had_left = false;
         for axis in 0..3 {
@@ -70,8 +67,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         had_left
     }
 
-    /// Moves the centre of a particle's list to the particle's position at `time`. Updates its list, and the lists of
-    /// the particles that enter or leave it.
+    /// Rebuilds the list of a particle around its position at `time`, and updates the lists of its neighbours.
     fn move_centre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         let (to, _) = self.state_at(particle, time);
         let mut scratch = self.take_scratch();
@@ -87,7 +83,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Captured pairs must be stored first, because the lists leave them out.
+    /// Captured pairs must be stored before this call, because the lists do not contain captured partners.
     pub(in crate::engine) fn fill_lists(&mut self) {
         let mut scratch = self.take_scratch();
         let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
@@ -101,7 +97,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Builds the list of a particle that has been added, and adds the particle to the lists of others.
+    /// Builds the list of a new particle, and adds the particle to the lists of its neighbours.
     pub(in crate::engine) fn fill_list(&mut self, particle: u32) {
         let mut scratch = self.take_scratch();
         let near = &mut scratch.near;
@@ -118,8 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Finds the particles for the list of a particle: uncaptured particles within reach of the list's centre. The
-    /// result may include the particle itself.
+    /// Finds the uncaptured particles within reach of the centre of a list. The result may include the particle itself.
     #[inline]
     fn find_listed(verlet: &VerletLists, pairs: &Pairs, state: &State, particle: u32, near: &mut Candidates) {
         let centre = &verlet.centres[particle as usize];

@@ -21,7 +21,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position, body.velocity, body.time) = (position, velocity, time);
     }
 
-    /// Inlined, so that the velocity change stays in registers.
+    /// Inlined to keep the velocity change in registers.
     #[inline(always)]
     pub(in crate::engine) fn execute_pair(
         &mut self,
@@ -46,12 +46,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, law: &ContactLaw, time: f64) -> (Outcome, Change) {
-        // In a multicanonical simulation, the weights of the potential energy determine how much kinetic energy the
-        // step costs.
+        // In a multicanonical simulation, weights replace the energy step of the potential.
         let felt = self.weighted(seen);
         let Response { outcome, radial: leaving, tangential_scale } = self.leave(pair, &felt, law, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
-        // The change of the relative velocity is `change` times the vector between the centres.
+        // The relative velocity changes by `change` times the vector between the centres.
         let change = (leaving - radial) / squared;
         let impulse = reduced_mass * change;
         let is_barrier = seen.energy_step == f64::INFINITY || outcome == Outcome::Bounce;
@@ -87,13 +86,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (outcome, change)
     }
 
-    /// Energy that a contact receives from outside: from sliding images and from growing diameters.
+    /// Energy that a contact receives from sliding images and from growing diameters.
     #[inline(always)]
     fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
         if self.images.slide() {
-            // The contact conserves energy between the first particle and the image of the second particle. The
-            // velocity of the image differs from the velocity of the second particle itself.
+            // The contact conserves energy between the first particle and the image of the second particle. The image
+            // and the second particle have different velocities.
             let faster = (before[0] - before[1]) - pair.velocity;
             supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
         }
@@ -127,8 +126,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.pair_state(self.number(a), self.number(b)).0
     }
 
-    /// Returns the state of a pair and the index of its interaction. An uncaptured pair has state 0 and the interaction
-    /// of its species.
+    /// Returns the state of a pair and the index of its interaction. An uncaptured pair has state 0.
     pub(in crate::engine) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
         if !TABLE {
             return (0, 0);
@@ -140,9 +138,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    /// Returns the discontinuity that a pair in `state` can reach: the inner one if `side` is positive, the outer one
-    /// if it is negative. Also returns the contact law, and the speed at which the discontinuity moves outwards. `None`
-    /// if there is no discontinuity; no contact is then predicted on that side.
+    /// Returns the discontinuity that a pair in `state` can reach. If `side` is positive, it is the inner
+    /// discontinuity, otherwise the outer one. Also returns the contact law, and the speed at which the discontinuity
+    /// moves outwards. `None` if there is no discontinuity.
     #[inline]
     fn discontinuity(
         &self,
@@ -161,8 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some((seen, steps.law, surface))
     }
 
-    /// Puts a pair back into state 0. If its interaction belongs to its species, the pair is then uncaptured. If it has
-    /// an interaction of its own, such as a bond, its state remains stored.
+    /// Sets the state of a pair to 0. Only a pair with its own interaction, such as a bond, remains stored.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
         let meeting = self.pairs.rules.meeting(self.row(i), self.row(j));
         if meeting.exists && meeting.interaction == interaction {

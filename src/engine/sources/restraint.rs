@@ -1,11 +1,11 @@
-//! The restraint of a distance between two particles, or between the centres of mass of two groups. The distance is
-//! reflected at the ends of an umbrella window.
+//! Restraint of a distance `|R_A - R_B|` between the centres of mass of two groups. The distance is reflected at the
+//! ends of an umbrella window. A group may be a single particle.
 //!
-//! Between events of the members, the vector `R_A - R_B` between the centres changes at a constant rate. The equations
-//! for a pair therefore give the time of the next reflection. If the energy depends on `|R_A - R_B|` alone, the force
-//! on particle `i` of group `A` is the fraction `m_i / M_A` of the force on the centre, with the masses `m_i` of the
-//! particle and `M_A` of the group. In a reflection, all members of a group therefore change their velocities by the
-//! same amount. Momentum and energy are conserved, and motion within a group is unchanged.
+//! Between events of the members, the vector `R_A - R_B` changes at a constant rate, so the time of a reflection
+//! follows from the equations for a pair. The restraint depends only on `R_A - R_B`. The force on particle `i` of group
+//! `A` is therefore the fraction `m_i / M_A` of the force on the centre, with the masses `m_i` and `M_A`. In a
+//! reflection, all members of a group change their velocities by the same amount. Momentum and energy are conserved,
+//! and motion within a group is unchanged.
 
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -34,7 +34,7 @@ struct Member {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Group {
     members: Vec<Member>,
-    /// Connections between the members. Positions are unwrapped along them.
+    /// Connections between the members. Positions are unwrapped along these connections.
     along: Component,
     inverse_mass: f64,
 }
@@ -44,12 +44,11 @@ pub(in crate::engine) struct Restraint {
     groups: [Group; 2],
     /// Each member and the index of its group, sorted by id.
     group_of: Vec<(ParticleId, usize)>,
-    /// Lower and upper end of the window `[length]`. Without a restraint they are 0 and infinity.
+    /// Lower and upper end of the window `[length]`. Without a restraint, they are 0 and infinity.
     window: [f64; 2],
-    /// Time of the next reflection, counted from the epoch; infinite if there is none.
+    /// Time of the next reflection since the epoch, or infinity.
     next: f64,
-    /// The end of the window that the distance reaches at the time `next`: positive for the lower end, negative for the
-    /// upper end.
+    /// The end of the window at the next reflection: [`Side::Positive`] is the lower, [`Side::Negative`] the upper end.
     side: Side,
 }
 
@@ -72,8 +71,7 @@ impl Restraint {
         Some(self.group_of[place].1)
     }
 
-    /// Returns the time until the distance next reaches an end of the window, and the side from which the end is
-    /// reached.
+    /// Returns the time until the distance reaches an end of the window, and the side from which it comes.
     fn next_end(&self, apart: &RelativeState) -> Option<(f64, Side)> {
         let [lower, upper] = self.window;
         let at = |distance: f64, side| {
@@ -90,11 +88,11 @@ impl Restraint {
 }
 
 impl Simulation {
-    /// Keeps the distance between two particles, or between the centres of mass of two groups, within a window
-    /// `[length]` by reflecting it at the ends. `[0, infinity]` removes the restraint.
+    /// Keeps the distance between the centres of mass of two groups within a window `[length]`, by reflection at the
+    /// ends. `[0, infinity]` removes the restraint.
     ///
-    /// All particles of the groups must be mobile and have equal accelerations. In a periodic box the upper
-    /// end must be below half a period, and bonds must hold each group together.
+    /// All particles of the groups must be mobile and have equal accelerations. In a periodic box, the upper end must
+    /// be below half a period, and bonds must hold each group together.
     pub(crate) fn restrain_distance(&mut self, between: &[Vec<ParticleId>; 2], window: [f64; 2]) {
         let holds = |bond: &&Bond| self.scene.interactions[bond.interaction.0 as usize].potential.is_bond();
         let groups = between.each_ref().map(|group| {
@@ -114,12 +112,10 @@ impl Simulation {
         });
     }
 
-    /// The window of the restrained distance `[length]`; `None` without a restraint.
     pub(crate) fn distance_window(&self) -> Option<[f64; 2]> {
         with_engine!(&self.engine, engine => engine.sources.restraint.as_ref().map(|restraint| restraint.window))
     }
 
-    /// The present value of the restrained distance `[length]`; `None` without a restraint.
     pub(crate) fn restrained_distance(&self) -> Option<f64> {
         with_engine!(&self.engine, engine => engine.restrained_distance())
     }
@@ -155,18 +151,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Predicts the next reflection again if an event has changed the velocity of a member.
     pub(in crate::engine) fn watch_restraint(&mut self, change: &Change) {
         let Some(restraint) = &self.sources.restraint else { return };
         let partner = match change.other {
             With::Particle(partner) => Some(partner),
-            // A reflection changes the velocities of all members. The next reflection is predicted afterwards.
+            // The next reflection is predicted afterwards.
             With::Restraint => return,
             _ => None,
         };
         let group = |particle: u32| restraint.group(self.name(particle));
         let groups = (group(change.particle), partner.map(group));
-        // An event between two members of the same group does not change the motion of the group's centre.
+        // Events between two members of a group do not change the motion of the centre.
         let is_changed = match groups {
             (None, None | Some(None)) => false,
             (one, other) => other != Some(one),
@@ -181,14 +176,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(self.centres_apart(restraint).position.norm())
     }
 
-    /// Returns the vector between the present centres of the groups, in the nearest image, and its rate of change.
+    /// Returns the current vector between the centres of the groups, in the nearest image, and its rate of change.
     fn centres_apart(&self, restraint: &Restraint) -> RelativeState {
         let [a, b] = restraint.groups.each_ref().map(|group| self.centre(group));
         self.nearest(a.position - b.position, a.velocity - b.velocity, self.clock.now).0
     }
 
-    /// Returns the present centre of mass of a group, and its velocity. Each member is taken in the image nearest to
-    /// its parent in `group.along`.
+    /// Returns the centre of mass of a group, and its velocity. Members are unwrapped along `group.along`.
     fn centre(&self, group: &Group) -> RelativeState {
         let now = self.clock.now;
         let state = |member: &Member| self.state_at(self.number(member.id), now);
@@ -249,8 +243,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         changes
     }
 
-    /// Returns velocity changes of both groups that move the distance away from the end of the window. If round-off
-    /// leaves the distance moving towards the end, the changes are increased until it moves away.
+    /// Returns velocity changes of the groups that move the distance away from the end of the window. If the distance
+    /// still moves towards the end because of round-off, the changes are increased until it moves away.
     fn separated(&self, restraint: &Restraint, apart: &RelativeState, mut changes: [Vector; 2]) -> [Vector; 2] {
         let velocities = |group: &Group| -> Vec<(f64, Vector)> {
             let of = |member: &Member| (member.share, self.state.bodies[self.number(member.id) as usize].velocity);
@@ -271,8 +265,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(normal) = apart.position.try_normalize(0.0).filter(|_| is_closing(changes)) else { return changes };
         let inverse_masses = restraint.groups.each_ref().map(|group| group.inverse_mass);
         let mut change = restraint.side.sign() * f64::EPSILON * fastest;
-        // The change starts at the round-off of the largest velocity component. After 52 doublings, it would be as
-        // large as this component.
+        // The first change has the size of round-off. After 52 doublings, it would be as large as the largest velocity.
         for _ in 0..52 {
             let [a, b] = shares(&(normal * change), inverse_masses);
             changes = [changes[0] + a, changes[1] + b];
@@ -286,8 +279,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 }
 
 /// Splits a change of the relative velocity between two groups, in proportion to their inverse masses. The caller adds
-/// the first part to the velocity of the first group, and subtracts the second part from the velocity of the second
-/// group. The larger part is the change minus the smaller part, so that the sum of the parts has little round-off.
+/// the first part to the first velocity, and subtracts the second part from the second velocity. The larger part is the
+/// change minus the smaller part, so that the sum has little round-off.
 fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
     let less = change * (of_a.min(of_b) / (of_a + of_b));
     let more = change - less;

@@ -16,12 +16,11 @@ use crate::physics::response::Leaving;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// Random numbers of thermal surfaces. The stream of a contact depends on the particle and the number of its
-/// contacts so far, and not on the order of contacts of different particles.
+/// Random numbers of thermal surfaces. The random stream depends on the particle and on the number of its contacts. It
+/// does not depend on the order of contacts of different particles.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct SurfaceRandom {
     pub stream: Random,
-    /// Number of contacts of each particle with thermal surfaces so far.
     pub contacts: Vec<u32>,
 }
 
@@ -77,7 +76,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(self.apply(&Change { counted, line: normal, squared: 1.0, distance: radius, ..change }, observe))
     }
 
-    /// Returns the state of a particle and a surface at their contact, at a time since the epoch.
+    /// Returns the state of a particle and a surface at their contact. The argument `time` is counted from the epoch.
     #[inline]
     pub(in crate::engine) fn touching(&self, i: u32, placed: &Placed, time: f64) -> Touching {
         let (position, velocity) = self.state_at(i, time);
@@ -106,14 +105,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
-        // A surface that never moves does no work. A moving surface gives energy to particles, or takes it from them.
+        // A surface at rest does no work.
         let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
         Change { supplied, dissipated, ..change }
     }
 
-    /// Draws the velocity of a particle that leaves a surface from the flux distribution of a gas at the temperature of
-    /// the surface. The component along the normal has the density `(m v / T) exp(- m v^2 / 2 T)`. The other components
-    /// have a normal distribution.
+    /// Draws the velocity of a particle from the flux distribution of a gas at the temperature of the surface. The
+    /// component along the normal has the density `(m v / T) exp(- m v^2 / 2 T)`, and the others are normally
+    /// distributed.
     fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
@@ -133,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Touching {
     pub shape: Shape,
-    /// Position and motion of the surface; `None` if it never moves.
+    /// Position and motion of the surface, or `None` if it never moves.
     pub moment: Option<Moment>,
     pub position: Vector,
     pub velocity: Vector,
@@ -142,7 +141,6 @@ pub(in crate::engine) struct Touching {
 }
 
 impl Touching {
-    /// Converts a direction from the frame of the surface to the laboratory frame.
     #[inline]
     fn in_space(&self, direction: &Vector) -> Vector {
         self.moment.as_ref().map_or(*direction, |moment| moment.pose.direction(direction))
@@ -154,8 +152,8 @@ impl Touching {
         self.moment.as_ref().map_or(acceleration, seen)
     }
 
-    /// Converts a velocity to the laboratory frame. If round-off leaves the particle moving into the surface, its
-    /// velocity away from the surface is increased until the next prediction sees it move away.
+    /// Converts a velocity to the laboratory frame. If the particle still moves into the surface because of round-off,
+    /// the velocity is increased along the normal until the particle moves away. The module
     /// [`super::super::contact::law`] does the same for pairs.
     #[inline]
     fn outwards(&self, seen: Vector) -> Vector {
@@ -165,8 +163,7 @@ impl Touching {
         }
         let mut change = f64::EPSILON * velocity.amax().max(f64::MIN_POSITIVE);
         let normal = self.in_space(&self.shape.normal(&self.position));
-        // The change starts at the round-off of the largest velocity component. After 52 doublings, it would be as
-        // large as this component.
+        // The first change has the size of round-off. After 52 doublings, it would be as large as the largest velocity.
         for _ in 0..52 {
             velocity += normal * change;
             if !self.is_closing(&velocity) {

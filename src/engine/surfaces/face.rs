@@ -1,4 +1,4 @@
-//! Flat triangular faces, which particles meet from both sides.
+//! Flat triangular faces. Particles can meet a face from either side.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -11,15 +11,14 @@ use crate::physics::motion::RelativeState;
 /// A triangle without its edges and corners, which are separate surfaces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Face {
-    /// The three corners, counterclockwise as seen from the side to which the normal points `[length]`.
+    /// The corners `[length]`. Seen from the side to which the normal points, they are in counterclockwise order.
     pub corners: [Vector; 3],
-    /// The unit normal.
     pub normal: Vector,
-    /// For each edge, the unit vector in the plane of the face that is perpendicular to the edge and points into the
-    /// face.
+    /// For each edge, a unit vector that points into the face. It is in the plane of the face and perpendicular to the
+    /// edge.
     pub inwards: [Vector; 3],
-    /// For each edge, whether positions relative to the edge are measured from its second corner. Two coplanar faces
-    /// use the same corner of their common edge, so that round-off leaves no gap between them.
+    /// For each edge, whether positions are measured from its second corner. Two coplanar faces use the same corner of
+    /// their common edge, so that round-off leaves no gap between the faces.
     pub from_second: [bool; 3],
 }
 
@@ -42,7 +41,7 @@ impl Face {
         self.normal.dot(&(position - self.corners[0]))
     }
 
-    /// Whether the projection of a position onto the plane lies in the face, edges included.
+    /// Whether the projection of a position onto the plane lies in the face or on an edge.
     fn holds(&self, position: &Vector) -> bool {
         (0..3).all(|side| self.inwards[side].dot(&(position - self.end(side))) >= 0.0)
     }
@@ -101,8 +100,7 @@ impl Surface for Face {
         }
     }
 
-    /// The overlap function is the square of the height above the plane minus the square of the radius. It is valid on
-    /// both sides of the face.
+    /// The overlap function is `h^2 - R^2` with the height `h` above the plane. It is smooth on both sides of the face.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         let (height, rate) = (self.height(position), self.normal.dot(velocity));
         ((height - radius) * (height + radius), 2.0 * height * rate)

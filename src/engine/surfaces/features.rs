@@ -1,10 +1,8 @@
-//! Conversion of the shapes of a scene to features: the faces, edges and corners of a mesh, and their images in a
-//! periodic box.
+//! Conversion of the shapes of a scene to features: the faces, edges and corners of a mesh, and their periodic images.
 //!
-//! A sphere meets the mesh when it meets the first of the features. Edges between coplanar faces are not features,
-//! because a sphere always meets a face before such an edge. The projection of a particle onto the common plane lies on
-//! one side of the edge. Both faces compute this side by the same expression with opposite signs, so that the
-//! projection is always on at least one face.
+//! An edge between coplanar faces is not a feature, because a sphere always meets a face before such an edge. Both
+//! faces decide by the same expression, with opposite signs, on which side of the edge a projection lies. The
+//! projection is therefore always on at least one face.
 
 use super::Shape;
 use super::face::Face;
@@ -15,12 +13,12 @@ use crate::model::space::Space;
 use crate::model::triangle_mesh::EdgeUse;
 use crate::model::{SurfaceShape, TriangleMesh};
 
-/// An edge counts as flat if the sine of the angle between its faces is at most this. When a sphere rolls across the
-/// edge, the gap between sphere and surface then changes by less than a billionth of its radius.
+/// An edge is flat if the sine of the angle between its faces is at most this value. When a sphere rolls across the
+/// edge, the gap then changes by less than a billionth of its radius.
 const FLAT: f64 = 1e-9;
 
-/// Calls `visit` with the features of a shape and their numbers, and with their periodic images. An image is included
-/// if it reaches into the box or up to half a period beyond it, because particles may be there before they are wrapped.
+/// Calls `visit` with the features of a shape, their numbers, and their periodic images. Particles may be up to half a
+/// period beyond the box before they are wrapped, so images in this region are included.
 pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: impl FnMut(Shape, u32)) {
     let is_periodic = space.periods().iter().any(|period| period.is_finite());
     let mut all = Vec::new();
@@ -47,7 +45,7 @@ pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: im
                 shape.moved(&by)
             };
             let Some([start, end]) = shape.span(axis) else { continue };
-            // If a feature is long, several of its images may reach into the box.
+            // Several images of a long feature may reach into the box.
             let first = ((lower - end) / period).ceil();
             let last = ((upper - start) / period).floor();
             let mut periods = first;
@@ -73,8 +71,8 @@ impl Shape {
         }
     }
 
-    /// Returns the lower and the upper end of the shape along an axis; `None` if the shape has no images along that
-    /// axis. Shapes that enclose particles, and shapes that extend to infinity along the axis, have no images.
+    /// Returns the lower and the upper end of the shape along an axis. `None` if the shape has no images along this
+    /// axis, because it encloses particles or extends to infinity.
     fn span(&self, axis: usize) -> Option<[f64; 2]> {
         let corners = match self {
             Self::Round(round) if !round.is_inside => round.around(),
@@ -124,8 +122,8 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         uses[0].ends.iter().for_each(|vertex| is_corner[*vertex as usize] = true);
     }
     faces.into_iter().flatten().map(Shape::Face).for_each(&mut *visit);
-    // A triangle collapses to a line if two of its corners coincide, and to a point if all three do. These lines and
-    // points are added as features, unless they also belong to other triangles.
+    // A triangle with equal corners collapses to a line or a point. These lines and points are added as features,
+    // unless they are part of other triangles.
     let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
     if !needles.is_empty() {
         let mut is_used = vec![false; mesh.vertices.len()];
@@ -150,21 +148,19 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         .for_each(visit);
 }
 
-/// If two or three corners of a triangle are equal, returns the ends of the line or point to which it has collapsed, as
-/// vertex numbers in ascending order. `None` for other triangles.
+/// If corners of a triangle are equal, returns the ends of the line or point to which the triangle has collapsed, as
+/// vertex numbers in ascending order.
 fn needle(&[a, b, c]: &[u32; 3]) -> Option<[u32; 2]> {
     let is_one = a == b || b == c || c == a;
     is_one.then(|| [a.min(b).min(c), a.max(b).max(c)])
 }
 
-/// Returns whether the faces on both sides of an edge are coplanar. If so, their directions perpendicular to the edge
-/// are made exactly opposite.
+/// Whether the faces at an edge are coplanar. If so, their inward directions are made exactly opposite.
 fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) -> bool {
     let &[one, other] = uses else { return false };
     let [(one, side), (other, other_side)] = [one, other].map(|of| {
         let triangle = of.triangle as usize;
         let numbers = mesh.triangles[triangle];
-        // The index of an edge in a triangle is the index of its first corner in cyclic order.
         let is_side = |side: &usize| of.ends.contains(&numbers[*side]) && of.ends.contains(&numbers[(side + 1) % 3]);
         (triangle, [0, 1, 2].into_iter().find(is_side).unwrap_or_default())
     });
@@ -179,10 +175,9 @@ fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) 
     true
 }
 
-/// Returns the face of a triangle; `None` if it has no area.
+/// Returns the face of a triangle, or `None` if the triangle has no area.
 ///
-/// The normal and the direction into the face are computed perpendicular to the longest edge. In a thin triangle,
-/// round-off can then only turn the face about this edge.
+/// Directions are perpendicular to the longest edge. Round-off can then only turn a thin triangle about this edge.
 fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     let along = |side: usize| corners[(side + 1) % 3] - corners[side];
     let longest = (0..3).max_by(|a, b| along(*a).norm_squared().total_cmp(&along(*b).norm_squared()))?;
@@ -198,8 +193,7 @@ fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     for (side, inwards) in inwards.iter_mut().enumerate() {
         *inwards = if side == longest { w } else { normal.cross(&along(side)).try_normalize(0.0)? };
     }
-    // Positions are measured from the corner with the smaller number. The face on the other side then uses the same
-    // corner.
+    // Positions are measured from the corner with the smaller number, so both faces at an edge use the same corner.
     let from_second = [0, 1, 2].map(|side: usize| triangle[side] > triangle[(side + 1) % 3]);
     Some(Face { corners, normal, inwards, from_second })
 }

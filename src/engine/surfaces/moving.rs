@@ -1,9 +1,9 @@
-//! Moving surfaces: the time at which a particle reaches one of their features.
+//! Contacts with moving surfaces.
 //!
 //! Everything is computed in the frame of the surface. If the surface accelerates uniformly, distances are polynomials
-//! in time, as for surfaces at rest. If it oscillates or turns, distances are not polynomials, and contacts are found
-//! by conservative advancement. With a bound `|f''| <= M`, the overlap function `f` has no root within the time
-//! `h = (f' + sqrt(f'^2 + 2 M f)) / M`. Steps by `h` approach the first root from the valid side and never pass a root.
+//! in time. If it oscillates or turns, contacts are found by conservative advancement. With a bound `|f''| <= M`, the
+//! overlap function `f` has no root within the time `h = (f' + sqrt(f'^2 + 2 M f)) / M`. Steps by `h` approach the
+//! first root and never pass a root.
 
 use super::tree::Tree;
 use super::{Flight, Placed, Surface};
@@ -15,34 +15,31 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Maximum number of steps in the search for a contact with one feature. After these steps, the search pauses and
-/// continues at a later time.
+/// Maximum number of steps in a search for a contact. Afterwards, the search continues at a later time.
 const MOST_STEPS: u32 = 1_000;
 
-/// Maximum number of intervals in one search.
 const MOST_INTERVALS: u32 = 200;
 
-/// Longest interval of a search, as a fraction of the period of the motion. In longer intervals, the bounds of
-/// distances and rates would be of little use.
+/// Longest interval of a search, as a fraction of the period of the motion. Longer intervals have weak bounds.
 const SHARE: f64 = 0.125;
 
 thread_local! {
     static STEPS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Returns the number of steps of all searches in this thread so far. It measures the cost of contacts with surfaces
-/// that oscillate or turn, which the numbers of events and transitions do not include.
+/// Returns the number of steps of all searches in this thread. They are the cost of surfaces that oscillate or turn.
+/// The numbers of events do not show this cost.
 pub(crate) fn search_steps() -> u64 {
     STEPS.get()
 }
 
-/// A moving surface. Its features are consecutive in the list of all features, which holds their initial positions.
+/// A moving surface. Its features are consecutive in the list of all features. The list contains their initial
+/// positions.
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     pub timeline: Timeline,
     pub features: Range<usize>,
     pub unlimited: Range<usize>,
-    /// The tree of the bounded features.
     pub tree: Option<Tree>,
 }
 
@@ -50,12 +47,11 @@ pub(super) struct Moving {
 pub(crate) enum Found {
     /// The first contact: the index of the feature, and the time from now `[time]`.
     Contact(u32, f64),
-    /// There is no contact before this time, counted from now `[time]`. The search must continue from this time on.
+    /// There is no contact until this time from now `[time]`. The search must then continue.
     NoneUntil(f64),
 }
 
-/// The free flight of a particle past a surface, during one piece of the surface's motion. The flight begins at the
-/// simulated time `now`.
+/// The free flight of a particle during one piece of a surface's motion. The flight begins at the simulated time `now`.
 #[derive(Debug, Clone, Copy)]
 struct Passage<'a> {
     flight: &'a Flight<'a>,
@@ -63,22 +59,20 @@ struct Passage<'a> {
     piece: &'a Piece,
 }
 
-/// The state of a particle in the frame of a surface, at the beginning of an interval, with bounds that hold during the
-/// interval.
+/// Position of a particle in the frame of a surface at the beginning of an interval, and bounds for the interval.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     position: Vector,
-    /// Upper bounds of the speed `[length / time]` and of the acceleration `[length / time^2]`.
+    /// Upper bounds of speed `[length / time]` and acceleration `[length / time^2]`.
     speed: f64,
     acceleration: f64,
-    /// Upper bound of the distance that the particle moves away from `position` during the interval `[length]`. The
-    /// interval may last many periods of the surface's motion.
+    /// Upper bound of the distance from `position` during the interval `[length]`.
     path: f64,
 }
 
 impl Moving {
-    /// Returns the first contact of a sphere with this surface within the time `horizon`. `all` holds the features of
-    /// all surfaces.
+    /// Returns the first contact of a sphere with this surface within the time `horizon`. The list `all` contains the
+    /// features of all surfaces.
     pub fn next_contact(
         &self,
         all: &[Placed],
@@ -103,8 +97,8 @@ impl Moving {
         }
     }
 
-    /// Calls `visit` for the features within the distance `reach` of a sphere at `position`. The position is in the
-    /// frame of the surface.
+    /// Calls `visit` for the features within the distance `reach` of a sphere. The position is in the frame of the
+    /// surface.
     pub fn for_each_within(
         &self,
         all: &[Placed],
@@ -114,8 +108,7 @@ impl Moving {
     ) {
         let around = Vector::repeat((reach + radius) * (1.0 + 1e-6) + 1e-12 * position.amax());
         self.for_each_in(all, &[position - around, position + around], |index, placed| {
-            // The gap is negative if the sphere overlaps the plane. Planes are therefore included however deep the
-            // overlap is.
+            // For an overlapping plane, the gap is negative and the condition is always true.
             if !self.unlimited.contains(&(index as usize)) || placed.shape.gap(position, radius) <= reach {
                 visit(index, placed);
             }
@@ -134,7 +127,7 @@ impl Moving {
         });
     }
 
-    /// Finds the first contact in an interval where overlap functions are polynomials.
+    /// Finds the first contact while overlap functions are polynomials.
     fn solve(
         &self,
         all: &[Placed],
@@ -158,7 +151,7 @@ impl Moving {
         found
     }
 
-    /// Finds the first contact in an interval where overlap functions are not polynomials.
+    /// Finds the first contact while overlap functions are not polynomials.
     fn search(
         &self,
         all: &[Placed],
@@ -172,7 +165,7 @@ impl Moving {
         found
     }
 
-    /// Divides the search into intervals, and tests only the few features near the flight in each interval.
+    /// Divides the search into intervals. In each interval, only features near the flight are tested.
     fn search_in_intervals(
         &self,
         all: &[Placed],
@@ -219,7 +212,7 @@ impl Moving {
 }
 
 impl Passage<'_> {
-    /// `after` is the time from now.
+    /// The argument `after` is the time from now.
     fn state(&self, after: f64) -> (Vector, Vector) {
         let Flight { position, velocity, acceleration, .. } = *self.flight;
         (stream_position(position, velocity, acceleration, after), velocity + acceleration * after)
@@ -229,7 +222,7 @@ impl Passage<'_> {
         self.piece.at(self.now + after)
     }
 
-    /// Length of the longest interval in which the bounds are useful `[time]`.
+    /// Duration of the longest interval in which the bounds are useful `[time]`.
     fn longest(&self) -> f64 {
         match self.piece.kind {
             Some(MotionKind::Oscillation { frequency, .. } | MotionKind::Rotation { frequency, .. }) => {
@@ -239,8 +232,8 @@ impl Passage<'_> {
         }
     }
 
-    /// Returns the state of the particle in the frame of the surface at the time `after`, counted from now. The bounds
-    /// hold for the next `interval`.
+    /// Returns the state of the particle in the frame of the surface, at the time `after` from now. The bounds are
+    /// valid for the next `interval`.
     fn seen(&self, after: f64, interval: f64) -> Seen {
         let (position, velocity) = self.state(after);
         let moment = self.moment(after);
@@ -265,8 +258,8 @@ impl Passage<'_> {
         Seen { position: seen_position, speed, acceleration, path }
     }
 
-    /// Finds the first contact with one feature between the times `after` and `end`, both counted from now. `seen`
-    /// holds bounds for this interval.
+    /// Finds the first contact with one feature between the times `after` and `end`. The argument `seen` contains
+    /// bounds for this interval.
     fn advance(
         &self,
         (index, placed): (u32, &Placed),
@@ -286,7 +279,7 @@ impl Passage<'_> {
             let (position, velocity) = self.state(at);
             let (position, velocity) = self.moment(at).seen(&position, &velocity);
             let (f, rate) = shape.overlap(&position, &velocity, self.flight.radius);
-            // A shorter step would be lost, because the simulated time is rounded by a few units in its last place.
+            // Shorter steps would be lost in the round-off of the simulated time.
             let shortest = 4.0 * f64::EPSILON * (self.now.abs() + at + self.longest());
             let step = if f > 0.0 {
                 let root = (rate * rate + 2.0 * bound * f).sqrt();

@@ -6,7 +6,7 @@ use crate::engine::neighbours::grid::Grid;
 use crate::physics::detection::{never, plane};
 use never::Doubt;
 
-/// A plane `n . x = at`, with the unit normal `n`. Particles are on the side where `n . x` is larger.
+/// A plane `n . x = at` with the unit normal `n`. Particles are on the side where `n . x` is larger.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plane {
     normal: Vector,
@@ -14,8 +14,8 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    /// Returns the plane through a point, with the particles on the side to which `direction` points; `None` if
-    /// `direction` is zero.
+    /// Returns the plane through a point. Particles are on the side to which `direction` points. `None` if `direction`
+    /// is zero.
     pub fn through(point: &Vector, direction: &Vector) -> Option<Self> {
         let normal = direction.try_normalize(0.0)?;
         Some(Self { normal, at: normal.dot(point) })
@@ -54,8 +54,8 @@ impl Surface for Plane {
         self.normal.component_mul(position).lp_norm(1) + self.at.abs()
     }
 
-    /// A cell is near if any part of it is behind the plane, or less than a radius in front of it. Only the corner that
-    /// is lowest along the normal has to be tested.
+    /// A cell is near if any part of it is behind the plane, or less than a radius in front of it. The lowest corner
+    /// along the normal decides.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         let least = |k: usize| match self.normal[k] {

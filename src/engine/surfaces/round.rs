@@ -1,5 +1,5 @@
 //! Round surfaces: all points at a given distance from a point or a line. They are spheres, cylinders, edges and
-//! corners. A line is infinite or has two ends. Particles are outside or inside the surface.
+//! corners.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -11,20 +11,19 @@ use crate::physics::overlap::Side;
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Round {
-    /// The point, or one end of the line `[length]`.
     pub centre: Vector,
-    /// Unit vector along the line; `None` for a point.
+    /// Unit vector along the line, or `None` for a point.
     pub axis: Option<Vector>,
-    /// The length of the line; infinite if it has no ends `[length]`.
+    /// Length of the line `[length]`. Infinite if the line has no ends.
     pub length: f64,
-    /// The distance of the surface from the point or line `[length]`; zero for edges and corners.
+    /// Distance of the surface from the point or line `[length]`. Zero for edges and corners.
     pub radius: f64,
-    /// Whether particles are inside the surface. If so, the line has no ends.
+    /// Whether particles are inside the surface. If so, a line has no ends.
     pub is_inside: bool,
 }
 
 impl Round {
-    /// Distance of a sphere's centre from the point or line at contact `[length]`.
+    /// Distance between a sphere's centre and the point or line at contact `[length]`.
     #[inline]
     fn contact(&self, radius: f64) -> f64 {
         if self.is_inside { self.radius - radius } else { self.radius + radius }
@@ -40,7 +39,7 @@ impl Round {
         self.axis.map_or(*vector, |axis| across(&axis, vector))
     }
 
-    /// Vector from the point, or from the nearest point of the infinite line, to a position.
+    /// Vector to a position, from the point or from the nearest point of the infinite line.
     #[inline]
     fn apart(&self, position: &Vector) -> Vector {
         self.across(&(position - self.centre))
@@ -50,8 +49,8 @@ impl Round {
         self.axis.is_some() && self.length.is_finite()
     }
 
-    /// Whether the projection of a position onto the line lies between its ends, or at an end. Always true for a point
-    /// and for a line without ends.
+    /// Whether the projection of a position onto the line is between the ends of the line. Always true for a point and
+    /// for a line without ends.
     fn holds(&self, position: &Vector) -> bool {
         !self.has_ends()
             || self.axis.is_none_or(|axis| (0.0..=self.length).contains(&axis.dot(&(position - self.centre))))
@@ -61,14 +60,13 @@ impl Round {
         RelativeState { position: flight.position - self.centre, velocity: *flight.velocity }
     }
 
-    /// The bounding box of the surface, infinite in directions in which the surface has no end.
+    /// The bounding box of the surface. It may be infinite.
     pub fn around(&self) -> [Vector; 2] {
         let [lower, upper] = self.bounds();
         let around = Vector::repeat(self.radius);
         [lower - around, upper + around]
     }
 
-    /// The bounding box of the point or line, infinite in directions in which the line has no end.
     fn bounds(&self) -> [Vector; 2] {
         let Some(axis) = self.axis else { return [self.centre; 2] };
         let reach = |n: f64| if n == 0.0 { 0.0 } else { n * self.length };
@@ -91,8 +89,7 @@ impl Surface for Round {
         self.apart(position).try_normalize(0.0).map_or(Vector::zeros(), |normal| normal * sign)
     }
 
-    /// Uses the vector from the point or line without normalizing it. Unit vectors computed with a square root are too
-    /// long on average and would heat a gas.
+    /// Unit vectors from a square root are too long on average and would heat a gas, so no unit vector is used.
     fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector {
         let apart = self.apart(position);
         let squared = apart.norm_squared();
@@ -126,7 +123,7 @@ impl Surface for Round {
     }
 
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
-        // A particle at rest never meets the surface. A moving particle inside is assumed to meet it.
+        // A particle at rest never meets the surface. A moving particle inside the surface is assumed to meet it.
         let rests = *flight.velocity == Vector::zeros() && *flight.acceleration == Vector::zeros();
         if self.is_inside || rests {
             return rests;
@@ -139,8 +136,8 @@ impl Surface for Round {
             return never::inertial(&state, &doubt, contact);
         }
         let push = self.across(flight.acceleration);
-        // If the acceleration is parallel to the line, its perpendicular component `push` may be pure round-off, and
-        // must not be used.
+        // If the acceleration is parallel to the line, its perpendicular component may be pure round-off and must not
+        // be used.
         push.norm() > 1e-9 * flight.acceleration.norm() && never::accelerated(&state, &push, &doubt, contact)
     }
 
@@ -151,7 +148,7 @@ impl Surface for Round {
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         if self.is_inside {
-            // The surface surrounds the particles, so every cell counts as near.
+            // The surface surrounds the particles, so it is near every cell.
             return true;
         }
         let reach = (self.radius + radius) * (1.0 + 1e-6) + 1e-6 * self.centre.amax();
@@ -165,8 +162,7 @@ impl Surface for Round {
         (sign * gap, sign * 2.0 * apart.dot(&self.across(velocity)))
     }
 
-    /// The second time derivative of `|r|^2` is `2 v^2 + 2 r . a`, with position `r`, velocity `v` and acceleration
-    /// `a`.
+    /// The second time derivative of `|r|^2` is `2 v^2 + 2 r . a`.
     fn second_rate_bound(&self, position: &Vector, within: f64, speed: f64, acceleration: f64) -> f64 {
         2.0 * (speed * speed + (self.apart(position).norm() + within) * acceleration)
     }
@@ -210,7 +206,6 @@ mod tests {
         assert_eq!(cavity.gap(&position, 1.0), 1.0);
         assert_eq!(cavity.normal(&position), -Vector::x());
         assert_eq!(cavity.with_normal_speed(&position, &velocity, 2.0), -velocity);
-        // A sphere that flies along the axis of a pipe never meets the pipe.
         let pipe = Round { axis: Some(Vector::x()), length: f64::INFINITY, ..cavity };
         assert_eq!(pipe.next_contact(&flight), None);
     }

@@ -1,4 +1,4 @@
-//! The surfaces of a scene: which of them are present, which species meet them, and which are near a particle.
+//! The surfaces of a scene: which are present, with which species they collide, and which are near a particle.
 
 use super::moving::{Found, Moving};
 use super::tree::Tree;
@@ -16,14 +16,14 @@ use std::sync::Arc;
 /// A wall, a surface of a scene, or one feature of such a surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placed {
-    /// Number of the surface in events: `2 axis + is_upper` for the walls of the box, and [`FIRST_SURFACE`]
-    /// or more for the surfaces of the scene.
+    /// Number of the surface in events. The walls of the box have the numbers `2 axis + is_upper`. The surfaces of the
+    /// scene have numbers from [`FIRST_SURFACE`] on.
     pub number: u32,
     /// Number of the feature within the surface. Periodic images have the same number.
     pub feature: u32,
     pub shape: Shape,
     pub law: SurfaceLaw,
-    /// Index among the moving surfaces; [`AT_REST`] if the surface never moves.
+    /// Index among the moving surfaces, or [`AT_REST`].
     pub moving: u32,
 }
 
@@ -36,15 +36,12 @@ impl Placed {
 
 const AT_REST: u32 = u32::MAX;
 
-/// Largest number of triangles in all meshes together. The number of all triangles, edges, corners and periodic images
-/// must fit in 32 bits.
+/// Largest total number of triangles in all meshes. The number of features and periodic images must fit in 32 bits.
 pub(crate) const MOST_FEATURES: usize = 1 << 26;
 
-/// Number of the first surface of a scene. The walls of the box have lower numbers.
 pub(crate) const FIRST_SURFACE: u32 = 6;
 
-/// The parts of a scene from which its surfaces are created. A saved state contains these parts instead of the
-/// surfaces.
+/// The data from which surfaces are created. A saved state contains these data instead of the surfaces.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Origin {
     space: Space,
@@ -56,21 +53,18 @@ struct Origin {
     is_present: Vec<bool>,
 }
 
-/// The surfaces of a scene. The walls and other unbounded surfaces come first, then the features of bounded
-/// surfaces.
+/// The surfaces of a scene: first walls and other unbounded surfaces, then the features of bounded surfaces.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Stored", into = "Origin")]
 pub(crate) struct Surfaces {
     origin: Arc<Origin>,
     all: Arc<Vec<Placed>>,
-    /// Number of unbounded surfaces.
     unlimited: usize,
-    /// For each surface of the scene and each row of the interaction table, whether the surface meets the species of
-    /// the row. Empty for a surface that meets all species.
+    /// For each surface and each row of the interaction table, whether they collide. Empty for a surface that collides
+    /// with all species.
     meets: Vec<Vec<bool>>,
-    /// The tree of the bounded features, if there are any.
     tree: Option<Arc<Tree>>,
-    /// The moving surfaces. Their features are the last ones in `all`.
+    /// The moving surfaces. Their features are at the end of `all`.
     moving: Arc<Vec<Moving>>,
 }
 
@@ -108,7 +102,7 @@ impl From<Origin> for Surfaces {
     }
 }
 
-/// Parts read from a file, not yet validated.
+/// Data from a file, not yet validated.
 #[derive(Deserialize)]
 #[serde(transparent)]
 struct Stored(Origin);
@@ -129,7 +123,7 @@ impl TryFrom<Stored> for Surfaces {
     }
 }
 
-/// Whether a mesh and its periodic images together have at most [`MOST_FEATURES`] triangles.
+/// Whether a mesh and its periodic images have at most [`MOST_FEATURES`] triangles in total.
 fn has_few_images(space: &Space, mesh: &TriangleMesh) -> bool {
     let images = |axis: usize| {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -148,7 +142,7 @@ impl From<Surfaces> for Origin {
 }
 
 impl Surfaces {
-    /// Creates the surfaces of a scene for its first stage. `species` holds the species of each row of the interaction
+    /// Creates the surfaces for the first stage of a scene. `species` holds the species of each row of the interaction
     /// table.
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         let stage = scene.run.first_stage();
@@ -166,19 +160,19 @@ impl Surfaces {
         Self::from(Origin { space, temperatures: *temperatures, start_time, surfaces, species, is_present })
     }
 
-    /// For each surface of the scene, whether it is present now; empty if all surfaces are always present.
+    /// Whether each surface of the scene is present now. Empty if all surfaces are always present.
     pub fn presence(&self) -> Vec<bool> {
         let come_and_go = self.origin.surfaces.iter().any(SceneSurface::comes_and_goes);
         if come_and_go { self.origin.is_present.clone() } else { Vec::new() }
     }
 
-    /// Returns the surfaces for another stage; `None` if the same surfaces are present in it.
+    /// Returns the surfaces of another stage, or `None` if they are the same.
     pub fn in_stage(&self, stage: &str) -> Option<Self> {
         let is_present: Vec<bool> = self.origin.surfaces.iter().map(|surface| surface.is_in(stage)).collect();
         (is_present != self.origin.is_present).then(|| Self::from(Origin { is_present, ..(*self.origin).clone() }))
     }
 
-    /// Whether any surface is thermal, in this stage or any other stage.
+    /// Whether any surface is thermal in any stage.
     pub fn are_ever_thermal(&self) -> bool {
         let has_temperature = |surface: &SceneSurface| surface.law.temperature().is_some();
         self.all.iter().any(|placed| placed.law.temperature().is_some())
@@ -197,7 +191,6 @@ impl Surfaces {
         &self.origin.surfaces
     }
 
-    /// All surfaces and features. A prediction stores an index into this list.
     #[cfg(test)]
     pub fn all(&self) -> &[Placed] {
         &self.all
@@ -208,7 +201,7 @@ impl Surfaces {
         self.all.get(index as usize)
     }
 
-    /// The name of a surface of the scene, by number; empty for walls.
+    /// The name of a surface of the scene. Walls have no names.
     pub fn name(&self, number: u32) -> &str {
         let of_scene = number.checked_sub(FIRST_SURFACE);
         of_scene.and_then(|number| self.origin.surfaces.get(number as usize)).map_or("", |surface| &surface.name)
@@ -219,13 +212,13 @@ impl Surfaces {
         self.all.is_empty()
     }
 
-    /// Whether there are features that need a search: bounded features and moving surfaces.
+    /// Whether contacts must be searched for, because there are bounded features or moving surfaces.
     #[inline]
     pub fn has_features(&self) -> bool {
         self.tree.is_some() || !self.moving.is_empty()
     }
 
-    /// Position and motion of a surface at a simulated time, if it ever moves.
+    /// Position and motion of a surface at a simulated time. `None` for a surface that never moves.
     #[inline]
     pub fn moment(&self, placed: &Placed, time: f64) -> Option<Moment> {
         self.moving.get(placed.moving as usize).map(|moving| moving.timeline.at(time))
@@ -239,20 +232,18 @@ impl Surfaces {
         }
     }
 
-    /// Whether all surfaces are at rest from a simulated time on.
     pub fn rest_from(&self, time: f64) -> bool {
         self.moving.iter().all(|moving| moving.timeline.rests_from(time))
     }
 
-    /// Index in the scene of the first surface that is moving at `time`; `None` if no surface is moving then.
+    /// Index in the scene of the first surface that is moving at `time`.
     pub fn moving_at(&self, time: f64) -> Option<u32> {
         let moving = self.moving.iter().find(|moving| moving.timeline.piece_at(time).kind.is_some())?;
         self.all.get(moving.features.start)?.number.checked_sub(FIRST_SURFACE)
     }
 
-    /// For each moving surface, calls `visit` with the next contact of a particle within the time `horizon` from now.
-    /// `now` is the simulated time, and `row` is the table row of the particle's species. `visit` returns the horizon
-    /// for the next surface.
+    /// For each moving surface, calls `visit` with the next contact of a particle within `horizon`. `now` is the
+    /// simulated time, and `row` is the table row of the species. `visit` returns the horizon for the next surface.
     pub fn next_moving_contacts(
         &self,
         flight: &Flight<'_>,
@@ -279,8 +270,8 @@ impl Surfaces {
         }
     }
 
-    /// Calls `visit(index, feature)` for the features that may reach into a box and that meet the species of a table
-    /// row. Their order does not depend on the box.
+    /// Calls `visit(index, feature)` for the features that may reach into a box and that collide with a species. The
+    /// order of the features does not depend on the box.
     #[inline]
     pub fn for_each_feature(&self, within: &[Vector; 2], row: u16, mut visit: impl FnMut(u32, &Placed)) {
         let Some(tree) = &self.tree else { return };
@@ -292,8 +283,8 @@ impl Surfaces {
         });
     }
 
-    /// Calls `visit(surface, position)` for every surface or feature that a sphere at `position` may touch or
-    /// overlap at a simulated time. The position passed to `visit` is in the frame of the surface.
+    /// Calls `visit(surface, position)` for every surface or feature that a sphere may touch or overlap at a simulated
+    /// time. The position passed to `visit` is in the frame of the surface.
     pub fn for_each_near(
         &self,
         (position, radius): (&Vector, f64),

@@ -1,4 +1,4 @@
-//! Tests of planes in any direction, compared with exact results.
+//! Tests of planes in any direction against exact results.
 
 use super::plane::Plane;
 use super::{Placed, Surface};
@@ -38,7 +38,7 @@ fn grains(gravity: f64, count: u32, surfaces: Vec<SurfaceDraft>) -> Scene {
     scene.build().unwrap()
 }
 
-/// Eight planes around the middle of the region, like the faces of a rotated octahedron, all with the same contact law.
+/// Eight planes around the middle of the region, like the faces of a rotated octahedron.
 fn cage(law: SurfaceLaw) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(10.0);
     let turned =
@@ -83,7 +83,7 @@ fn keeps_all<const FALLING: bool>(gravity: f64, restitution: f64, count: u32) {
         let [radius, mass] = if event.distance == 0.5 { [0.5, 0.7] } else { [0.75, 3.1] };
         assert_eq!(event.distance, radius);
         let normal = surface.shape.normal(&event.positions[0]);
-        // The tolerance is for coordinates of about 20 that have been rounded several times.
+        // The tolerance allows for round-off of coordinates of about 20.
         assert!(surface.shape.gap(&event.positions[0], radius).abs() < 1e-13);
         let [arriving, leaving] = [event.before[0], event.after[0]].map(|v| normal.dot(&v));
         assert!((leaving + restitution * arriving).abs() < 1e-14 * event.before[0].norm().max(1.0));
@@ -101,7 +101,7 @@ fn keeps_all<const FALLING: bool>(gravity: f64, restitution: f64, count: u32) {
 
 #[test]
 fn planes_in_any_direction_hold_grains_and_reflect_them() {
-    // The engine uses lists for a few particles, and cells for more.
+    // The engine uses lists for 20 particles and cells for 60 particles.
     for count in [20, 60] {
         keeps_all::<false>(0.0, 1.0, count);
         keeps_all::<false>(0.0, 0.95, count);
@@ -122,8 +122,8 @@ fn thermal_planes_emit_particles_at_their_temperature() {
         squares[0] += mass * along * along;
         squares[1] += mass * (event.after[0].norm_squared() - along * along);
     });
-    // With the normal velocity `v_n`, `m v_n^2 / 2 T` has an exponential distribution. With the tangential velocity
-    // `v_t`, which has two components, `m v_t^2 / T` has mean 2 and variance 4. The tolerance is five standard errors.
+    // `m v_n^2 / 2 T` with the normal velocity `v_n` has an exponential distribution. `m v_t^2 / T` with the tangential
+    // velocity `v_t` has mean 2 and variance 4. The tolerance is five standard errors.
     let [normal, across] = squares.map(|sum| sum / (1.7 * contacts as f64));
     let error = 2.0 / (contacts as f64).sqrt();
     assert!((normal - 2.0).abs() < 5.0 * error && (across - 2.0).abs() < 5.0 * error, "{normal} {across} {contacts}");
@@ -131,8 +131,8 @@ fn thermal_planes_emit_particles_at_their_temperature() {
 
 #[test]
 fn a_ball_on_a_slope_bounces_at_the_exact_times() {
-    // The ball starts at rest, at a gap h above a slope of 45 degrees. Its acceleration along the normal is always g /
-    // sqrt(2).
+    // The ball starts at rest, at a gap `h` above a slope of 45 degrees. Its acceleration along the normal is `g /
+    // sqrt(2)`.
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(1e3) };
     let start = Vector::new(0.0, 0.0, 900.0);
     let scene = SceneBuilder::new("slope")

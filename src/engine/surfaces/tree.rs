@@ -1,8 +1,7 @@
-//! A tree of bounding boxes that finds the features that may reach into a box.
+//! A tree of bounding boxes. It finds the features that may reach into the box of a query, which is the region that a
+//! particle sweeps before its predicted event.
 //!
-//! The box of a query contains the region that a particle sweeps before its predicted event. A tree needs no more
-//! memory for long or thin features than for compact features. It is independent of the particles' cells, which are
-//! large if there are few particles.
+//! Unlike the cells of particles, the tree needs no more memory for long or thin features than for compact features.
 
 use super::{Placed, Surface};
 use crate::Vector;
@@ -10,15 +9,14 @@ use crate::base::numbers::id;
 
 const LEAF: usize = 4;
 
-/// A node of the tree. Its box contains the features of a leaf, or the boxes of the nodes below it.
+/// A node of the tree. Its box contains all features in the node and below it.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     lower: Vector,
     upper: Vector,
-    /// Index of the node to test next if the box of the query is outside the box of this node. All nodes below this
-    /// node are skipped.
+    /// Index of the next node if the query does not reach this node. Nodes below this node are then skipped.
     next: u32,
-    /// Index of the first feature in this node or the nodes below it.
+    /// Index of the first feature in this node or below it.
     first: u32,
     count: u32,
 }
@@ -27,14 +25,13 @@ struct Node {
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// Bounding boxes of all features, in the order of the tree.
     boxes: Vec<[Vector; 2]>,
-    /// Index of the next feature that gets a leaf while the tree is built.
+    /// While the tree is built, the index of the first feature of the next leaf.
     first: u32,
 }
 
 impl Tree {
-    /// Builds a tree, and sorts the features into its order. The first feature gets the index `first`.
+    /// Builds a tree, and sorts the features. The first feature gets the index `first`.
     pub fn of(features: &mut [Placed], first: usize) -> Self {
         let mut tree = Self { nodes: Vec::new(), boxes: Vec::new(), first: number(first) };
         tree.add(features);
@@ -53,7 +50,7 @@ impl Tree {
         if is_leaf {
             self.first += number(count);
         } else {
-            // The group is split into two halves along the axis on which the centres are spread the farthest.
+            // The features are split into halves along the axis on which their centres are farthest apart.
             let middle = |placed: &Placed| bounds(placed)[0] + bounds(placed)[1];
             let [least, most] = features
                 .iter()
@@ -74,7 +71,7 @@ impl Tree {
         self.nodes[at].next = number(self.nodes.len());
     }
 
-    /// Length of the diagonal of the bounding box of all features `[length]`.
+    /// Diagonal of the bounding box of all features `[length]`.
     pub fn size(&self) -> f64 {
         self.nodes.first().map_or(0.0, |root| (root.upper - root.lower).norm())
     }

@@ -68,7 +68,7 @@ impl Surface for Wall {
         position[usize::from(self.axis)].abs() + self.at.abs()
     }
 
-    /// A wall is near the outermost cells only, because the grid ends at walls and cells are wider than particles.
+    /// A wall is only near the outermost cells. The grid ends at walls, and cells are wider than particles.
     #[inline]
     fn is_near(&self, grid: &Grid, cell: u32, _: f64) -> bool {
         let [is_first, is_last] = grid.is_outermost(cell, usize::from(self.axis));

@@ -1,4 +1,4 @@
-//! Results of the instruments of an exchange, in the format of a run with a stage for each temperature.
+//! Results of the instruments of an exchange. The format is the same as for a run with a stage for each temperature.
 
 use crate::analysis::instruments::Measured;
 use crate::exchange::TemperatureResult;
@@ -6,18 +6,15 @@ use crate::exchange::results::ExchangeResults;
 use crate::io::measurements::TABLES;
 use crate::io::{Measurements, StageMeasured};
 
-/// Name of the results at a temperature, counted from 1.
 fn name_of(number: usize) -> String {
     format!("temperature-{number}")
 }
 
-/// Names of the folders for tables of instruments, ending with `/`: the parent, and one for each temperature.
 pub(super) fn folders(temperatures: usize) -> impl Iterator<Item = String> {
     let each = (1..=temperatures).map(|number| format!("{TABLES}/{}/", name_of(number)));
     std::iter::once(format!("{TABLES}/")).chain(each)
 }
 
-/// Measurements at each temperature; empty if no instrument was requested.
 pub(super) fn measurements(results: &ExchangeResults) -> Measurements {
     let of_temperature = |(at, number): (&TemperatureResult, usize)| StageMeasured {
         name: name_of(number),

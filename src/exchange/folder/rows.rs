@@ -25,7 +25,6 @@ fn damaged(path: &Path, number: usize) -> ExchangeFolderError {
     read(path, io::Error::new(io::ErrorKind::InvalidData, why))
 }
 
-/// Reads every N-th (`every`) of the first `rows` rows. Returns the time and the replica at each temperature.
 pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
     let (heads, lines) = lines(path)?;
     let temperatures = tables::temperatures(&heads);

@@ -8,10 +8,10 @@ use crate::run::FrameLimit;
 use crate::trajectory::extended_xyz::frame_bytes;
 
 impl ExchangeFolder {
-    /// Expected total size of the files of a scene's exchange, without checkpoints `[bytes]`.
+    /// Expected total size of the files of an exchange, without checkpoints `[bytes]`.
     #[must_use]
     pub fn expected_bytes(scene: &Scene) -> f64 {
-        // Approximate size of a number in a table, with its comma `[bytes]`.
+        // Approximate size of a number and a comma in a table `[bytes]`.
         const NUMBER: f64 = 12.0;
         let Some(plan) = scene.exchange() else { return 0.0 };
         let (temperatures, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
@@ -21,7 +21,7 @@ impl ExchangeFolder {
         rows * NUMBER * (1.0 + (2.0 + measured) * temperatures) + of_frames
     }
 
-    /// Number of frames that the exchange of a scene will write at all temperatures.
+    /// Number of frames that an exchange will write at all temperatures.
     #[must_use]
     pub fn expected_frames(scene: &Scene) -> f64 {
         let Some(plan) = scene.exchange() else { return 0.0 };
@@ -30,7 +30,7 @@ impl ExchangeFolder {
         each as f64 * plan.replicas() as f64
     }
 
-    /// Reason why the exchange of a scene writes fewer frames than intended; `None` if it writes as many as intended.
+    /// Reason why an exchange writes fewer frames than intended, if there is one.
     #[must_use]
     pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
         let temperatures = scene.exchange()?.replicas();

@@ -20,7 +20,7 @@ fn plan(windows: &[[f64; 2]], interval: f64) -> ExchangePlan {
     }
 }
 
-/// Some checkpoints are taken while replicas are on their way into their windows.
+/// Some checkpoints are written before the replicas are in their windows.
 #[test]
 fn window_exchange_resumes_bitwise() {
     let mut parts = fluid(0.2, 12).into_parts();
@@ -63,7 +63,7 @@ fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// The initial distance is larger than half a period, where windows have no effect.
+/// The initial distance is larger than half a period. At such distances, windows have no effect.
 #[test]
 fn replicas_come_into_their_windows_and_stay() {
     let windows = [[1.0, 1.2], [1.1, 1.5], [1.4, 2.2], [2.0, 2.9]];
@@ -83,7 +83,8 @@ fn replicas_come_into_their_windows_and_stay() {
             let beyond = (distance - upper).max(lower - distance).max(0.0);
             assert_eq!(exchange.is_outside[place], beyond > 0.0);
             assert!(was_outside[place] || beyond == 0.0, "window {place}: {distance}");
-            // Below 3 (half a period), the distance may retreat from the window by at most a tenth of its width.
+            // Windows act only on distances below 3, half a period. At these distances, a replica may move away from
+            // its window by at most a tenth of the window's width.
             if distance < 3.0 {
                 let most = farthest[place] + 0.1 * (upper - lower);
                 assert!(beyond <= most + 1e-12, "window {place}: {beyond} after {}", farthest[place]);
@@ -96,7 +97,7 @@ fn replicas_come_into_their_windows_and_stay() {
 
 #[test]
 fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
-    // Scenes with a window inside a hard core are rejected, so a step that no replica can cross replaces the core.
+    // A window inside a hard core would be rejected, so this potential has a very high step instead.
     let mut parts = pair(&[[1.0, 1.9], [1.8, 2.2]], 10).into_parts();
     let cores = parts.interactions.iter_mut().filter(|it| it.potential.core().is_some());
     cores.for_each(|it| it.potential = Potential::penetrable(1.0, 500.0).unwrap());
@@ -112,7 +113,7 @@ fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
     assert!(error.to_string().starts_with(&expected[..85]), "{error}");
 }
 
-/// Swaps only change which replica is in a window, so they must not change the distribution of distances.
+/// Swaps must not change the distribution of distances.
 #[test]
 fn windows_with_and_without_swaps_have_the_same_potential_of_mean_force() {
     let windows = [[1.0, 1.5], [1.3, 2.0], [1.8, 2.6]];

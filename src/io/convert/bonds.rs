@@ -3,7 +3,7 @@ use std::collections::HashMap;
 use super::FrameError;
 use crate::trajectory::Frame;
 
-/// For each bond, returns the positions of its two particles in the list of particles.
+/// Returns the indices of the two particles of each bond in `frame.particles`.
 pub(in crate::io) fn bond_ends(frame: &Frame) -> Result<Vec<[u32; 2]>, FrameError> {
     if frame.bonds.is_empty() {
         return Ok(Vec::new());

@@ -7,7 +7,7 @@ use crate::io::error::cure_of;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::{ReadError, WriteError};
 
-/// Error of a conversion.
+/// Errors of a conversion.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConvertError {
@@ -16,7 +16,7 @@ pub enum ConvertError {
     Read {
         /// Path of the source.
         path: PathBuf,
-        /// Error of the trajectory reader.
+        /// The error of the trajectory reader.
         source: ReadError,
     },
     /// The source ends before the first requested frame.
@@ -32,7 +32,7 @@ pub enum ConvertError {
     /// The target exists.
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
-    /// The target, or the temporary path beside it, holds something other than a conversion to this format.
+    /// The target, or its temporary path, holds something other than a conversion to this format.
     #[error("{} holds something that is not such a conversion", .0.display())]
     Foreign(PathBuf),
     /// The name of the target requests a compression that the format does not support.
@@ -61,7 +61,7 @@ pub enum ConvertError {
         /// Reason why the frame cannot be written.
         source: FrameError,
     },
-    /// The conversion was interrupted before it was complete.
+    /// The conversion was interrupted.
     #[error("interrupted; nothing is left of it")]
     Interrupted,
     /// The file of a surface beside the trajectory cannot be read.
@@ -72,7 +72,7 @@ pub enum ConvertError {
         /// Description of the problem.
         problem: String,
     },
-    /// The target cannot be written: no permission, or no space.
+    /// The target cannot be written, for example without permission or space.
     #[error("cannot write {}", path.display())]
     Write {
         /// Path of the target.
@@ -88,7 +88,7 @@ impl ConvertError {
         move |source| Self::Write { path, source }
     }
 
-    /// Returns a suggestion for the user, unless the remedy is obvious.
+    /// Returns a suggestion for the user.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         match self {
@@ -103,11 +103,11 @@ impl ConvertError {
     }
 }
 
-/// Reason why a frame cannot be written in a format.
+/// Reason why a frame cannot be written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// The system failed to write.
+    /// The operating system could not write the frame.
     #[error("cannot write it")]
     Io(#[from] io::Error),
     /// Extended XYZ cannot represent this frame.
@@ -131,15 +131,15 @@ pub enum FrameError {
     /// The file has more array names than 16 bits can count.
     #[error("`{0}` is one name of an array more than the format can hold, 65536")]
     TooManyNames(String),
-    /// A frame and the first frame have different particles. NumPy arrays need the same particles in all frames.
+    /// A frame differs from the first frame. NumPy arrays need the same particles, axes and columns in all frames.
     #[error(
-        "its {0} differ from those of the first converted frame: arrays need the same particles, in the same order, in all frames"
+        "its {0} are not the same as in the first converted frame: arrays need the same particles, in the same order, in all frames"
     )]
     OtherParticles(&'static str),
 }
 
 impl FrameError {
-    /// Adds a path to the error: the path of the target for a write error, otherwise the path of the source.
+    /// Adds a path to the error: the target if it cannot be written, otherwise the source.
     pub(super) fn at(self, source: &Path, index: u64, target: &Path) -> ConvertError {
         match self {
             Self::Io(error) | Self::ExtendedXyz(WriteError::Io(error)) => {

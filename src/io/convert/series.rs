@@ -8,9 +8,9 @@ use crate::model::Format;
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::WriteError;
 
-/// Frames that the calling program writes one by one, in the format of another program.
+/// Writes frames one by one, in the format of another program.
 ///
-/// The output has a temporary name until the end, and is removed if it is not finished.
+/// Until the end, the output has a temporary name. It is removed if it is not finished.
 ///
 /// ```
 /// use carom::io::convert::FrameSeries;
@@ -33,11 +33,11 @@ pub struct FrameSeries {
 }
 
 impl FrameSeries {
-    /// Creates the output file, or the output folder if the format needs one.
+    /// Creates the output file or folder.
     ///
     /// # Errors
-    /// [`ConvertError::Exists`] or [`ConvertError::Foreign`] if the target may not be replaced,
-    /// [`ConvertError::Write`] if the target cannot be written.
+    /// [`ConvertError::Exists`] or [`ConvertError::Foreign`] if the target may not be replaced. [`ConvertError::Write`]
+    /// if the target cannot be written.
     pub fn create(path: &Path, format: Format, replace: bool) -> Result<Self, ConvertError> {
         let target = Target::claim(path, format, None, replace)?;
         Ok(Self { writer: open(format, &target, None)?, target, frames: 0 })
@@ -52,7 +52,7 @@ impl FrameSeries {
     /// Adds a frame.
     ///
     /// # Errors
-    /// [`ConvertError::Unwritable`] if the format cannot represent the frame, [`ConvertError::Write`] if the target
+    /// [`ConvertError::Unwritable`] if the format cannot represent the frame. [`ConvertError::Write`] if the target
     /// cannot be written.
     pub fn write(&mut self, frame: &Frame) -> Result<(), ConvertError> {
         let moment = Moment { index: self.frames, frame, has_velocities: true };
@@ -64,8 +64,8 @@ impl FrameSeries {
     /// Gives the file or folder its final name.
     ///
     /// # Errors
-    /// [`ConvertError::Write`] if the target cannot be written, [`ConvertError::Exists`] if a file or folder has since
-    /// been created at its path.
+    /// [`ConvertError::Write`] if the target cannot be written. [`ConvertError::Exists`] if a file or folder now exists
+    /// at the target.
     pub fn finish(self) -> Result<(), ConvertError> {
         let last = self.frames.saturating_sub(1);
         self.writer.finish().map_err(|error| failed(error, last, self.target.path()))?;

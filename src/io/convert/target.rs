@@ -13,7 +13,7 @@ use crate::io::partial::partial_of;
 use crate::io::plain;
 use crate::model::Format;
 
-/// Output of a conversion under a temporary name: a file or a folder. Dropping this value removes incomplete output.
+/// Output of a conversion under a temporary name. Dropping this value removes incomplete output.
 #[derive(Debug)]
 pub(super) struct Target {
     path: PathBuf,
@@ -23,15 +23,15 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Checks that the target may be written, and creates the temporary folder if the format needs one.
+    /// Checks that the target may be written. Creates the temporary folder if the format needs one.
     pub fn claim(path: &Path, format: Format, source: Option<&Path>, replace: bool) -> Result<Self, ConvertError> {
         let partial = partial_of(path);
         remove_abandoned(folder_of(path));
-        // A killed run leaves its trajectory under a temporary name, which may be the name of the source.
+        // A killed run leaves its trajectory under a temporary name, which may be the temporary name of the target.
         if let Some(source) = source.filter(|source| [path, &partial].into_iter().any(|path| is_same(path, source))) {
             return Err(ConvertError::Source(source.to_owned()));
         }
-        // A file with the temporary name may belong to work in progress. Replacing it needs permission.
+        // A file with the temporary name may be work in progress. Replacing it needs permission.
         for path in [path, &partial] {
             if fs::symlink_metadata(path).is_ok() && !replace {
                 return Err(ConvertError::Exists(path.to_owned()));
@@ -66,7 +66,7 @@ impl Target {
 
 impl Drop for Target {
     fn drop(&mut self) {
-        // After success, the temporary name no longer exists. The next conversion deals with anything that remains.
+        // After success, the temporary name is gone. If the removal fails, a later conversion removes the file.
         let _ = remove(&self.partial);
     }
 }
@@ -108,8 +108,7 @@ fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
     if foreign.is_none() { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
 }
 
-/// Returns the path of a file or folder that is not an earlier conversion to this format: a folder instead of a file, a
-/// file instead of a folder, or a file of another kind in the folder.
+/// Returns the path of a file or folder that is not from a conversion to this format.
 pub(in crate::io) fn foreign_in(path: &Path, format: Format) -> io::Result<Option<PathBuf>> {
     let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(None) };
     let Some(endings) = format.folder_of() else {

@@ -8,8 +8,7 @@ use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::WriteError;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// Returns a frame of four bonded particles along x, in a box that is periodic along x and z. The bond between
-/// particles 3 and 0 crosses the boundary along x.
+/// Four bonded particles along x. A bond crosses a periodic boundary.
 pub(in crate::io) fn chain() -> Frame {
     let bead = |id: u32, species, radius| FrameParticle {
         id: ParticleId(id),
@@ -243,7 +242,7 @@ fn scalars_of_particles_are_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let source = folder.path().join("a.xyz");
     let mut frame = chain();
-    // The particles are in reverse order. GSD sorts them by id; the other formats keep their order.
+    // The particles are in reverse order. GSD sorts them by id. All other formats keep their order.
     frame.particles.reverse();
     let values = vec![0.5, 0.1 + 0.2, 0.0, -2.5];
     frame.scalars = vec![Scalar { name: "q6".into(), values: values.clone() }];
@@ -272,7 +271,7 @@ fn scalars_of_particles_are_in_every_format() {
         has(&frame_file, &values) && String::from_utf8_lossy(&fs::read(frame_file).unwrap()).contains("Name=\"q6\"")
     );
     assert!(has(&target(Format::Gsd), &values.iter().rev().copied().collect::<Vec<_>>()));
-    // Extended XYZ can be read back. Names of scalars that conflict with columns of a format are rejected.
+    // Extended XYZ can be read back. If the name of a scalar conflicts with a column of a format, it is rejected.
     let back =
         FrameReader::new(fs::read(Format::Xyz.target_beside(&source)).unwrap().as_slice()).next().unwrap().unwrap();
     assert_eq!(back, frame);
@@ -312,9 +311,8 @@ fn image_counts_are_written_in_every_format() {
     };
     assert!(has(&target(Format::Npy).join("images.npy"), &frame.images));
     assert!(has(&target(Format::Vtk).join("frame_000000.vtp"), &frame.images));
-    // GSD sorts the particles by id.
     assert!(has(&target(Format::Gsd), &frame.images.iter().rev().copied().collect::<Vec<_>>()));
-    // If a later frame has no images, its cells in the table are empty, and NumPy arrays reject it.
+    // If a later frame has no images, the table has empty cells, and a conversion to NumPy arrays fails.
     trajectory(&source, &[frame.clone(), Frame { images: Vec::new(), ..frame }]);
     let table = folder.path().join("b.csv");
     convert(&source, Format::Csv, &table, &Options::default()).unwrap();

@@ -26,20 +26,20 @@ pub struct Completed {
     pub files: Vec<PathBuf>,
     /// Folder of the files.
     pub folder: PathBuf,
-    /// Folder of the old run, if the new run was meant to replace it but is not sound or lacks a conversion.
+    /// Folder of the old run. It is kept if the new run is not sound or lacks a conversion.
     pub kept: Option<PathBuf>,
     /// Errors of the conversions that failed.
     pub failures: Vec<ConvertError>,
 }
 
 impl Folder {
-    /// Ends the run: writes the measurements, the summary and `report.txt` with the text `report`, and gives all files
-    /// their final names. The run replaces an old run only if it is [sound](Finished::is_sound) and all conversions
+    /// Ends the run. Writes the measurements, the summary and `report.txt` with the text `report`, and gives all files
+    /// their final names. An old run is replaced only if the new run is [sound](Finished::is_sound) and all conversions
     /// have succeeded.
     ///
     /// # Errors
-    /// [`OutputError::Write`] if a file cannot be written. Then `summary.json` is missing or belongs to the old run. A
-    /// failed conversion is not an error; see [`Completed::failures`].
+    /// [`OutputError::Write`] if a file cannot be written. `summary.json` is then missing or from the old run. A failed
+    /// conversion is not an error; see [`Completed::failures`].
     pub fn complete(mut self, finished: &Finished, report: &str) -> Result<Completed, OutputError> {
         let trajectory_file = self.trajectory.into_file()?;
         let measured = Measurements::of(finished);
@@ -55,7 +55,7 @@ impl Folder {
         let scene = self.scene.map(|_| PartialFile::reopen(self.path.join(SCENE))).transpose()?;
         let files = [scene].into_iter().chain(tables).flatten().chain(measurements).chain(events);
         let mut files: Vec<PartialFile> = files.chain([report_file]).collect();
-        // All files are on disk before the first rename.
+        // All files must be on disk before the first rename.
         files.iter_mut().try_for_each(PartialFile::sync)?;
         let mut files: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
         let Conversions { files: converted, failures } = Conversions::make(&trajectory, &self.formats);

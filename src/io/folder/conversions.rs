@@ -31,13 +31,12 @@ impl Conversions {
 }
 
 impl Folder {
-    /// Repeats conversions of a finished run that are missing, for example because the disk was full. The list of the
-    /// run names the conversions. Without a trajectory, nothing is done. If a foreign file has the name of a
-    /// conversion, this conversion fails.
+    /// Makes the missing conversions of a finished run. For example, a conversion is missing if the disk was full. Does
+    /// nothing without a trajectory. Files that Carom did not write are not replaced.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading the list. Failed
-    /// conversions are in [`Conversions::failures`].
+    /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading the list of files.
+    /// Failed conversions are in [`Conversions::failures`].
     pub fn convert_missing(run: &Path) -> Result<Conversions, OutputError> {
         let trajectory = run.join(TRAJECTORY);
         let is_missing = |format: &Format| {

@@ -9,13 +9,13 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
 use crate::trajectory::frame::{Frame, FrameParticle};
 
-/// Data common to all frames of a run: the box, the bonds, the species and the sizes of particles.
+/// Data common to all frames of a run.
 #[derive(Debug)]
 pub(crate) struct Frames {
     /// A frame without particles. Its time and other variable parts are set before each write.
     frame: Frame,
     count: usize,
-    /// Radius of each species in the scene; 0 for species without particles.
+    /// Radius of each species, or 0 for species without particles.
     radii: Vec<f64>,
     /// Species of each particle, or a single entry if all particles have the same species.
     species: Vec<SpeciesId>,
@@ -36,7 +36,6 @@ impl Frames {
         Self::with(simulation.scene(), simulation.first_diameters(), species)
     }
 
-    /// `diameters` are the diameters of the particles in the scene.
     fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>) -> Self {
         let mut radii = vec![0.0; scene.species.len()];
         for id in &species {
@@ -90,7 +89,7 @@ impl Frames {
 
     fn heading(&self, scale: f64) -> Heading {
         let thickness = Frame::thickness_for(self.radii.iter().map(|radius| radius * scale));
-        // Every scene contains the masses of all species.
+        // A scene always contains the masses of all species.
         Heading { count: self.count, has_images: true, has_masses: true, thickness }
     }
 }

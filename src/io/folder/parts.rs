@@ -26,12 +26,11 @@ impl Folder {
         name == measurements::FILE || measurements::is_table(name)
     }
 
-    /// Whether a file with this name is a page or a picture, which other files can restore.
+    /// Whether a file is a page or a picture, which can be made again from other files.
     pub(crate) fn is_view(name: &str) -> bool {
         [PAGE, SMALL_PAGE, PICTURE].contains(&name)
     }
 
-    /// Formats of the converted trajectories in the list of a run.
     pub(crate) fn formats_of(run: &Path) -> Vec<Format> {
         listed_formats(run)
     }
@@ -40,8 +39,7 @@ impl Folder {
         Checkpoint::read(&run.join(name))
     }
 
-    /// Compares the scene in the folder of a run with the checksum in a checkpoint. Returns false if the checkpoint has
-    /// none, because the run did not store its scene.
+    /// Compares the stored scene with its checksum in a checkpoint. Returns false if the run did not store its scene.
     pub(crate) fn check_scene(run: &Path, manifest: &Manifest) -> Result<bool, CheckpointError> {
         let Some(checksum) = manifest.scene else { return Ok(false) };
         scene_copy::check(&run.join(SCENE), checksum)?;

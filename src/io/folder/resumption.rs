@@ -20,27 +20,25 @@ use crate::run::Recorder;
 use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
-    /// Resumes a run from its last checkpoint, or from the previous checkpoint if the last one is missing. Output
-    /// written after the checkpoint is cut off. If the folder contains an unfinished replacement of the run, the
-    /// replacement is resumed. `limit` replaces the end of the measurement, if it is given. On return, a checkpoint
-    /// with the new end is on disk.
+    /// Resumes a run from its last checkpoint, or from the previous checkpoint if the last checkpoint is missing.
+    /// Output after the checkpoint is cut off. An unfinished replacement of the run is resumed instead of the run.
+    /// `limit` replaces the end of the measurement. On return, a checkpoint with the new end is on disk.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::Checkpoint`] if there is no
-    /// checkpoint, if a file is missing, too short, or does not match its checksum in the checkpoint, or if the run is
-    /// beyond the limit; [`OutputError::Foreign`] if a file that Carom did not write is in the way;
-    /// [`OutputError::NotPlain`] if a file of the run is a link or a folder. These errors leave everything unchanged.
-    /// [`OutputError::Write`] if a file cannot be changed.
+    /// [`OutputError::Busy`] if another run writes to the folder. [`OutputError::Checkpoint`] if there is no
+    /// checkpoint, if a file is missing, too short or changed, or if the run is beyond the limit.
+    /// [`OutputError::Foreign`] if an existing file was not written by Carom. [`OutputError::NotPlain`] if a file of
+    /// the run is a link or a folder. After these errors, everything is unchanged. [`OutputError::Write`] if a file
+    /// cannot be changed.
     pub fn resume(target: &Path, limit: Option<Until>) -> Result<(Self, Checkpoint), OutputError> {
         Self::resume_if(target, limit, None)
     }
 
-    /// Resumes a run whose custom instruments have these names, like [`Self::resume`]. The program `carom` has no
-    /// custom instruments.
+    /// Like [`Self::resume`], for a run with custom instruments of these names.
     ///
     /// # Errors
-    /// The errors of [`Self::resume`], and [`OutputError::Instrument`] if the run began with other instruments. This
-    /// error leaves everything unchanged.
+    /// The errors of [`Self::resume`]. [`OutputError::Instrument`] if the run began with other instruments; everything
+    /// is then unchanged.
     pub fn resume_with(
         target: &Path,
         limit: Option<Until>,
@@ -68,8 +66,8 @@ impl Folder {
         inputs::refuse_changed(scene)?;
         let names = names_of(scene);
         outer.iter().try_for_each(|outer| outer.allow(&names))?;
-        // If the list was lost, the new list may lack files of this run. So only listed files are checked here.
-        // `check_files` compares the checksums of all files with the checkpoint.
+        // If the list was lost, the new list may lack files of this run, so only listed files are checked here.
+        // `check_files` compares all files with the checkpoint.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         check_files(path, manifest)?;
@@ -104,10 +102,9 @@ impl Folder {
             outer,
         };
         if limit.is_some() {
-            // Stores the new limit on disk.
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
-        // Even without a new limit, the scene may be outdated: an earlier program may have been killed between the
+        // Even without a new limit, the scene may be outdated. An earlier program may have been killed between the
         // checkpoint with a new limit and the change of the scene.
         if folder.scene.is_some() {
             scene_copy::set_limit(&path.join(SCENE), checkpoint.simulation.scene().run().limit)?;
@@ -126,10 +123,10 @@ fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Locks the folder of the run to resume. Returns its path, its list, and the list of the old run that it is to
-/// replace, if any.
+/// Locks the folder of the run to resume. Returns the path and the list of the run. If this run will replace an old
+/// run, also returns the list of the old run.
 fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError> {
-    // Rejects a folder without a run before a list of files is created in it.
+    // No list of files must be created in a folder without a run.
     if !is_run(target) {
         let last = checkpoints::last(target);
         return Err(Checkpoint::read(&last).err().unwrap_or(CheckpointError::Missing(target.to_owned())).into());
@@ -145,8 +142,8 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
-/// Writes missing surface files. Existing files are kept, because they may show more: beyond open sides of the box,
-/// planes and cylinders extend to the initial particles, which a resumed simulation may no longer contain.
+/// Writes missing surface files. Existing files are kept. At open sides of the box, planes and cylinders extend to the
+/// initial particles. The resumed simulation may have lost some of these particles, and the surfaces would be smaller.
 fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
     let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
     let names = surfaces::names(scene);
@@ -155,7 +152,7 @@ fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), Out
     surfaces::write(path, scene, is_missing)
 }
 
-/// Renames the old summary until the new summary is written. A folder with a summary counts as a finished run.
+/// Renames the old summary until the new summary is written. A folder with a summary holds a finished run.
 fn set_summary_aside(path: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     let summary = path.join(SUMMARY);
     if summary.exists() {

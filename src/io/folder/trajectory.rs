@@ -16,14 +16,13 @@ use crate::trajectory::extended_xyz::WriteError;
 /// Smaller frames are written at once, because starting a thread would take longer.
 const LEAST: usize = 256;
 
-/// The trajectory of a run. The next frame, a checkpoint and the end of the run wait until the present frame is
-/// written.
+/// The trajectory of a run. The next frame, a checkpoint and the end of the run wait for the current frame.
 #[derive(Debug)]
 pub(super) struct Trajectory {
     path: PathBuf,
     desk: Arc<Mutex<Desk>>,
     writer: Option<JoinHandle<()>>,
-    /// Length of the file before the frame that is being written `[bytes]`.
+    /// Length of the file before the current frame `[bytes]`.
     before: u64,
 }
 
@@ -57,14 +56,14 @@ impl Trajectory {
         Self { path, desk: Arc::new(Mutex::new(desk)), writer: None, before: 0 }
     }
 
-    /// Appends a frame, and returns the error of the previous frame. The next call returns the error of this frame.
+    /// Appends a frame, and returns the error of the previous frame.
     pub fn add(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
         self.settled()?.due = Some((snapshot.clone(), scalars));
         self.begin()
     }
 
-    /// Appends the present state of a simulation. Returns the error of the previous frame, or of this frame if it is
-    /// written at once.
+    /// Appends the current state of a simulation. Returns the error of the previous frame. If the new frame is written
+    /// at once, its error is returned, too.
     pub fn add_now(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
         let mut desk = self.settled()?;
         if desk.frames.count() < LEAST {
@@ -88,7 +87,6 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Waits until the frame in progress has been written.
     fn settled(&mut self) -> Result<MutexGuard<'_, Desk>, OutputError> {
         let is_lost = self.writer.take().is_some_and(|writer| writer.join().is_err());
         let mut desk = locked(&self.desk);
@@ -96,7 +94,7 @@ impl Trajectory {
         if is_lost { Err(lost(&self.path)) } else { Ok(desk) }
     }
 
-    /// Length of the file without a frame that is being written `[bytes]`.
+    /// Length of the file without the current frame `[bytes]`.
     pub fn length(&self) -> u64 {
         self.desk.try_lock().map_or(self.before, |desk| desk.file.length())
     }
@@ -110,7 +108,7 @@ impl Trajectory {
         }
     }
 
-    /// Waits for the frame in progress, and syncs the file to disk.
+    /// Waits for the current frame, and syncs the file to disk.
     pub fn keep(&mut self, run: &Path) -> Result<ManifestEntry, OutputError> {
         self.settled()?.file.keep(run)
     }
@@ -166,7 +164,7 @@ mod tests {
                 trajectory.add_now(&simulation).unwrap();
                 frames.write_now(&mut expected, &simulation).unwrap();
                 if end == 3 {
-                    // A checkpoint contains all complete frames so far.
+                    // A checkpoint contains all complete frames.
                     let entry = trajectory.keep(folder.path()).unwrap();
                     assert_eq!((entry.length, trajectory.length()), (expected.len() as u64, expected.len() as u64));
                     assert_eq!(entry.checksum, crate::base::checksum::checksum(&expected));

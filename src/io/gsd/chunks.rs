@@ -1,6 +1,6 @@
 //! The file layer of GSD: a header, named arrays of each frame, the list of names, and an index of all arrays.
 //!
-//! The index stays in memory until the end. It takes about 130 bytes per frame.
+//! The index stays in memory until the end. It needs about 130 bytes per frame.
 
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -11,10 +11,10 @@ const MAGIC: u64 = 0x65DF_65DF_65DF_65DF;
 const FILE_VERSION: u32 = 2 << 16;
 const SCHEMA_VERSION: u32 = 1 << 16 | 4;
 const HEADER_SIZE: usize = 256;
-/// The header states the length of the list of names in units of this size `[bytes]`.
+/// The header contains the length of the list of names in units of this size `[bytes]`.
 const NAME_PIECE: usize = 64;
 
-/// Type of the numbers in an array. The value is its code in the file.
+/// Type of the numbers in an array. The value is the code of the type in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Kind {
@@ -51,12 +51,12 @@ struct Entry {
 #[derive(Debug)]
 pub(super) struct Chunks {
     file: Draft,
-    /// Position of the next array `[bytes]`; 0 before the header is written.
+    /// Position of the next array `[bytes]`. Zero before the header is written.
     end: u64,
     frame: u64,
     names: Vec<Cow<'static, str>>,
     index: Vec<Entry>,
-    /// Position in `index` of the first entry of the present frame.
+    /// Index of the first entry of the current frame.
     frame_start: usize,
 }
 
@@ -69,7 +69,7 @@ impl Chunks {
         self.frame
     }
 
-    /// Appends an array to the present frame, unless it has no rows.
+    /// Appends an array to the current frame, unless the array is empty.
     pub fn write(
         &mut self,
         name: impl Into<Cow<'static, str>>,
@@ -106,10 +106,10 @@ impl Chunks {
         self.frame += 1;
     }
 
-    /// Writes the list of names, the index, and last the header, which contains their positions.
+    /// Writes the list of names and the index. The header is written last, because it contains their positions.
     pub fn finish(mut self) -> io::Result<()> {
         let mut names: Vec<u8> = self.names.iter().flat_map(|name| name.bytes().chain([0])).collect();
-        // An empty name marks the end of the list of names.
+        // An empty name marks the end of the list.
         names.resize((names.len() + 1).next_multiple_of(NAME_PIECE), 0);
         self.file.write_all(&names)?;
         for entry in &self.index {

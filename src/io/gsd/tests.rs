@@ -1,4 +1,4 @@
-//! Reads GSD files back with an independent reader that follows the specification.
+//! Tests of GSD files with an independent reader that follows the specification.
 
 use std::collections::HashMap;
 
@@ -102,8 +102,8 @@ fn gsd_frame_has_all_particle_data_and_bonds() {
 fn a_sheared_box_is_tilted_and_holds_its_particles() {
     let mut frame = Frame { displacement: -1.5, ..chain() };
     frame.periodic[1] = true;
-    // The centre of the box is at (0, 2, 5), and its height along y is 6. At y = 4.9, the tilted box is shifted along x
-    // by -1.5 * 2.9 / 6 = -0.725, and extends from -2.725 to 1.275.
+    // The centre of the box is at (0, 2, 5), and the height of the box along y is 6. At y = 4.9, the tilted box is
+    // shifted along x by -1.5 * 2.9 / 6 = -0.725, and extends from -2.725 to 1.275.
     for (particle, x) in frame.particles.iter_mut().zip([-1.9, 1.2, 1.3, 1.9]) {
         particle.position = Vector::new(x, 4.9, 5.0);
     }
@@ -113,7 +113,7 @@ fn a_sheared_box_is_tilted_and_holds_its_particles() {
     assert_eq!(get("configuration/box"), [4.0, 6.0, 10.0, -0.25, 0.0, 0.0]);
     let x: Vec<f32> = get("particles/position").into_iter().step_by(3).collect();
     assert_eq!(x, [-1.9, 1.2, -2.7, -2.1]);
-    // A particle that is shifted back by one period gets an image number larger by 1.
+    // A particle that is shifted back by one period has an image number larger by 1.
     let image = &chunks[&(0, "particles/image".to_owned())];
     let expected: Vec<u8> = [0, 1, 0, 3, 0, 0, 4, 0, 0, 0, 0, 2_i32].into_iter().flat_map(i32::to_le_bytes).collect();
     assert_eq!(image, &(7, 4, 3, expected));

@@ -1,4 +1,4 @@
-//! An array in the file format of NumPy, version 1.0. The number of rows may be known only at the end.
+//! Arrays in the file format of NumPy, version 1.0. The number of rows is written when an array is complete.
 //!
 //! Source: *NumPy Enhancement Proposal 1*, <https://numpy.org/neps/nep-0001-npy-format.html>.
 
@@ -7,10 +7,10 @@ use std::path::Path;
 
 use crate::io::convert::{Draft, draft, finish};
 
-/// Length of the header `[bytes]`: enough for every shape used here, and a multiple of 64 for alignment.
+/// Length of the header `[bytes]`. For alignment, a multiple of 64.
 pub(in crate::io) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
 
-/// Length of the header as stated in the file, without the first ten bytes.
+/// Length of the header after the first ten bytes `[bytes]`.
 const STATED_SIZE: u16 = 118;
 
 #[derive(Debug)]
@@ -65,7 +65,6 @@ impl Array {
     }
 }
 
-/// `kind` is the NumPy type, such as `<f8`.
 pub(in crate::io) fn header(kind: &str, row_shape: &[usize], rows: usize) -> Vec<u8> {
     let shape: String = [rows].iter().chain(row_shape).map(|length| format!("{length}, ")).collect();
     let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", shape.trim_end());

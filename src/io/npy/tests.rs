@@ -74,7 +74,7 @@ fn unknown_quantities_have_no_file() {
     }
     let (kind, _, bytes) = read(&target.join("species_names.npy"));
     assert_eq!((kind.as_str(), &bytes[..]), ("<U1", &[0xe9, 0, 0, 0][..]));
-    // After a frame without velocities, NumPy arrays reject a frame with velocities.
+    // After a frame without velocities, a frame with velocities is an error.
     fs::write(&source, "1\n\nO 1 2 3\n1\nProperties=pos:R:3:velo:R:3\n1 2 3 4 5 6\n").unwrap();
     fs::remove_dir_all(&target).unwrap();
     let error = convert(&source, Format::Npy, &target, &Default::default()).unwrap_err();

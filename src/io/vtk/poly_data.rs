@@ -1,4 +1,4 @@
-//! Writes VTK XML PolyData: a description in XML, then binary arrays, each preceded by its length in bytes.
+//! Writes VTK XML PolyData: a description in XML, followed by binary arrays with their lengths.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -23,7 +23,7 @@ pub(super) struct PolyData {
 }
 
 impl PolyData {
-    /// Adds an array of numbers to the whole frame.
+    /// Adds numbers that describe the whole frame.
     pub fn field(&mut self, name: &str, components: usize, numbers: impl IntoIterator<Item = f64>) {
         let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
         let tuples = bytes.len() / (8 * components.max(1));
@@ -34,7 +34,7 @@ impl PolyData {
         self.fields += &append(&mut self.appended, "UInt8", name, 1, Some(3), &bytes);
     }
 
-    /// Adds words to the whole frame, each as character codes followed by a zero.
+    /// Adds words that describe the whole frame, as character codes with a zero after each word.
     pub fn words<'a>(&mut self, name: &str, words: impl Iterator<Item = &'a str>) {
         let mut count = 0;
         let mut codes = String::new();
@@ -57,7 +57,7 @@ impl PolyData {
         self.points = append(&mut self.appended, "Float64", "Points", 3, None, &bytes);
     }
 
-    /// Adds a vertex at every point. Viewers do not draw points without vertices.
+    /// Viewers do not draw points without vertices.
     pub fn vertices(&mut self) {
         let cells: Vec<[u32; 1]> = (0..).take(self.point_count).map(|point| [point]).collect();
         self.vertex_count = cells.len();
@@ -74,8 +74,7 @@ impl PolyData {
         self.polygons = self.cells(corners);
     }
 
-    /// Adds an array of `components` numbers per point. `kind` is the VTK type of the numbers; `bytes` are
-    /// little-endian.
+    /// `kind` is the VTK type of the numbers. `bytes` are little-endian.
     pub fn point_array(&mut self, name: &str, kind: &str, components: usize, bytes: impl Iterator<Item = u8>) {
         self.point_data += &append(&mut self.appended, kind, name, components, None, &bytes.collect::<Vec<u8>>());
     }
@@ -119,8 +118,7 @@ fn vector_bytes<'a>(vectors: impl Iterator<Item = &'a Vector>) -> Vec<u8> {
     vectors.flat_map(|vector| vector.iter()).flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Appends an array to `appended`, preceded by its length. Returns the XML element of the array. The element of a field
-/// includes the number of tuples.
+/// Appends an array and returns its XML element. The element of a field contains the number of tuples.
 fn append(
     appended: &mut Vec<u8>,
     kind: &str,

@@ -15,7 +15,7 @@ use crate::trajectory::Frame;
 
 #[derive(Debug)]
 struct Placed {
-    /// Name of the surface's VTK files without frame number and extension.
+    /// Name of the VTK files without frame number and extension.
     name: String,
     mesh: TriangleMesh,
     /// Index of the surface in the scene, if known.
@@ -31,7 +31,7 @@ pub(in crate::io) struct Surfaces {
 }
 
 impl Surfaces {
-    /// An error contains the path of a file and its problem.
+    /// Reads the surfaces beside a trajectory. The error is the path of a file and its problem.
     pub fn beside(trajectory: &Path) -> Result<Self, (PathBuf, String)> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let list = listed_surfaces(folder).map_err(|(path, error)| (path, error.to_string()))?;

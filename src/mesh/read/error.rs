@@ -5,7 +5,7 @@ use thiserror::Error;
 use super::polygon::PolygonProblem;
 use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES};
 
-/// Error of reading a mesh file: the file and the problem.
+/// Error of reading a mesh file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name}: {problem}")]
 pub struct MeshFileError {
@@ -37,7 +37,7 @@ impl fmt::Display for Place {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshFileProblem {
-    /// The extension of the file belongs to no supported format.
+    /// No supported format has this extension.
     #[error("`{extension}` is not a supported mesh format: expected `stl` or `obj`; export the mesh as one of them")]
     UnknownFormat {
         /// The extension.
@@ -63,7 +63,7 @@ pub enum MeshFileProblem {
         /// Length of the file `[bytes]`.
         found: usize,
     },
-    /// In a binary STL file, the number of triangles in the header does not match the length of the file.
+    /// The length of a binary STL file contradicts the number of triangles in the header.
     #[error(
         "the header announces {triangles} triangles: expected {expected} bytes, found {found}, enough for {}; the file is damaged or cut off, copy or export it again",
         found.saturating_sub(84) / 50
@@ -79,7 +79,7 @@ pub enum MeshFileProblem {
     /// The file has more triangles than a mesh can have.
     #[error("{place}: expected {MOST_TRIANGLES} triangles at most; export a coarser mesh")]
     TooManyTriangles {
-        /// Position of the first triangle above the limit.
+        /// Position of the first triangle beyond the limit.
         place: Place,
     },
     /// A coordinate is NaN, infinite or too large.
@@ -158,7 +158,7 @@ impl MeshFileError {
     }
 }
 
-/// Returns the beginning of a malformed word for an error message. The word can be very long, or not be text.
+/// Shortens a malformed word for an error message. Such words can be very long or binary.
 pub(super) fn shorten(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text = String::from_utf8_lossy(word.get(..4 * LONGEST).unwrap_or(word));

@@ -1,7 +1,6 @@
 //! Wavefront OBJ: positions `v`, and faces `f` that refer to them. Everything else is ignored.
 //!
-//! Faces of more than three corners are cut into triangles, see [`super::polygon`]. The format has no end mark, so a
-//! file that is cut off between two lines or within its last number looks complete.
+//! Faces of more than three corners are cut into triangles, see [`super::polygon`]. Some truncated files look complete.
 
 use super::error::{MeshFileProblem, Place};
 use super::polygon::triangulate;
@@ -9,17 +8,17 @@ use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Vertices and faces so far. A face may refer to later vertices, so all references are checked at the end of the file.
+/// Vertices and faces read so far. A face may precede its vertices, so references are checked at the end of the file.
 #[derive(Debug, Default)]
 struct Faces {
     positions: Vec<Vector>,
     triangles: Vec<[u32; 3]>,
     polygons: Vec<Polygon>,
-    /// Largest vertex number in a face, from 1, and the line of this face.
+    /// Largest vertex number in a face, from 1, and the line of the face.
     farthest: (u32, usize),
 }
 
-/// A face with more than three corners. It is first split into a fan of triangles around its first corner.
+/// A face with more than three corners. It is first divided into a fan of triangles around its first corner.
 #[derive(Debug)]
 struct Polygon {
     line: usize,
@@ -76,7 +75,7 @@ impl Faces {
         if corners < 3 { Err(MeshFileProblem::Corners { line, found: corners }) } else { Ok(()) }
     }
 
-    /// Returns the index of a corner's vertex, from 0. A corner is written as `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    /// Returns the index of a vertex. A corner of a face is written as `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     fn corner(&mut self, word: &Word<'_>) -> Result<u32, MeshFileProblem> {
         let text = word.text.split(|byte| *byte == b'/').next().unwrap_or_default();
         let text = std::str::from_utf8(text).ok();
@@ -113,7 +112,7 @@ impl Faces {
         Ok(welder.finish())
     }
 
-    /// Triangulates again each face whose fan has another shape than the face.
+    /// Replaces each fan that does not have the shape of its face.
     fn cut_polygons(&mut self) -> Result<(), MeshFileProblem> {
         for &Polygon { line, first, corners } in &self.polygons {
             let Some(fan) = self.triangles.get_mut(first..first + corners - 2) else { continue };

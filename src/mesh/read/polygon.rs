@@ -1,29 +1,28 @@
 //! Triangulation of a face, which must be a plane polygon that does not cross itself.
 //!
-//! If the whole polygon is visible from its first corner, as for any convex polygon, a fan around this corner is
-//! correct. Other polygons are projected along the coordinate axis closest to their normal, and cut by ear clipping,
-//! with the crate `earcut`. Every corner belongs to a triangle, so neighbouring faces keep their common edges.
+//! If the whole polygon is visible from its first corner, a fan of triangles around this corner is correct. Other
+//! polygons are projected along a coordinate axis and cut by ear clipping, with the crate `earcut`. Every corner
+//! belongs to a triangle, so neighbouring faces keep their common edges.
 
 use thiserror::Error;
 
 use crate::Vector;
 
-/// Largest accepted distance of a corner from the plane of its face, relative to the extent of the face. Coordinates
-/// with only four digits are accepted.
+/// Largest accepted distance from the plane of a face, divided by the extent of the face.
 const FLATNESS: f64 = 1e-3;
 
-/// Round-off of an area after about ten operations on coordinates, relative to the square of the extent.
+/// Round-off of an area, divided by the square of the extent.
 const ROUNDING: f64 = 1e-13;
 
-/// Why a face cannot be cut into triangles.
+/// Reason why a face cannot be cut into triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum PolygonProblem {
-    /// The corners do not lie in a plane, so the shape of the face is ambiguous.
+    /// The corners do not lie in a plane.
     #[error("is not flat: a corner is {distance:.3e} away from its plane, expected at most {allowed:.3e}")]
     NotFlat {
         /// Largest distance of a corner from the plane `[length]`.
         distance: f64,
-        /// Largest accepted distance of a corner from the plane `[length]`.
+        /// Largest accepted distance `[length]`.
         allowed: f64,
     },
     /// The outline of the face crosses or touches itself.
@@ -31,8 +30,8 @@ pub enum PolygonProblem {
     CrossesItself,
 }
 
-/// Cuts a polygon of `n` corners into `n - 2` triangles of the same orientation, each with three indices of corners.
-/// Returns `None` if the fan around the first corner is correct.
+/// Cuts a polygon of `n` corners into `n - 2` triangles of the same orientation. Returns the indices of their corners,
+/// or `None` if the fan around the first corner is correct.
 pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>, PolygonProblem> {
     let Some((&origin, rest)) = polygon.split_first() else { return Ok(None) };
     let extent = rest.iter().map(|corner| (corner - origin).amax()).fold(0.0, f64::max);
@@ -41,7 +40,7 @@ pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>,
     let fan: Vec<Vector> = rest.windows(2).map(|pair| (pair[0] - origin).cross(&(pair[1] - origin))).collect();
     let normal: Vector = fan.iter().sum();
     if normal.norm() <= rounding {
-        // A face with all corners on a line has no area, and neither has its fan.
+        // If all corners are on a line, all triangles of the fan have zero area.
         let is_line = fan.iter().all(|twice_area| twice_area.norm() <= rounding);
         return if is_line { Ok(None) } else { Err(PolygonProblem::CrossesItself) };
     }
@@ -57,8 +56,7 @@ pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>,
     clip_ears(polygon, &normal).map(Some)
 }
 
-/// Whether the whole face is visible from its first corner. If it is, the fan around this corner turns in one direction
-/// only, by less than a full turn.
+/// Whether the whole face is visible from its first corner: the fan turns in one direction, by less than a full turn.
 fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Vector], rounding: f64) -> bool {
     let sines = || fan.iter().map(|twice_area| unit.dot(twice_area));
     let cosines = rest.windows(2).map(|pair| (pair[0] - origin).dot(&(pair[1] - origin)));
@@ -90,7 +88,7 @@ fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, Pol
     if is_whole { Ok(triangles) } else { Err(PolygonProblem::CrossesItself) }
 }
 
-/// Ear clipping leaves out corners that lie on an edge of a triangle. Divides the triangle at these corners.
+/// Ear clipping omits corners that lie on an edge of a triangle. Divides the triangle at these corners.
 fn keep_corners(triangles: &mut Vec<[usize; 3]>, corners: usize) {
     let mut is_used = vec![false; corners];
     triangles.iter().flatten().for_each(|&corner| is_used[corner] = true);
@@ -138,7 +136,6 @@ mod tests {
         corners.iter().map(|[x, y]| Vector::new(3.0, -7.0, 11.0) + along * *x + up * *y).collect()
     }
 
-    /// Returns twice the area of each triangle of a polygon, as a vector along the normal.
     fn areas(polygon: &[Vector]) -> Result<Vec<Vector>, PolygonProblem> {
         let fan = || (2..polygon.len()).map(|k| [0, k - 1, k]).collect();
         let triangles = triangulate(polygon)?.unwrap_or_else(fan);
@@ -171,10 +168,9 @@ mod tests {
     fn a_face_that_is_seen_from_its_first_corner_stays_a_fan() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         assert_eq!(triangulate(&tilted(&square)), Ok(None));
-        // A concave face that is visible from its first corner.
         let dart = [[0.0, 0.0], [2.0, -1.0], [0.0, 3.0], [-2.0, -1.0]];
         assert_eq!(triangulate(&tilted(&dart)), Ok(None));
-        // Faces without area: two equal corners, and all corners on a line.
+        // Two corners may be equal. All corners may be on a line.
         assert_eq!(triangulate(&tilted(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0]])), Ok(None));
         assert_eq!(triangulate(&tilted(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])), Ok(None));
     }

@@ -11,13 +11,13 @@ const HEADER: usize = 84;
 /// Length of a triangle: normal, corners and attributes `[bytes]`.
 const TRIANGLE: usize = 50;
 
-/// Length of the part of a file that is searched for zero bytes `[bytes]`.
+/// Number of bytes that are searched for zeros.
 const PROBED: usize = 1024;
 
 /// Whether a file is binary STL: it has zero bytes near its beginning, or does not begin with `solid`.
 ///
-/// Many programs begin binary files with `solid` too. These files differ from text by zero bytes, even if they are
-/// truncated: attributes are usually zero, and so is the highest byte of a triangle count below 2^24.
+/// Some binary files begin with `solid` too. Unlike text, they contain zeros: the attributes are usually zero, and so
+/// is the highest byte of the number of triangles.
 pub(super) fn is_binary(content: &[u8]) -> bool {
     let text = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
     let is_solid = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
@@ -28,7 +28,7 @@ fn has_zeros(content: &[u8]) -> bool {
     content.iter().take(PROBED).any(|byte| *byte == 0)
 }
 
-/// Number of triangles according to the header; `None` if the file is too short.
+/// Number of triangles in the header; `None` if the file is too short.
 fn announced(content: &[u8]) -> Option<u32> {
     content.get(HEADER - 4..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes))
 }
@@ -71,7 +71,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
 fn corners(record: &[u8; TRIANGLE], number: usize) -> Result<[Vector; 3], MeshFileProblem> {
     let mut corners = [Vector::zeros(); 3];
     let coordinates = corners.iter_mut().flat_map(|corner| corner.iter_mut());
-    // Skips the three numbers of the normal, which precede the corners.
+    // The first three numbers are the normal.
     let (numbers, _) = record.as_chunks::<4>();
     for (coordinate, bytes) in coordinates.zip(numbers.iter().skip(3)) {
         *coordinate = f64::from(f32::from_le_bytes(*bytes));

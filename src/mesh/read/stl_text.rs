@@ -1,11 +1,11 @@
-//! Text STL: solids made of facets, each with one loop of three vertices. Lines may break between any words.
+//! Text STL: solids made of facets, each with one loop of three vertices. Lines may be broken between any two words.
 
 use super::error::{MeshFileProblem, Place};
 use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Reads a text STL file with one or more solids. Their names are ignored, whatever their encoding.
+/// Reads a text STL file with one or more solids. Names of solids may have any encoding.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let mut words = Words::of(content);
     let mut welder = Welder::default();
@@ -32,7 +32,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     }
 }
 
-/// Skips the name of a solid, up to the end of the line or a facet on the same line. Returns whether a facet was found.
+/// Skips the name of a solid, up to a facet or the end of the line. Returns whether a facet follows on the line.
 fn skip_name(words: &mut Words<'_>) -> bool {
     let mut ahead = words.clone();
     while let Some(word) = ahead.next_on_line() {
@@ -45,7 +45,7 @@ fn skip_name(words: &mut Words<'_>) -> bool {
     false
 }
 
-/// Whether a word ends a part of the file. The end is one word, such as `endloop`, or two, such as `end loop`.
+/// Whether a word ends a part of the file, such as `endloop` or `end loop`.
 fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
     let is_part = |text: &[u8]| text.eq_ignore_ascii_case(part.as_bytes());
     if let Some((end, rest)) = word.text.split_at_checked(3)

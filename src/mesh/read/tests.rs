@@ -4,7 +4,7 @@ use super::*;
 use crate::Vector;
 use crate::mesh::write_stl::write_stl;
 
-/// Returns a sheet of squares, each of two triangles. Its coordinates are exact in every format.
+/// Returns a sheet of squares with coordinates that are exact in every format.
 fn sheet(side: u32) -> TriangleMesh {
     let corner = |x: u32, y: u32| Vector::new(f64::from(x) - 1.0, f64::from(y), 0.5 * f64::from((x * y) % 3));
     let square = |k: u32| {
@@ -137,7 +137,6 @@ fn text_stl_is_read_with_any_name_case_and_layout() {
         bytes(&[b"\xef\xbb\xbfSolid\r\n", body.to_uppercase().replace('\n', "\r\n").as_bytes(), b"EndSolid"]),
         bytes(&[b"solid\n", body.replace('\n', " ").as_bytes(), b"endsolid\n\n \n"]),
         bytes(&[b"\n solid a\nendsolid a\nsolid b\n", body.as_bytes(), b"endsolid b\n"]),
-        // From here on: `end loop` as two words, lines that end with CR, and all words on one line.
         bytes(&[
             b"solid a\n",
             body.replace("endloop", "end loop").replace("endf", "End F").as_bytes(),

@@ -42,7 +42,6 @@ impl<'a> Words<'a> {
         Self { rest: content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content), line: 1 }
     }
 
-    /// Number of the present line, from 1.
     pub fn line(&self) -> usize {
         self.line
     }
@@ -57,8 +56,7 @@ impl<'a> Words<'a> {
         (length > 0).then_some(Word { text, line: self.line })
     }
 
-    /// Returns the next word of the same line; `None` at the end of the line. A backslash before the end continues the
-    /// line.
+    /// Returns the next word on the line, or `None`. A backslash at the end of a line continues the line.
     pub fn next_on_line(&mut self) -> Option<Word<'a>> {
         loop {
             let blanks =
@@ -96,7 +94,7 @@ fn is_line_end(byte: u8) -> bool {
     byte == b'\n' || byte == b'\r'
 }
 
-/// Counts the line ends: LF, CR LF, or CR alone.
+/// Counts the line ends LF, CR LF and CR.
 fn line_ends(text: &[u8]) -> usize {
     let is_end = |at: usize| text[at] == b'\n' || (text[at] == b'\r' && text.get(at + 1) != Some(&b'\n'));
     (0..text.len()).filter(|&at| is_end(at)).count()

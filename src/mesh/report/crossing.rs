@@ -1,19 +1,16 @@
-//! Tests whether two triangles intersect outside a common corner. Only exact signs of determinants decide.
+//! Tests whether two triangles intersect outside a common corner. The test uses exact signs of determinants.
 //!
-//! The intersection of two triangles ends where an edge of one triangle meets the other, so each edge is tested. If the
-//! triangles share a corner, only the opposite edges are tested, because an intersection that continues from the corner
-//! crosses one of them. Triangles with a common edge intersect elsewhere only if one is folded onto the other.
+//! Two triangles intersect if an edge of one triangle meets the other triangle. If the triangles share a corner, it is
+//! enough to test the two opposite edges. If they share an edge, they intersect elsewhere only if they are folded.
 
 use super::predicates::{Projection, Sign, side};
 use super::tree::Bounds;
 use crate::Vector;
 
-/// Position of a triangle's corner, and its side of the other triangle's plane; `None` if the triangles share the
-/// corner.
+/// Position of a corner, and its side of the plane of the other triangle. A shared corner has no side.
 type Corner = (Vector, Option<Sign>);
 
-/// Whether two triangles intersect outside their shared corners, which have equal coordinates. False if the corners of
-/// a triangle are on a line, or if all corners are shared.
+/// Whether two triangles intersect outside shared corners. False for triangles without area and for equal triangles.
 pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     if is_clear(one, two) && is_clear(two, one) {
         return false;
@@ -37,8 +34,7 @@ pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     }
 }
 
-/// Whether the triangles share exactly one corner, and the opposite edge is outside the bounding box of the other
-/// triangle. This quick test separates most pairs of triangles around a vertex.
+/// Quick test: the triangles share one corner, and the opposite edge of `one` is outside the bounding box of `two`.
 fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     let (p, q) = match one.map(|corner| two.contains(&corner)) {
         [true, false, false] => (one[1], one[2]),
@@ -49,8 +45,7 @@ fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     !Bounds::around(&[p, q, q]).meets(&Bounds::around(two))
 }
 
-/// Returns the corners of a triangle, shared corners last. Returns `None` if the other corners all lie on the same side
-/// of the other triangle's plane.
+/// Returns the corners of a triangle, shared corners last; `None` if all other corners are on one side of the plane.
 fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     let [a, b, c] = triangle.map(|corner| (corner, (!other.contains(&corner)).then(|| side(other, &corner))));
     let is_on = |sign: Sign| [a, b, c].iter().all(|(_, found)| found.is_none_or(|found| found == sign));
@@ -77,15 +72,13 @@ fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> b
     if at_p == at_q {
         return *at_p == Some(Sign::Equal) && flat_edge_meets(p, q, triangle);
     }
-    // The line through the segment crosses the plane at one point. The point is inside if the line passes all edges on
-    // the same side.
+    // The line through the segment meets the triangle if it passes all edges on the same side.
     let [a, b, c] = triangle;
     let around = [(a, b), (b, c), (c, a)].map(|(from, to)| side(&[*from, *to, *p], q));
     !around.contains(&Sign::Greater) || !around.contains(&Sign::Less)
 }
 
-/// Whether a segment in the plane of a triangle meets the triangle. It does if no line along the segment or along an
-/// edge separates them.
+/// Whether a segment meets a triangle in the same plane. Only lines along the segment or an edge can separate them.
 fn flat_edge_meets(p: &Vector, q: &Vector, triangle: &[Vector; 3]) -> bool {
     let Some((projection, turn)) = Projection::for_triangle(triangle) else { return false };
     let [a, b, c] = triangle;

@@ -3,7 +3,7 @@ use std::fmt;
 use super::{EdgeFault, MOST_INTERSECTIONS, MOST_PAIRS, MeshReport, PairFault, TriangleFault};
 use crate::Vector;
 
-/// Fault of a mesh, with a suggestion for its repair. The message names the first place of the fault.
+/// Fault of a mesh. The message names the first place with the fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
@@ -23,7 +23,7 @@ pub enum Finding {
     Duplicates(PairFault),
     /// The surface intersects itself.
     SelfIntersections(PairFault),
-    /// Too many pairs of triangles are close to each other to test all of them.
+    /// Not all pairs of triangles were tested, because too many are close to each other.
     NotSearched,
 }
 
@@ -49,11 +49,9 @@ impl Finding {
     pub fn cure(&self) -> &'static str {
         match self {
             Self::NoTriangle => "export a surface with triangles",
-            Self::Unusable(_) => {
-                "export the mesh again; a program wrote vertices that are not numbers, or left some out"
-            }
+            Self::Unusable(_) => "export the mesh again: some vertices are missing or have invalid coordinates",
             Self::Open(_) => {
-                "fill the holes, or merge vertices that should coincide; leave it if the surface is meant to be open"
+                "fill the holes, or merge vertices that should coincide; change nothing if the surface is meant to be open"
             }
             Self::Crowded(_) => "separate or unite bodies that touch along an edge, and delete faces inside the bodies",
             Self::NotOriented(_) => "recalculate the normals of the mesh, so that all point outwards",

@@ -8,8 +8,7 @@ use super::tree::Tree;
 use crate::Vector;
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Whether a closed mesh contains a point. The sum of the solid angles of its triangles is `4 pi` times the winding
-/// number, which is not zero inside.
+/// Whether a closed mesh contains a point. The solid angles of the triangles add up to `4 pi` times the winding number.
 ///
 /// For a triangle with corners `a`, `b` and `c` relative to the point, the solid angle `omega` follows from
 /// `tan(omega / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)` (A. van Oosterom and J.
@@ -23,16 +22,15 @@ pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
         libm::atan2(a.dot(&b.cross(&c)), x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
     };
     let winding = mesh.all_corners().map(half_angle).sum::<f64>() / (2.0 * PI);
-    // Within round-off, the sum is an integer, or about a half for a point on the surface.
+    // The sum is an integer within round-off, but a half-integer for a point on a face.
     winding.abs() > 0.5
 }
 
-/// Test for points inside a closed mesh. All signs are exact, so round-off never puts a point on the wrong side.
+/// Test for points inside a closed mesh. Round-off never puts a point on the wrong side.
 ///
-/// The winding number is the number of triangles through which an upward ray from the point leaves the mesh, minus the
-/// number through which it enters. Infinitesimal shifts, along x and much smaller along y, move the ray off edges and
-/// vertices. The time is proportional to the number of triangles above and below the point. A tree over all triangles
-/// is kept in memory.
+/// A ray runs from the point upwards. The winding number is the number of triangles through which the ray leaves the
+/// mesh, minus the number through which the ray enters. Infinitesimal shifts move the ray off edges and vertices. The
+/// time grows with the number of triangles above the point.
 #[derive(Debug, Clone)]
 pub struct Inside<'a> {
     mesh: Cow<'a, TriangleMesh>,
@@ -58,8 +56,7 @@ impl<'a> Inside<'a> {
         self.winding_number(point) != 0
     }
 
-    /// Winding number of the mesh around a point: 1 inside, 0 outside, -1 inside a mesh with inward normals, 2 where
-    /// two parts overlap.
+    /// Winding number around a point: 1 inside, 0 outside, -1 for inward normals, 2 where two parts overlap.
     #[must_use]
     pub fn winding_number(&self, point: &Vector) -> i32 {
         let above = self.tree.entered(|bounds| {
@@ -70,7 +67,7 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// 1 if the upward ray from a point leaves the mesh through a triangle, -1 if it enters, 0 if it misses the triangle.
+/// Returns 1 if the upward ray from a point leaves the mesh through the triangle, -1 if it enters, otherwise 0.
 fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     let [a, b, c] = triangle;
     let turn = moved_turn(a, b, point);
@@ -85,8 +82,8 @@ fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     }
 }
 
-/// Side of a directed line, seen from above, on which a point lies after infinitesimal shifts along x and, much
-/// smaller, along y. `Greater` is the left side.
+/// Returns the side of a directed line on which a point lies, seen from above. `Greater` is the left side. A point on
+/// the line is shifted by an infinitesimal distance along x, or along y if the line is parallel to x.
 fn moved_turn(from: &Vector, to: &Vector, point: &Vector) -> Sign {
     let [_, _, along_z] = Projection::ALL;
     let ([x, y], [to_x, to_y]) = (along_z.of(from), along_z.of(to));

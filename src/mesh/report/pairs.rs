@@ -5,8 +5,7 @@ use super::tree::{Bounds, Tree};
 use super::{MOST_INTERSECTIONS, MOST_PAIRS, PairFault};
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Returns the pairs of triangles that intersect outside a common vertex or edge, and whether all pairs with
-/// overlapping boxes were tested. The search stops at [`MOST_INTERSECTIONS`] or [`MOST_PAIRS`].
+/// Finds pairs of triangles that intersect outside a common vertex or edge. Also returns whether all pairs were tested.
 pub(super) fn self_intersections(mesh: &TriangleMesh, tree: &Tree) -> (PairFault, bool) {
     let mut fault = PairFault::default();
     let left = Cell::new(MOST_PAIRS);

@@ -1,5 +1,5 @@
-//! Exact signs of determinants, after J. R. Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
-//! Predicates*, Discrete Comput. Geom. 18, 305 (1997).
+//! Exact signs of determinants. Source: J. R. Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust
+//! Geometric Predicates*, Discrete Comput. Geom. 18, 305 (1997).
 
 use std::cmp::Ordering;
 
@@ -9,8 +9,7 @@ use crate::Vector;
 
 pub(super) type Sign = Ordering;
 
-/// Coordinates with a magnitude below this value count as zero. A product of three smaller differences could underflow
-/// and lose its sign. Coordinates below `1e60` cannot overflow.
+/// Smaller coordinates are replaced by zero, because a product of three of them could underflow and lose its sign.
 const SMALLEST: f64 = 1e-90;
 
 fn flushed(x: f64) -> f64 {
@@ -21,14 +20,13 @@ fn sign(determinant: f64) -> Sign {
     determinant.partial_cmp(&0.0).unwrap_or(Sign::Equal)
 }
 
-/// Side of a triangle's plane on which a point lies: `Greater` if the normal points to this side.
+/// Returns the side of a triangle on which a point lies. `Greater` is the side of the normal.
 pub(super) fn side([a, b, c]: &[Vector; 3], point: &Vector) -> Sign {
     let of = |v: &Vector| Coord3D { x: flushed(v.x), y: flushed(v.y), z: flushed(v.z) };
     // `orient3d` is positive below a counterclockwise triangle, so the sign is reversed.
     sign(robust::orient3d(of(a), of(b), of(c), of(point))).reverse()
 }
 
-/// Projection along a coordinate axis onto the plane of the other two axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Projection {
     axes: [usize; 2],
@@ -42,14 +40,13 @@ impl Projection {
         self.axes.map(|axis| flushed(point[axis]))
     }
 
-    /// Whether three projected points turn left (`Greater`) or right, or lie on a line.
+    /// Direction in which three projected points turn: left (`Greater`), right, or straight on.
     pub fn turn(self, a: &Vector, b: &Vector, c: &Vector) -> Sign {
         let [a, b, c] = [a, b, c].map(|point| self.of(point)).map(|[x, y]| Coord { x, y });
         sign(robust::orient2d(a, b, c))
     }
 
-    /// Returns a projection in which a triangle has a nonzero area, and the direction in which the projected corners
-    /// turn. Returns `None` if the corners are on a line.
+    /// Returns a projection in which the triangle has an area, and the turn of its corners; `None` if there is none.
     pub fn for_triangle([a, b, c]: &[Vector; 3]) -> Option<(Self, Sign)> {
         let normal = (b - a).cross(&(c - a));
         let best = normal.iamax();

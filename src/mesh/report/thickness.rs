@@ -7,38 +7,36 @@ use super::tree::{Bounds, Tree};
 use crate::Vector;
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Two triangles that face each other at the shortest distance.
+/// Shortest distance between two triangles that face each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thinnest {
     /// Distance from the middle of `triangle` to `other`, along the normal of `triangle` `[length]`.
     pub distance: f64,
-    /// Index of the triangle from which the distance is measured, from 0.
+    /// Index of the triangle where the distance begins, from 0.
     pub triangle: usize,
-    /// Index of the triangle to which the distance is measured, from 0.
+    /// Index of the triangle where the distance ends, from 0.
     pub other: usize,
 }
 
 /// Cosine of 60 degrees, the largest angle between a ray and the normal of the triangle at which it ends.
 const FACING: f64 = 0.5;
 
-/// Tolerance for barycentric coordinates, so that no ray passes between adjacent triangles, and relative tolerance for
-/// the distances of bounding boxes along a ray.
+/// Tolerance of barycentric coordinates, so that no ray passes between adjacent triangles.
 const SLACK: f64 = 1e-9;
 
 #[derive(Debug, Clone, Copy)]
 struct Ray<'a> {
     origin: Vector,
     direction: Vector,
-    /// Number of further triangles to test before the search ends.
+    /// Number of triangles that may still be tested.
     left: &'a Cell<usize>,
 }
 
-/// Follows two rays from the middle of each triangle: along its normal, and in the opposite direction. Returns the
-/// shortest ray of each kind, and whether all rays were followed. The search stops at [`MOST_PAIRS`].
+/// Follows two rays from the middle of each triangle, along the normal and in the opposite direction. Returns the
+/// shortest ray of each kind, and whether all rays were followed.
 ///
-/// A ray ends at the first triangle that faces the starting triangle. It passes through triangles that share a vertex
-/// with the starting triangle, and through triangles with normals more than 60 degrees from the ray. In an oriented
-/// mesh, normals of facing triangles must point in roughly opposite directions; in other meshes, their sign is ignored.
+/// A ray ends at the first triangle whose normal is within 60 degrees of the ray. In an oriented mesh, the normals at
+/// the two ends must also be roughly opposite. Triangles that share a vertex with the starting triangle are skipped.
 pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> ([Option<Thinnest>; 2], bool) {
     let mut shortest = [None; 2];
     let left = Cell::new(MOST_PAIRS);
@@ -66,9 +64,8 @@ pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> (
 }
 
 impl Ray<'_> {
-    /// Returns the distance and the index of the nearest triangle that the ray hits within `limit`. Skips triangles
-    /// that share a vertex with `from`, where the ray starts, and triangles with a unit normal for which `faces` is
-    /// false.
+    /// Returns the distance and the index of the nearest triangle on the ray, up to the distance `limit`. Skips
+    /// triangles whose unit normal does not satisfy `faces`, and triangles that share a vertex with `from`.
     fn first(
         &self,
         mesh: &TriangleMesh,
@@ -118,8 +115,7 @@ impl Ray<'_> {
         enter <= leave * (1.0 + SLACK)
     }
 
-    /// Distance to a triangle (T. Möller and B. Trumbore, *Fast, Minimum Storage Ray-Triangle Intersection*, J. Graph.
-    /// Tools 2, 21, 1997).
+    /// Distance to a triangle (Möller and Trumbore, J. Graph. Tools 2, 21, 1997).
     fn distance(&self, [a, b, c]: &[Vector; 3]) -> Option<f64> {
         let (along, across, from) = (b - a, c - a, self.origin - a);
         let p = self.direction.cross(&across);

@@ -3,8 +3,8 @@
 use super::{PairFault, TriangleFault};
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Largest area of a degenerate triangle, relative to the square of its longest side. The height of such a triangle is
-/// far below the precision of `f32`, which most files use, and the normal has few significant digits in `f64`.
+/// Largest area of a degenerate triangle, divided by the square of its longest side. The height of such a triangle is
+/// less than the round-off of `f32`.
 const SMALLEST_AREA: f64 = 1e-12;
 
 pub(super) fn degenerate(mesh: &TriangleMesh) -> TriangleFault {
@@ -40,7 +40,6 @@ pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
     fault
 }
 
-/// Counts connected parts, which have no common vertices.
 pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     let mut parents: Vec<u32> = (0..).take(mesh.vertices.len()).collect();
     let mut is_used = vec![false; mesh.vertices.len()];
@@ -68,7 +67,7 @@ pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     parts
 }
 
-/// Returns the representative vertex of a connected part, and shortens the path to it (union-find with path halving).
+/// Returns the root vertex of a connected part (union-find with path halving).
 fn root(parents: &mut [u32], mut number: u32) -> u32 {
     loop {
         let parent = parents.get(number as usize).copied().unwrap_or(number);

@@ -1,13 +1,12 @@
 //! Tree of bounding boxes around triangles (bounding volume hierarchy).
 //!
-//! Each triangle is in exactly one leaf, so that long thin triangles take no more memory than others.
+//! Each triangle is in exactly one leaf, so that long thin triangles need no more memory than others.
 
 use std::ops::Range;
 
 use crate::Vector;
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Box around one or more triangles `[length]`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     pub lower: Vector,
@@ -30,11 +29,11 @@ struct Node {
     bounds: Bounds,
     /// Index of the next node that is not below this node.
     next: usize,
-    /// Range of a leaf's triangles in `Tree::order`; empty for other nodes.
+    /// Range of the triangles of a leaf in `Tree::order`; empty for other nodes.
     triangles: Range<usize>,
 }
 
-/// Tree as a list of nodes. Each node comes before all nodes below it.
+/// List of nodes. Each node comes before all nodes below it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
@@ -44,8 +43,7 @@ pub(super) struct Tree {
 const LEAF: usize = 4;
 
 impl Tree {
-    /// Builds the tree by repeated halving. Triangles are ordered by the centres of their boxes along the longest edge.
-    /// Equal centres are ordered by index.
+    /// Builds the tree by repeated halving along the longest edge.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let boxes: Vec<Bounds> = mesh.all_corners().map(|corners| Bounds::around(&corners)).collect();
         let mut order: Vec<u32> = (0..).take(boxes.len()).collect();
@@ -76,7 +74,7 @@ impl Tree {
     }
 }
 
-/// Adds a node for a range of triangles, and all nodes below it. The depth of the tree is logarithmic.
+/// Adds a node for a range of triangles, and all nodes below it. The depth of the recursion is logarithmic.
 fn grow(nodes: &mut Vec<Node>, boxes: &[Bounds], order: &mut [u32], place: usize) {
     let of = |number: &u32| boxes.get(*number as usize).copied();
     let mut all = order.iter().filter_map(of);

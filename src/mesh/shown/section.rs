@@ -42,7 +42,7 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     if (foot - region.centre()).norm() <= region.diagonal() {
         larger.hold(&foot, 0.0);
     }
-    // The region is extended by the width of the strip. A strip behind a side of the box is then not cut off.
+    // Extends the region, so that a strip behind a side of the box is not cut off.
     (larger.lower, larger.upper) = (larger.lower.add_scalar(-width), larger.upper.add_scalar(width));
     let reach = larger.diagonal();
     let corners = [(-reach, 0.0), (reach, 0.0), (reach, -width), (-reach, -width)];
@@ -51,7 +51,7 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     TriangleMesh::welded(fan(&polygon))
 }
 
-/// Strip around the segment between two points. Its two edges have the given distances from the segment.
+/// Strip around a segment. The edges of the strip have the given distances from the segment.
 fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     let [x, y] = [(flat + 1) % 3, (flat + 2) % 3];
     let direction = |angle: f64| {
@@ -61,8 +61,7 @@ fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     };
     let span = ends[1] - ends[0];
     let start = libm::atan2(span[y], span[x]);
-    // The outline consists of half circles around the second and the first end. Each half circle includes its end
-    // points, so that straight sides connect the half circles.
+    // The outline consists of half circles around the two ends, connected by straight sides.
     let half = CORNERS / 2;
     let corners = (0..2_u32).flat_map(|end| (0..=half).map(move |k| (end, end * half + k)));
     let outline: Vec<[Vector; 2]> = corners

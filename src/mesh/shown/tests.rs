@@ -20,14 +20,13 @@ fn plane(region: &Region, point: [f64; 3], normal: [f64; 3]) -> TriangleMesh {
 fn plane_is_drawn_as_its_cross_section_with_the_box() {
     let cube = region([0.0; 3], [2.0; 3], Boundary::walls(1.0));
     assert!((plane(&cube, [9.0, 9.0, 1.0], [0.0, 0.0, 3.0]).area() - 4.0).abs() < 1e-12);
-    // The plane through the centre, perpendicular to a diagonal, cuts the cube in a regular hexagon with sides of
-    // sqrt(2).
+    // A plane through the centre, perpendicular to a diagonal, cuts the cube in a regular hexagon of side sqrt(2).
     let hexagon = plane(&cube, [1.0; 3], [1.0; 3]);
     assert!((hexagon.area() - 1.5 * 3.0_f64.sqrt() * 2.0).abs() < 1e-9);
     assert_eq!(hexagon.triangles.len(), 4);
     let up = crate::model::triangle_mesh::twice_area(&hexagon.corners(0));
     assert!(up.dot(&Vector::repeat(1.0)) > 0.0, "it looks along its normal");
-    // A plane in a side of the box shows this side.
+    // A plane in a side of the box is shown as this side.
     assert!((plane(&cube, [0.3, 0.1, 0.0], [0.0, 0.0, 1.0]).area() - 4.0).abs() < 1e-9);
     assert!(plane(&cube, [0.0, 0.0, -0.1], [0.0, 0.0, 1.0]).triangles.is_empty());
     assert!(plane(&cube, [0.0, 0.0, 1e40], [0.0, 0.0, 1.0]).triangles.is_empty());

@@ -5,13 +5,12 @@ use std::collections::HashMap;
 use super::TriangleMesh;
 use crate::Vector;
 
-/// Largest magnitude of a cell index along an axis. A float represents integers up to this limit exactly.
+/// Largest cell index along an axis. A float represents all smaller integers exactly.
 const MOST_CELLS: f64 = 9e15;
 
 impl TriangleMesh {
-    /// Merges vertices that are at most `tolerance` apart `[length]`. Returns the new mesh and the number of vertices
-    /// removed. Each vertex in order is merged into the nearest vertex kept so far. No triangle is removed: a triangle
-    /// whose vertices merge keeps its place and has no area.
+    /// Merges vertices that are at most `tolerance` apart `[length]`, each into the nearest of the earlier vertices.
+    /// Returns the new mesh and the number of removed vertices. No triangle is removed, but some may have no area.
     #[must_use]
     pub fn merged(&self, tolerance: f64) -> (Self, usize) {
         let Some(origin) = self.vertices.first().filter(|_| tolerance > 0.0) else { return (self.clone(), 0) };
@@ -79,7 +78,7 @@ mod tests {
 
     #[test]
     fn only_vertices_within_the_tolerance_are_merged() {
-        // Displacements of different vertices are equal or at least 5e-8 apart.
+        // Displacements are multiples of 5e-8, so only vertices with equal displacements are merged.
         let alike = soup(1e-7).merged(1e-12).1;
         assert!(alike < 28 && soup(1e-7).merged(1e-9).1 == alike, "{alike}");
         assert_eq!(soup(0.0).merged(0.0), (soup(0.0), 0));

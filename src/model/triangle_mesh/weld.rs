@@ -5,13 +5,10 @@ use std::hash::{BuildHasher, RandomState};
 use super::TriangleMesh;
 use crate::Vector;
 
-/// Marks an empty slot of the hash table.
 const FREE: u32 = u32::MAX;
 
-/// A mesh under construction, from triangles whose vertices have no indices yet. A hash table of 4-byte indices finds
-/// vertices by their coordinates; a map with coordinates as keys would need more memory than the file. The hash
-/// function has random keys, so that no crafted file can put all vertices into one slot. The vertex indices do not
-/// depend on these keys.
+/// A mesh under construction. A hash table of 4-byte indices finds vertices by their coordinates. A map with
+/// coordinates as keys would need more memory than the file. The hash function has random keys against crafted files.
 #[derive(Debug, Default)]
 pub(crate) struct Welder {
     mesh: TriangleMesh,
@@ -39,7 +36,7 @@ impl Welder {
 
     /// Returns the index of the vertex at a point, and adds the vertex if it is new.
     pub fn number(&mut self, point: Vector) -> u32 {
-        // Turns -0.0 into 0.0, which has different bits.
+        // Turns -0.0 into 0.0.
         let point = point.add_scalar(0.0);
         if 10 * (self.mesh.vertices.len() + 1) > 9 * self.table.len() {
             self.enlarge();
@@ -70,7 +67,7 @@ impl Welder {
         found(after).map(|place| start + place).or_else(|| found(before)).unwrap_or(0)
     }
 
-    /// Frees the old table before the new one is filled from the vertices, to save memory.
+    /// Frees the old table before the new table is filled, to save memory.
     fn enlarge(&mut self) {
         let size = (self.table.len() + self.table.len() / 5).max(16);
         self.table = Vec::new();
@@ -85,7 +82,7 @@ impl Welder {
     }
 }
 
-/// Reserves memory in small steps instead of doubling it. Saving memory matters more here than avoiding copies.
+/// Reserves memory in small steps. Saving memory matters more here than avoiding copies.
 fn grow_by_a_little<T>(list: &mut Vec<T>) {
     if list.len() == list.capacity() {
         list.reserve_exact(list.len() / 16 + 16);

@@ -1,17 +1,15 @@
 //! Algorithms 4, 5 and 6: pairs with a constant relative acceleration, such as a falling and a static particle.
 //!
-//! The overlap function is a quartic. It is monotone between its turning points, so each falling piece holds at most
-//! one event and one bracketed root. The paper's two regions of interaction are the falling pieces: `(-inf, t1]` and
-//! `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`. The paper's `max(0, t)` selects the part of the piece in
-//! the future, and only future turning points are computed. The coefficients of the derivative show whether `f` falls
-//! just after now. A contact that the pair has just left is therefore never mistaken for an imminent contact.
+//! The overlap function is a quartic. It is monotone between its turning points, so each falling piece contains at most
+//! one event. The falling pieces are the paper's two regions of interaction: `(-inf, t1]` and `[t2, t3]` for `f+`,
+//! `[t1, t2]` and `[t3, inf)` for `f-`. Only turning points in the future are computed. The coefficients of the
+//! derivative show whether `f` falls just after now, so a contact that has just ended is not found again.
 
 use super::roots::{bracketed, grow, sign_changes_of_cubic};
 use super::stretch::Stretch;
 use crate::physics::overlap::{Quartic, Side};
 
-/// Time to the next event of a pair with relative acceleration, on the given side of a discontinuity with overlap
-/// function `f`.
+/// Time to the next event of a pair with relative acceleration, for the overlap function `f` on one side.
 #[must_use]
 pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     let value = |dt: f64| side.sign() * f.value(dt);
@@ -167,8 +165,7 @@ mod tests {
 
     #[test]
     fn algorithm_6_brackets_the_last_root_after_the_turning_point() {
-        // The bead follows `r = 20 t - 4.905 t^2`. At t = 4.0775 it is back at r = 0, and only the root at r = -1 is
-        // left.
+        // The bead follows `r = 20 t - 4.905 t^2`. At t = 4.0775 it is back at r = 0, and only the root r = -1 is left.
         let f = line(0.0, 20.0, -9.81);
         let first = next_event(&f, Side::Negative).unwrap();
         assert!((first - 0.050_628_7).abs() < 1e-6);

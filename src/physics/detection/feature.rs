@@ -17,8 +17,8 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// Returns the time of the next contact of a particle with a point at the origin, at the distance `s`. The particle is
-/// outside or inside this distance, as given by `side`. The argument `squared` is `s^2`.
+/// Returns the time when a particle reaches the distance `s` from a point at the origin, from the given side of this
+/// distance. The argument `squared` is `s^2`.
 #[inline]
 #[must_use]
 pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {
@@ -47,8 +47,7 @@ pub fn line(direction: &Vector, state: &RelativeState, acceleration: &Vector, sq
 fn motion_across(direction: &Vector, state: &RelativeState, acceleration: &Vector) -> (RelativeState, Vector) {
     let RelativeState { position, velocity } = state;
     let state = RelativeState { position: across(direction, position), velocity: across(direction, velocity) };
-    // If the acceleration is along the line, its perpendicular part is only round-off. This round-off would make a
-    // particle fall back from a distance of 1e16 diameters, so it is set to zero.
+    // If the acceleration is along the line, its perpendicular part is only round-off and is set to zero.
     let beside = across(direction, acceleration);
     let is_none = beside.norm() <= 4.0 * f64::EPSILON * acceleration.norm();
     (state, if is_none { Vector::zeros() } else { beside })

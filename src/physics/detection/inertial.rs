@@ -3,8 +3,7 @@
 use super::stretch::Stretch;
 use crate::physics::overlap::{Quadratic, Side};
 
-/// Time to the next event of a pair without relative acceleration, on the given side of a discontinuity with overlap
-/// function `f`.
+/// Time to the next event of a pair without relative acceleration, for the overlap function `f` on one side.
 #[inline]
 #[must_use]
 pub fn next_event(f: &Quadratic, side: Side) -> Option<f64> {
@@ -41,7 +40,7 @@ pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
 
 /// Algorithm 3: the next event on the negative side (Bounce, Release) of a pair with `a_ij = 0`.
 ///
-/// If the path of a pair outside never leads back inside, the pair interacts where its distance is shortest.
+/// If a pair is outside and its path never leads back inside, the pair interacts at the shortest distance.
 #[inline]
 #[must_use]
 pub fn negative(f: &Quadratic) -> Option<f64> {

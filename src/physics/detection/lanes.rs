@@ -1,7 +1,6 @@
-//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. [`Lanes`] is implemented three times: for any processor, for
-//! AVX2 with four numbers per instruction, and for AVX-512 with eight numbers. The operations and their order are the
-//! same as in the scalar algorithms. No operation is fused and all are correctly rounded, so all results agree to the
-//! bit.
+//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. [`Lanes`] has three implementations: for any processor, for
+//! AVX2 with four numbers per instruction, and for AVX-512 with eight numbers. All implementations perform the
+//! operations of the scalar algorithms in the same order, without fused operations. The results agree bit for bit.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -84,7 +83,7 @@ impl Simd {
 pub trait Work {
     type Output;
 
-    /// Runs the calculation with lanes of the type `F`. It must be inlined to use the instructions of `F`.
+    /// Runs the calculation with lanes of the type `F`. This function must be inlined to use the instructions of `F`.
     fn run<F: Lanes>(self) -> Self::Output;
 }
 
@@ -123,7 +122,7 @@ pub trait Lanes: Copy {
     fn write(self, to: &mut [f64]);
 }
 
-/// Four numbers, for any processor.
+/// Four numbers in an array. Every processor supports this type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plain([f64; 4]);
 
@@ -203,7 +202,7 @@ pub fn positive<F: Lanes>(r2: F, b: F, v2: F) -> F {
     b.if_less(zero, approaching, never)
 }
 
-/// Algorithm 3: the times to the next events on the negative side. The arguments are the arguments of [`positive`].
+/// Algorithm 3: the times to the next events on the negative side. The arguments are the same as in [`positive`].
 #[inline(always)]
 #[must_use]
 pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
@@ -249,7 +248,6 @@ mod tests {
         ]
     }
 
-    /// Results of Algorithms 2 and 3 for eight pairs, given the columns of their coefficients.
     struct Find<'a>(&'a [[f64; 8]; 3]);
 
     impl Work for Find<'_> {

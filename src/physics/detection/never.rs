@@ -1,8 +1,8 @@
 //! Proofs that two particles never meet, despite rounding.
 //!
-//! Detection is exact for coefficients within their rounding errors. This is sufficient for the next event, but not for
-//! all time: on a path of ten million diameters, rounding decides between a miss and a collision. Here `true` is a
-//! proof for all states within a [`Doubt`] of the given state, and `false` proves nothing.
+//! For the next event, it is enough that detection is exact within rounding errors. On a path of ten million diameters,
+//! however, rounding decides between a miss and a collision. The result `true` is a proof for all states within a
+//! [`Doubt`] of the given state. The result `false` proves nothing.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;
@@ -10,10 +10,10 @@ use crate::physics::motion::RelativeState;
 /// Relative rounding error of a number after a few operations.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Rounding error that 50 bisections of a polynomial can accumulate, relative to its coefficients.
+/// Rounding error of a polynomial after 50 bisections, relative to its coefficients.
 const BISECTED: f64 = 64.0 * f64::EPSILON;
 
-/// Maximum number of intervals that the bisection of a polynomial examines before it gives up.
+/// Maximum number of intervals that the bisection of a polynomial examines.
 const MOST_PIECES: u32 = 200;
 
 /// Largest deviations of a relative state from the exact state.
@@ -26,8 +26,7 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// Returns the rounding errors of a relative state, from the sums of the magnitudes of the positions and
-    /// velocities.
+    /// Returns the rounding errors of a relative state, from sums of magnitudes of positions and of velocities.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
@@ -37,8 +36,7 @@ impl Doubt {
 /// Whether a pair without relative acceleration provably never comes nearer than `distance`, or recedes forever. The
 /// velocity is taken as exact.
 ///
-/// The shortest distance on a straight path is `|r x v| / |v|`, which avoids the cancellation in the discriminant of
-/// the overlap function.
+/// The shortest distance on a straight path is `|r x v| / |v|`. This form avoids the cancellation in the discriminant.
 #[must_use]
 pub fn inertial(state: &RelativeState, doubt: &Doubt, distance: f64) -> bool {
     let RelativeState { position, velocity } = state;
@@ -69,7 +67,7 @@ pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, 
     recedes || is_always_positive(&lowest, speed / push + (length / push).sqrt())
 }
 
-/// Whether a particle provably never reaches a plane, from the signed distance and its first two derivatives.
+/// Whether a particle provably never reaches a plane. `height` is the signed distance from the plane.
 #[must_use]
 pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bool {
     if acceleration == 0.0 {
@@ -81,12 +79,12 @@ pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bo
     acceleration > 0.0 && (fastest <= 0.0 || turns_above)
 }
 
-/// Whether a quartic is provably positive for all arguments from 0 on. Its coefficients begin with the constant;
-/// `scale` is a typical time over which it changes.
+/// Whether a quartic is provably positive for all non-negative arguments. The constant coefficient comes first. `scale`
+/// is a typical time over which the quartic changes.
 ///
-/// In units of `scale`, the arguments are split into the interval up to 1 and, with reversed coefficients, the interval
-/// from 1 to infinity. On each interval the quartic lies within the convex hull of its Bernstein coefficients. If one
-/// of them is not positive, the interval is halved, because the hulls of the halves are tighter.
+/// Arguments below and above `scale` are examined separately. Reversed coefficients map all larger arguments to a
+/// finite interval. On each interval, the quartic lies within the convex hull of its Bernstein coefficients. If a
+/// coefficient is not positive, the interval is halved, because the hulls of the halves are tighter.
 fn is_always_positive(coefficients: &[f64; 5], scale: f64) -> bool {
     let mut power = 1.0;
     let near = coefficients.map(|c| {
@@ -112,8 +110,7 @@ fn is_positive_up_to_one(c: &[f64; 5], least: f64) -> bool {
         if piece[0] <= least || piece[4] <= least {
             return false;
         }
-        // De Casteljau's algorithm halves the interval. The first coefficient after each round belongs to the left
-        // half. After the last round, the coefficients of the right half remain.
+        // De Casteljau's algorithm halves the interval: `first` becomes the left half, and `piece` the right half.
         let mut first = [piece[0]; 5];
         for (round, end) in first.iter_mut().enumerate().skip(1) {
             for k in 0..5 - round {

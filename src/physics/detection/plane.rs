@@ -2,9 +2,8 @@
 
 use super::stretch::Stretch;
 
-/// Time until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling. This is
-/// the rule of [`crate::physics::detection`] in one dimension, where the overlap function is the distance itself
-/// `[length]`.
+/// Time until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling. The
+/// signed distance is the overlap function of the rule in [`crate::physics::detection`].
 #[inline]
 #[must_use]
 pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> {
@@ -29,7 +28,7 @@ pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> 
     Some((velocity + discriminant.sqrt()) / -acceleration)
 }
 
-/// The interval in which a particle on the upper side, `height` above the plane, is at most `distance` away and falls.
+/// Returns the interval in which a particle at `height` above a plane falls and is at most `distance` above the plane.
 #[must_use]
 pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: f64) -> Option<Stretch> {
     let from = next_event(height - distance, velocity, acceleration)?;
@@ -38,8 +37,7 @@ pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: 
         if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
     });
     let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
-    // If floats cannot resolve the time of the fall from the height `distance` to the plane, the interval is one float
-    // long.
+    // If the fall is too short for floats to resolve, the interval is one float long.
     let until = if from > falls_from { until.max(from.next_up()) } else { until };
     Some(Stretch { from, until })
 }
@@ -87,7 +85,7 @@ mod tests {
         assert_eq!(stretch(3.0, -2.5, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));
         assert_eq!(stretch(2.5, -2.0, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));
         assert_eq!(stretch(0.5, 0.25, -1.0).map(|stretch| stretch.from), Some(0.25));
-        // The particle is already on the other side of the plane, so the interval is empty.
+        // The particle is on the other side of the plane, so the interval is empty.
         assert_eq!(stretch(-1.0, -1.0, 0.0), Some(Stretch { from: 0.0, until: 0.0 }));
         assert_eq!(stretch(-2.0, 1.0, -1.0), Some(Stretch { from: 1.0, until: 1.0 }));
     }

@@ -1,4 +1,4 @@
-//! Roots of polynomials by bracketing: closed forms locate them, a safeguarded iteration refines them.
+//! Roots of polynomials. Closed forms bracket the roots, and a safeguarded iteration refines them.
 
 /// Sign changes of a cubic at positive arguments.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,9 +14,8 @@ pub struct SignChanges {
 /// Returns the arguments `t > 0` at which `c[0] + c[1] t + c[2] t^2 + c[3] t^3`, with `c[3] > 0`, changes sign.
 ///
 /// The turning points of the cubic divide the positive axis into monotone pieces. A piece whose ends differ in sign
-/// holds one root, which [`bracketed`] refines. There is no division by `c[3]`, so near roots stay accurate as `c[3] ->
-/// 0`. Double roots are left out, because the sign does not change there. At `t = 0` the first coefficient that is not
-/// zero decides the sign.
+/// contains one root, which [`bracketed`] refines. Roots that stay finite as `c[3] -> 0` stay accurate. Double roots
+/// are left out, because the sign does not change there. At `t = 0`, the first nonzero coefficient decides the sign.
 #[must_use]
 pub fn sign_changes_of_cubic(c: &[f64; 4]) -> SignChanges {
     let value = |t: f64| ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
@@ -51,14 +50,13 @@ fn turning_points(c: &[f64; 4]) -> [f64; 2] {
     if first <= second { [first, second] } else { [second, first] }
 }
 
-/// Returns an initial step comparable to the largest root of the cubic: the largest bound from a single coefficient.
+/// Returns a step comparable to the largest root of the cubic, from ratios of the coefficients.
 fn initial_step(c: &[f64; 4]) -> f64 {
     let step = libm::cbrt((c[0] / c[3]).abs()).max((c[1] / c[3]).abs().sqrt()).max((c[2] / c[3]).abs());
     if step > 0.0 && step.is_finite() { step } else { 1.0 }
 }
 
-/// Returns the first of `from + step`, `from + 3 step`, `from + 7 step`, ... that satisfies `is_beyond`; `None` if no
-/// finite float in this sequence does.
+/// Returns the first of `from + step`, `from + 3 step`, `from + 7 step`, ... that satisfies `is_beyond`, if any.
 pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut to, mut step) = (from + step, step);
     while to < f64::MAX {
@@ -73,9 +71,9 @@ pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Opt
 
 /// Returns the last argument in `[valid, invalid]` at which `f >= 0`, for a function that becomes negative once.
 ///
-/// Chandrupatla's method: inverse quadratic interpolation if the last three points allow it, otherwise
-/// bisection (Adv. Eng. Software 28, 145, 1997). The iteration ends when the bracket is one or two floats
-/// wide. The valid end is returned, so that the state at the event is valid.
+/// Chandrupatla's method: inverse quadratic interpolation if the last three points allow it, otherwise bisection (Adv.
+/// Eng. Software 28, 145, 1997). The iteration ends when the bracket is one or two floats wide. The valid end is
+/// returned, so that the state at the event is valid.
 #[must_use]
 pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
@@ -176,7 +174,7 @@ mod tests {
     #[test]
     fn near_roots_stay_accurate_as_the_leading_coefficient_vanishes() {
         for leading in [1e-3, 1e-8, 1e-16, 1e-40, 1e-300] {
-            // The near root of `-2 + 3 t + leading t^3` is about `2/3 (1 - 4/27 leading)`.
+            // The root of `-2 + 3 t + leading t^3` near 2/3 is about `2/3 (1 - 4/27 leading)`.
             let found = sign_changes_of_cubic(&[-2.0, 3.0, 0.0, leading]);
             let exact = 2.0 / 3.0 - leading * 8.0 / 81.0;
             assert!((found.at[0] - exact).abs() < 1e-15 + leading * leading, "{leading}: {found:?}");

@@ -1,4 +1,4 @@
-//! Intervals of time in which an overlap function is falling and not positive.
+//! Intervals in which an overlap function is falling and not positive.
 
 use super::plane;
 use crate::Vector;
@@ -23,11 +23,10 @@ impl Stretch {
         if extents.iter().all(|extent| extent.value(self.from) >= 0.0) {
             return Some(self.from);
         }
-        // The foot reaches the feature later in the interval. This happens only if rounding errors hid an earlier
-        // contact with an edge. At a corner, two extents may become positive at the same time, and rounding may leave
-        // one of them negative at this time. The code therefore compares times, not values of the extents.
+        // The foot reaches the feature later, which happens only if rounding hid a contact with an edge. At a corner,
+        // two extents become positive at the same time. Rounding may leave one of them negative, so times are compared.
         let mut at = self.from;
-        // Each extent becomes positive at most once. If one extent postpones the time, the others are tested again.
+        // Each extent delays the time `at` at most once. After each delay, all extents are tested again.
         for _ in 0..=extents.len() {
             for extent in extents {
                 at = extent.first_on(self.from, at).filter(|at| *at < self.until)?;
@@ -56,22 +55,22 @@ impl Parabola {
         (self.0[2] * t + self.0[1]) * t + self.0[0]
     }
 
-    /// Returns `constant - b(t)`: the extent at the other end of a feature whose length is `constant`.
+    /// Returns `constant` minus the polynomial: the extent at the other end of a feature of this length.
     #[inline]
     #[must_use]
     pub fn from_end(&self, constant: f64) -> Self {
         Self([constant - self.0[0], -self.0[1], -self.0[2]])
     }
 
-    /// Returns the first time, at or after `at`, at which the polynomial is not negative; `None` if it stays negative.
-    /// The sign changes are computed from the value and slope at `from`, a time not later than `at`.
+    /// Returns the first time at or after `at` at which the polynomial is not negative; `None` if it stays negative.
+    /// The time `from` must not be later than `at`.
     fn first_on(&self, from: f64, at: f64) -> Option<f64> {
         let [_, b, c] = self.0;
         let (value, rate) = (self.value(from), b + 2.0 * c * from);
         let root = || (rate * rate - 4.0 * c * value).sqrt();
         if value < 0.0 {
             let rises = from + plane::next_event(-value, -rate, -2.0 * c)?;
-            // If the polynomial is curved downwards, its positive interval ends where it falls to zero again.
+            // A polynomial that is curved downwards is positive only until it falls to zero again.
             let is_on = c >= 0.0 || at <= from + (rate + root()) / (-2.0 * c);
             return is_on.then_some(at.max(rises));
         }

@@ -1,4 +1,4 @@
-//! Lubachevsky-Stillinger compression: dense random packings from small moving spheres that grow to full size.
+//! Lubachevsky-Stillinger compression: small moving spheres grow to a dense random packing.
 //!
 //! B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990), [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
 
@@ -20,36 +20,33 @@ use crate::prepare::packing::occupancy::{Contacts, Occupancy};
 use crate::prepare::region::FillRegion;
 use crate::prepare::velocity::maxwell;
 
-/// Packing fractions in one, two and three dimensions at which the spheres start to grow: half of the jamming fraction
-/// of random insertion.
+/// Packing fractions in one, two and three dimensions at which spheres start to grow.
 const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
 
-/// Above these packing fractions in one, two and three dimensions, random insertion is not tried. They are well above
-/// the jamming fractions in a large box (0.75, 0.55 and 0.38), because a small box can be filled more densely.
+/// Packing fractions in one, two and three dimensions above which random insertion is not tried. In a large box, random
+/// insertion jams at 0.75, 0.55 and 0.38, but a small box can be filled more densely.
 const HOPELESS: [f64; 3] = [0.9, 0.65, 0.46];
 
-/// Above random close packing, equal spheres are at least partly crystalline. The limit is 0.64 for large systems, and
-/// about 0.01 higher for some small systems.
+/// Largest packing fraction of disordered equal spheres: 0.64 in large systems, and slightly more in small systems.
 const RANDOM_CLOSE: f64 = 0.66;
 
-/// Growth speeds of the mean diameter, in thermal speeds, in the order in which they are tried. Slower growth reaches a
-/// higher packing fraction, with diminishing returns. Still slower growth would crystallize equal spheres.
+/// Growth speeds of the mean diameter in thermal speeds, in the order of the attempts. Slower growth gives denser
+/// packings, but very slow growth would crystallize equal spheres.
 const SPEEDS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
 /// Fraction of the target packing fraction up to which spheres grow faster, because the fluid relaxes quickly.
 const FLUID: f64 = 0.8;
 
-/// Growth speed up to the fraction [`FLUID`] of the target, in thermal speeds.
+/// Growth speed below the fraction [`FLUID`] of the target, in thermal speeds.
 const FAST: f64 = 0.1;
 
-/// The compressibility factor at which a packing counts as jammed. By `Z = D / (1 - phi / phi_J)`, its packing fraction
-/// is within 0.3 % of the limit `phi_J`.
+/// Compressibility factor of a jammed packing. The packing fraction is then within 0.3 % of the limit `phi_J`.
 const JAMMED: f64 = 1000.0;
 
 /// Above this compressibility factor, the limit `phi_J` can be estimated within [`TOLERANCE`].
 const CLOSE: f64 = 60.0;
 
-/// Factor by which an estimate of the limit `phi_J`, from the compressibility factor in a short time, may be wrong.
+/// Maximum error factor of an estimate of `phi_J`.
 const TOLERANCE: f64 = 1.01;
 
 /// Slower growth raises the jamming fraction by less than this relative amount.
@@ -58,18 +55,15 @@ const GAIN: f64 = 0.06;
 /// Number of events per particle between two measurements of temperature and pressure.
 const STRETCH: u64 = 5;
 
-/// Largest number of measurements during one growth. The slowest growth needs far fewer to reach [`JAMMED`].
+/// Largest number of measurements during one growth, far more than needed.
 const MOST_STRETCHES: u64 = 20_000;
 
-/// Factor by which spheres grow beyond their target, so that rounding leaves no overlap. It covers the rounding of a
-/// coordinate in a box of 10^5 diameters.
+/// Spheres grow beyond their target by this factor, so that rounding leaves no overlap in a box of 10^5 diameters.
 const BEYOND: f64 = 1.0 + 1e-10;
 
-/// Number of attempts to insert small spheres at random, with half the diameters of the previous attempt. Several are
-/// needed if unlike spheres keep a larger distance than like spheres.
+/// Maximum number of attempts to insert small spheres at random. The diameters are halved after each failure.
 const LOOSER: i32 = 6;
 
-/// Compression of particles that are alone in a periodic box.
 pub(crate) struct Compression<'a> {
     pub fill: &'a RandomFill<'a>,
     /// Packing fraction of the particles, from the diameters of their species.
@@ -93,10 +87,6 @@ impl Compression<'_> {
     }
 
     /// Returns positions at which no two cores overlap.
-    ///
-    /// # Errors
-    /// [`NoPlace::Jammed`] if the spheres jam before they reach full size, [`NoPlace::SmallBox`] if a pair could
-    /// collide through two images.
     pub(crate) fn positions(&self) -> Result<Vec<Vector>, NoPlace> {
         self.check_room()?;
         let is_equal = self.fill.kinds.iter().all(|kind| Some(kind) == self.fill.kinds.first());
@@ -131,8 +121,7 @@ impl Compression<'_> {
         }
     }
 
-    /// Creates a scene of hard spheres at a temperature of 1, small enough for random insertion. Also returns the
-    /// factor of their diameters.
+    /// Creates small hard spheres at a temperature of 1 for random insertion. Also returns the factor of the diameters.
     fn loose(&self) -> Result<(Scene, f64), NoPlace> {
         let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
         let region = FillRegion::Box(Region { lower: self.fill.space.lower, upper: self.fill.space.upper() });
@@ -154,8 +143,8 @@ impl Compression<'_> {
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }
 
-    /// Creates a scene of hard spheres with velocities at a temperature of 1. It needs no validation: insertion leaves
-    /// no overlaps, and [`Self::check_room`] has checked the size of the box.
+    /// Creates a scene of hard spheres at a temperature of 1. The scene needs no validation: insertion leaves no
+    /// overlaps, and [`Self::check_room`] has checked the size of the box.
     fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, NoPlace> {
         let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();
@@ -181,8 +170,7 @@ impl Compression<'_> {
         Ok(positions.into_iter().map(|position| self.fill.space.wrapped(position)).collect())
     }
 
-    /// Grows spheres from `factor` to `size` times their full diameters. On failure, returns the fraction of the target
-    /// at which they jam.
+    /// Grows spheres to `size` times the full diameters. Fails with the fraction of the target at which they jam.
     fn grow_to(&self, size: f64, speed: f64, factor: f64, simulation: &mut Simulation) -> Result<(), f64> {
         let Scene { particles, species, .. } = simulation.scene();
         let count = particles.len() as u64;
@@ -218,8 +206,7 @@ impl Compression<'_> {
     }
 }
 
-/// Creates the species in `used`, with mass 1 and new ids in this order, and their hard-sphere interactions. Species
-/// without a contact pass through each other.
+/// Creates hard spheres of mass 1 for the species in `used`. Species without a contact pass through each other.
 fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, NoPlace> {
     let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
     let mut spheres = SceneParts { table: SpeciesPairs::new(used.len()), ..SceneParts::default() };

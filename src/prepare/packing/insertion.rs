@@ -26,8 +26,7 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
     })
 }
 
-/// Places particles, given by radius and species, one by one without overlaps. Stops at the first particle without
-/// room.
+/// Places particles of given radii and species one by one. Stops at the first particle without room.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,

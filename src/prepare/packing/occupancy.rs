@@ -1,4 +1,4 @@
-//! Search for overlaps, during insertion of particles or in a complete initial state, with hashed grids of cells.
+//! Search for overlaps with hashed grids of cells, during insertion or in a complete initial state.
 
 mod contacts;
 mod grid;
@@ -20,36 +20,33 @@ pub(crate) struct Overlapping {
     pub contact: f64,
 }
 
-/// Particles are in the same grid only if their shortest contact distances differ by less than this factor. In a
-/// coarser grid, small particles would have too many candidates. In a finer grid, large particles would search too many
-/// cells.
+/// Largest ratio of particle sizes in one grid. In a coarse grid, small particles have too many candidates. In a fine
+/// grid, large particles search too many cells.
 const COARSER: f64 = 8.0;
 
 /// Initial capacity of each grid if there are several grids.
 const FIRST: usize = 64;
 
 /// The particles placed so far, in hashed grids of cells: a coarse grid for large particles and finer grids for smaller
-/// particles. Cells are linked lists in a hash table, so the memory grows with the number of particles and does not
-/// depend on their distances.
+/// particles. The memory grows with the number of particles and does not depend on their distances.
 pub(crate) struct Occupancy<'a> {
     pub space: &'a Space,
     contacts: &'a Contacts,
-    /// Index of the grid of each species; `None` for species without contacts. The coarsest grid is first.
+    /// Index of the grid of each species, coarsest grid first; `None` for species without contacts.
     grid_of: Vec<Option<usize>>,
     grids: Vec<Grid<'a>>,
     taken: Vec<Taken>,
-    /// Largest magnitude of a coordinate on a periodic side of the box `[length]`.
+    /// Largest magnitude of a coordinate on a periodic side `[length]`.
     side: f64,
     /// Surfaces that particles must not overlap, and the radius of each species; `None` to check particles only.
     surfaces: Option<(&'a Surfaces, Vec<f64>)>,
 }
 
-/// Relative tolerance of overlaps. Because coordinates are rounded, particles in contact may be closer than the contact
-/// distance by a few units in the last place. The coordinate of the farthest periodic side is included, because a
-/// particle near coordinate 0 may have been wrapped from this side since the contact.
+/// Relative tolerance of overlaps, because coordinates are rounded.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Rounding error of the distance between two positions `[length]`.
+/// Rounding error of the distance between two positions `[length]`. A particle near coordinate 0 may have been at the
+/// farthest periodic side during the contact, where rounding is coarser.
 fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
     ROUNDING * (positions[0].amax() + positions[1].amax() + 2.0 * side + contact)
 }
@@ -57,7 +54,7 @@ fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
 impl<'a> Occupancy<'a> {
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
-        // The shortest contact distance of a species measures its size. The longest may belong to a large partner.
+        // The shortest contact distance of a species measures its size. The longest may be with a large partner.
         let mut shortest = vec![f64::INFINITY; species];
         for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
             shortest[a] = shortest[a].min(contact);
@@ -121,7 +118,7 @@ impl<'a> Occupancy<'a> {
         reaches
     }
 
-    /// Adds a placed particle. Its index is the number of particles placed before it.
+    /// Adds a particle. Its index is the number of earlier particles.
     pub(crate) fn take(&mut self, position: Vector, species: u32) {
         let number = id(self.taken.len());
         self.taken.push(Taken::new(position, species));
@@ -154,8 +151,8 @@ impl<'a> Occupancy<'a> {
     }
 }
 
-/// Returns the first particle whose core overlaps an earlier particle, and the overlap. Pairs for which `is_bonded`
-/// holds are excluded. In a sheared box, the next image along y is displaced along x by `displacement` `[length]`.
+/// Returns the first particle whose core overlaps an earlier particle, and the overlap. Bonded pairs are ignored. In a
+/// sheared box, the next image along y is displaced along x by `displacement` `[length]`.
 pub(crate) fn first_overlap(
     particles: &[Particle],
     contacts: &Contacts,
@@ -174,14 +171,13 @@ pub(crate) fn first_overlap(
             && distance < contact - rounding([&first.position, &second.position], side, contact)
             && !is_bonded(a.min(b), a.max(b))
     };
-    // The cell list quickly shows whether there is an overlap. The search below finds the first by id.
+    // Quick test whether any particles overlap.
     if let Some(cells) = cell_list(particles, contacts, space, displacement)
         && !cells.has_pair(|a, b, _, squared| is_overlap(a, b, squared.sqrt()))
     {
         return None;
     }
-    // In a sheared box, the images above and below are displaced along x. They are searched separately, with y as an
-    // open axis.
+    // In a sheared box, the displaced images along y are searched separately, with y as an open axis.
     let mut unstacked = space.clone();
     if displacement != 0.0 {
         unstacked.boundary[1] = Boundary::OPEN;
@@ -199,12 +195,11 @@ pub(crate) fn first_overlap(
     None
 }
 
-/// If contact distances differ by more than this factor, cells as large as the longest one hold too many small
-/// particles.
+/// Largest ratio of contact distances for a single cell list.
 const ALIKE: f64 = 2.0;
 
-/// Creates a cell list of all particles with contacts, with cells as large as the longest contact distance. `None` if
-/// sizes differ too much, or if a pair could meet through several images in a small box.
+/// Creates a cell list of all particles with contacts. Returns `None` if the contact distances differ too much, or if a
+/// pair could meet through several images in a small box.
 fn cell_list(particles: &[Particle], contacts: &Contacts, space: &Space, displacement: f64) -> Option<CellList> {
     let largest = contacts.largest();
     let mut touches = vec![false; contacts.iter().map(|([a, b], _)| a.max(b) + 1).max()?];

@@ -1,7 +1,6 @@
 //! Curves of static disks: the walls of two-dimensional scenes.
 //!
-//! A moving disk with the contact distance `s` passes between static disks at a distance `d` only if `d / 2` exceeds
-//! `s`.
+//! A moving disk passes between static disks at a distance `d` only if its contact distance is less than `d / 2`.
 
 use std::f64::consts::PI;
 
@@ -9,7 +8,7 @@ use super::{BoxSide, Layout, intervals};
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// The two axes of a two-dimensional space that are not flat; `None` in one or three dimensions.
+/// The two axes of a two-dimensional space; `None` in one or three dimensions.
 pub(crate) fn plane_axes(space: &Space) -> Option<[usize; 2]> {
     let mut axes = (0..3).filter(|&axis| space.boundary[axis] != Boundary::Flat);
     match (axes.next(), axes.next(), axes.next()) {
@@ -26,7 +25,7 @@ pub(super) fn line(ends: &[Vector; 2], spacing: f64) -> Layout {
 }
 
 pub(super) fn ring(centre: &Vector, radius: f64, [u, v]: [usize; 2], spacing: f64) -> Layout {
-    // Chords are shorter than arcs, so dividing the arc suffices. A closed curve needs at least three disks.
+    // Chords are shorter than arcs, so neighbours are at most `spacing` apart.
     let count = intervals(2.0 * PI * radius, spacing).max(3);
     let point = |k: usize| {
         let angle = 2.0 * PI * k as f64 / count as f64;
@@ -39,13 +38,11 @@ pub(super) fn ring(centre: &Vector, radius: f64, [u, v]: [usize; 2], spacing: f6
     Layout { points: (0..count).map(point).collect(), hole, rims: Vec::new() }
 }
 
-/// Sides of a rectangle. Adjacent sides share a corner.
 pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: [usize; 2], spacing: f64) -> Layout {
     let size = axes.map(|axis| upper[axis] - lower[axis]);
     let steps = size.map(|edge| intervals(edge, spacing));
     let is_open = |k: usize, is_upper: bool| open.contains(&BoxSide { axis: axes[k], is_upper });
     let mut layout = Layout::default();
-    // Disks are placed row by row from the lower corner, so that ids increase along the second axis.
     for j in 0..=steps[1] {
         for i in 0..=steps[0] {
             let site = [i, j];
@@ -55,7 +52,7 @@ pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: 
             if !sides().any(|(k, end)| !is_open(k, end)) {
                 continue;
             }
-            // An open side leaves two ends of the curve. Each end is a rim of a single disk.
+            // Each end of the curve is a rim of a single disk.
             layout.rims.extend(sides().filter(|&(k, end)| is_open(k, end)).map(|_| vec![layout.points.len()]));
             let mut point = *lower;
             for (k, &axis) in axes.iter().enumerate() {
@@ -92,8 +89,7 @@ mod tests {
         let widest = (0..=10_000).map(|k| nearest(along(f64::from(k) / 10_000.0))).fold(0.0, f64::max);
         let hole = layout.hole.unwrap();
         assert!(hole <= 0.5 * spacing * (1.0 + 1e-9), "{shape:?}: {hole}");
-        // The checked points lie on the arcs of a ring, not on its chords, so the widest hole may slightly exceed the
-        // claim.
+        // In a ring, the checked points lie on arcs, which are slightly farther from the disks than chords.
         assert!(
             widest >= 0.99 * hole && widest <= 1.05 * hole,
             "{shape:?}: the widest hole is {widest}, but {hole} was claimed"
@@ -113,7 +109,6 @@ mod tests {
         });
         let (lower, upper) = (at(0.0, 0.0), at(4.0, 2.0));
         let top = BoxSide { axis: 2, is_upper: true };
-        // Four steps along x and two along z make 12 disks. Without the top, there are three fewer.
         let closed = Surface::Rectangle { lower, upper, open: Vec::new() };
         assert!(check(&closed, 1.0, 12, &|part| at(4.0 * part, 0.0)).rims.is_empty());
         let cup = Surface::Rectangle { lower, upper, open: vec![top] };

@@ -28,7 +28,7 @@ impl StaticSurface {
     }
 }
 
-/// A leak: a static-sphere surface with holes that a species can pass.
+/// A static-sphere surface with holes that a species can pass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Leak {
     /// Name of the surface that leaks.
@@ -48,7 +48,7 @@ pub struct Gap {
     /// Name of the surface with the open end.
     #[serde(rename = "mesh")]
     pub surface: String,
-    /// Name of the surface along which the end runs.
+    /// Name of the surface to which the open end is joined.
     pub other: String,
     /// Median distance from the spheres along the open end to the nearest spheres of the other surface `[length]`.
     pub width: f64,
@@ -57,8 +57,8 @@ pub struct Gap {
 }
 
 impl Scene {
-    /// Leaks of the static surfaces. A species that collides with a surface can pass a hole of circumradius `R` if its
-    /// contact distance with the static spheres is less than `R`.
+    /// Returns the leaks of the static surfaces. A particle can pass through a hole if its contact distance with the
+    /// static spheres is less than the circumradius of the hole.
     #[must_use]
     pub fn leaks(&self) -> Vec<Leak> {
         let contacts = self.contacts();
@@ -67,7 +67,7 @@ impl Scene {
             let Some(hole) = surface.hole else { continue };
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
                 let contact = contacts.get(index, surface.species.0 as usize);
-                // A species that does not collide with the surface may pass through it.
+                // A species that does not collide with the surface is meant to pass.
                 if contact > 0.0 && contact < hole {
                     leaks.push(Leak { surface: surface.name.clone(), species: species.name.clone(), hole, contact });
                 }
@@ -76,13 +76,12 @@ impl Scene {
         leaks
     }
 
-    /// Returns the joints of static surfaces that leak.
+    /// Returns the leaking joints between static surfaces.
     ///
-    /// An open end is treated as joined to the nearest other surface if more than three quarters of its spheres are
-    /// less than three contact distances away from that surface, at similar distances (quartiles within a factor 1.5).
-    /// The joint leaks if the holes along it are larger than the contact distance. With the spacing `d` along the end
-    /// and the median gap `g`, the holes have the circumradius `R = sqrt(d^2 + g^2) / 2`. Wider openings are assumed to
-    /// be intended.
+    /// An open end is joined to the nearest other surface if the distances from its spheres to that surface are small
+    /// and similar: less than three contact distances, with quartiles within a factor of 1.5. The joint leaks if its
+    /// holes have a circumradius `R = sqrt(d^2 + g^2) / 2` above the contact distance. Here `d` is the spacing along
+    /// the open end, and `g` is the median width of the gap. Wider openings are assumed to be intended.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         let contacts = self.contacts();
@@ -106,7 +105,7 @@ impl Scene {
         gaps
     }
 
-    /// If an open end is joined to another surface and the joint leaks, returns this surface and the width of the gap.
+    /// Returns the surface to which an open end is joined, and the width of the gap, if the joint leaks.
     fn gap_along(&self, rim: &[ParticleId], surface: usize, contact: f64) -> Option<(usize, f64)> {
         let position = |id: u32| self.particles[id as usize].position;
         let open = Space { boundary: [Boundary::OPEN; 3], ..self.space };
@@ -142,7 +141,7 @@ impl Scene {
 mod tests {
     use super::*;
 
-    /// Two cylinders on the same axis: one from height 0 to 9, the other from `height` on.
+    /// Two cylinders on one axis. The lower cylinder ends at the height 9, and the upper one starts at `height`.
     fn scene(spacing: f64, height: f64) -> Scene {
         Scene::from_toml(
             format!(

@@ -10,19 +10,19 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{Particle, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Draws new velocities for all moving particles, as at the start of a scene. They follow Maxwell's distribution
-    /// exactly at the temperature `[energy]`, without net momentum along axes where it is conserved. In a sheared box
-    /// they are relative to the streaming velocity.
+    /// Draws Maxwell velocities for all moving particles, scaled to exactly the kinetic temperature `temperature`
+    /// `[energy]`. The net momentum is zero along axes where momentum is conserved. In a sheared box, velocities are
+    /// relative to the streaming velocity.
     ///
-    /// The random numbers follow from `seed`, but differ from the random numbers at the start of a scene with the same
-    /// seed. The supplied energy is counted, as by [`Self::set_velocities`].
+    /// The velocities differ from the initial velocities of a scene with the same `seed`. The change of energy is
+    /// counted as supplied energy, as in [`Self::set_velocities`].
     ///
     /// # Errors
     /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NothingMoves`]. An
     /// error leaves the simulation unchanged.
     #[doc(alias = "velocity create")]
     pub fn thermalize(&mut self, temperature: f64, seed: u64) -> Result<(), ThermostatError> {
-        // This heat bath only serves to check that the temperature is valid and that a particle can move.
+        // This thermostat only checks the temperature and that a particle can move.
         let bath = Thermostat::Andersen { temperature, rate: 1.0, axes: [true; 3] };
         bath.settled(self.scene().space(), self.moving(), false)?;
         let mut particles = Vec::new();
@@ -42,13 +42,13 @@ impl Simulation {
             false => Vector::zeros(),
         };
         let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
-        // This cannot fail: `velocities` has an entry for each particle, and zeros for static particles and flat axes.
+        // This cannot fail, because static particles and flat axes have zero velocity.
         let set = self.set_velocities(&velocities);
         debug_assert_eq!(set, Ok(()));
         Ok(())
     }
 
-    /// Scales all velocities to a temperature once. [`Thermostat::Rescaling`] scales them repeatedly during a run.
+    /// Scales all velocities once to a temperature `[energy]`. [`Thermostat::Rescaling`] repeats this during a run.
     ///
     /// # Errors
     /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NoTemperature`] if
@@ -100,7 +100,7 @@ mod tests {
         let alike: f64 = first.iter().zip(&start).map(|(a, b)| a.dot(b)).sum();
         assert!(
             alike.abs() < 0.2 * 3.0 * 108.0 * 2.0_f64.sqrt() / 1.3,
-            "the new velocities differ from those of the start, which has the same seed"
+            "the new velocities differ from the start velocities, although the seed is the same"
         );
         simulation.thermalize(2.0, 2).unwrap();
         assert_ne!(velocities(&simulation), first);

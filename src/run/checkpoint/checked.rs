@@ -4,7 +4,6 @@ use std::io::{self, Write};
 
 use crc32fast::Hasher;
 
-/// A writer that counts all bytes passed through it and computes their CRC-32.
 #[derive(Debug)]
 pub(crate) struct Checked<W> {
     inner: W,
@@ -59,7 +58,7 @@ mod tests {
     fn resumed_checksum_equals_uninterrupted_checksum() {
         let mut whole = Checked::new(Vec::new());
         whole.write_all(b"123456789").unwrap();
-        // `0xCBF4_3926` is the check value of CRC-32 in its specification.
+        // Check value in the specification of CRC-32.
         assert_eq!((whole.checksum(), whole.length()), (0xCBF4_3926, 9));
         let mut first = Checked::new(Vec::new());
         first.write_all(b"1234").unwrap();

@@ -20,7 +20,7 @@ pub enum CheckpointError {
         /// The cause.
         source: io::Error,
     },
-    /// The checkpoint is damaged: its bytes have changed since they were written.
+    /// The checkpoint is damaged.
     #[error("the checkpoint {} is damaged: {why}", path.display())]
     Damaged {
         /// The file.
@@ -28,7 +28,7 @@ pub enum CheckpointError {
         /// What is wrong with the content.
         why: String,
     },
-    /// The checkpoint was written by another version of carom, or by a build from other sources.
+    /// A different version or build of carom wrote the checkpoint.
     #[error("carom {found} wrote the checkpoint {}, and this is carom {} ({here}), which may continue differently",
         path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
@@ -44,7 +44,7 @@ pub enum CheckpointError {
     File {
         /// The file.
         path: PathBuf,
-        /// Present length `[bytes]`; 0 if the file is missing.
+        /// Current length `[bytes]`; 0 if the file is missing.
         found: u64,
         /// Length at the time of the checkpoint `[bytes]`.
         expected: u64,
@@ -57,7 +57,7 @@ pub enum CheckpointError {
         /// The cause.
         source: io::Error,
     },
-    /// An output file has changed: it is damaged, or belongs to another run.
+    /// An output file is damaged, or belongs to another run.
     #[error("the first {length} bytes of {} are not those of the checkpoint: their checksum is {found:08x}, expected {expected:08x}",
         path.display())]
     Content {
@@ -65,7 +65,7 @@ pub enum CheckpointError {
         path: PathBuf,
         /// Length at the time of the checkpoint `[bytes]`.
         length: u64,
-        /// Present CRC-32.
+        /// Current CRC-32.
         found: u32,
         /// CRC-32 at the time of the checkpoint.
         expected: u32,
@@ -75,7 +75,7 @@ pub enum CheckpointError {
     Input {
         /// The file.
         path: String,
-        /// Present checksum.
+        /// Current checksum.
         found: String,
         /// Former checksum.
         expected: String,
@@ -85,7 +85,7 @@ pub enum CheckpointError {
     Passed {
         /// Simulated time `[time]`.
         time: f64,
-        /// What has been measured so far: a time or a number of events.
+        /// What has been measured: a time or a number of events.
         measured: String,
         /// The requested end.
         asked: String,

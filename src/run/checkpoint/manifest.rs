@@ -15,7 +15,7 @@ pub struct ManifestEntry {
     pub name: String,
     /// Length at the time of the checkpoint `[bytes]`. Bytes after it are not part of the checkpoint.
     pub length: u64,
-    /// Number of bytes at the start of the file that are overwritten when the run ends. The checksum excludes them.
+    /// Number of leading bytes that are overwritten when the run ends. The checksum excludes these bytes.
     pub head: u64,
     /// CRC-32 of the first `length` bytes of the file, except the first `head` bytes.
     pub checksum: u32,
@@ -40,11 +40,11 @@ impl ManifestEntry {
     }
 }
 
-/// Manifest of a checkpoint: the output files of the run at that time.
+/// List of the output files of a run at the time of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// CRC-32 of the text of the scene; `None` if no text is kept. The text excludes the limit of the measurement,
-    /// which may be changed later.
+    /// CRC-32 of the scene without the limit of the measurement, which may be changed later; `None` if the text is not
+    /// kept.
     pub scene: Option<u32>,
     /// Output files that grow during the run.
     pub files: Vec<ManifestEntry>,

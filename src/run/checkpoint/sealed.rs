@@ -18,19 +18,17 @@ const MAGIC: usize = 16;
 /// Length of the version in the header `[bytes]`.
 const VERSION: usize = 12;
 
-/// Number of bytes that are read or written at a time.
 const PIECE: usize = 1 << 20;
 
 /// Upper bound for the length of a string in a checkpoint `[bytes]`.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// Length of the header `[bytes]`: kind, version and fingerprint.
 const HEAD: usize = MAGIC + VERSION + FINGERPRINT.len() / 2;
 const TAIL: usize = 12;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Everything that a run or a replica exchange needs to continue.
+    /// State of a run or of a replica exchange.
     Checkpoint,
     Simulation,
 }
@@ -66,13 +64,10 @@ impl Kind {
 
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Flaw {
-    /// The bytes have changed since they were written. The text describes what is wrong.
     Damaged(String),
-    /// The file was written by another version of carom, or by a build from other sources.
+    /// A different version or build of carom wrote the file.
     OtherVersion {
-        /// Version that wrote the file, with the fingerprint of its sources.
         found: String,
-        /// Fingerprint of the sources of this program.
         here: &'static str,
     },
 }
@@ -106,8 +101,7 @@ impl<W: Write> Write for KeepsError<W> {
 }
 
 pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize) -> io::Result<()> {
-    // The serializer writes one number at a time. The buffer collects many numbers, because computing a checksum of a
-    // few bytes at a time is slow.
+    // The serializer writes single numbers. Checksums of a few bytes at a time would be slow.
     let mut out = BufWriter::with_capacity(PIECE, Checked::new(out));
     out.write_all(&kind.head())?;
     let mut keeper = KeepsError { inner: &mut out, failure: None };
@@ -152,10 +146,6 @@ fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[
     Ok(if checksum == found.checksum().to_le_bytes() { Ok(head) } else { Err("its checksum is wrong") })
 }
 
-/// Reads a sealed file piece by piece, so that it is never in memory as a whole.
-///
-/// # Errors
-/// The errors of the reader.
 pub(crate) fn read_sealed<T: DeserializeOwned>(mut input: impl Read + Seek, kind: Kind) -> io::Result<Result<T, Flaw>> {
     let found = match sound_head(&mut input, kind)? {
         Ok(head) => head,

@@ -10,26 +10,23 @@ use crate::engine::{EngineError, Reason, Until};
 use crate::run::Ending;
 use crate::run::state::Aim;
 
-/// Number of physical events after which the run checks whether any event is left.
+/// Number of physical events between two checks of a run. A check tests whether further events can occur.
 const CHUNK: u64 = 10_000;
 
-/// Number of physical events per particle after which a run with several domains checks whether any further event can
-/// occur. There are at least [`CHUNK`] events between two checks.
+/// Number of physical events per particle between two checks of a run with several domains.
 const IN_DOMAINS: u64 = 64;
 
-/// Longest wait for an event or a cell transition in a run without a time limit, in crossing times of the box. After
-/// such a wait, rounding errors hide whether another event will occur, and the run gives up. A run that can prove that
-/// no event is left ends earlier.
+/// Longest wait for an event in a run without a time limit, in crossing times of the box. After such a wait, round-off
+/// is too large to predict another event, and the run gives up.
 const LONGEST_WAIT: f64 = 1e12;
 
 /// Desired wall time between two calls of `watch`.
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl Driver<'_> {
-    /// Advances towards a simulated time and a number of events, but not beyond the next check of the run. Returns
-    /// [`Ending::Time`] if it reaches the time, another ending if the stage or the run ends earlier, and otherwise
-    /// `None`. While initial overlaps remain, checks are frequent, to find the time at which the last overlap is
-    /// resolved.
+    /// Advances to a simulated time, a number of events or the next check of the run, whichever comes first. Returns
+    /// [`Ending::Time`] at the simulated time, another ending if the stage or the run ends, and otherwise `None`. While
+    /// initial overlaps remain, checks are frequent, to find the time of the last overlap.
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         let (wait, check) = (self.state.wait, self.state.overlap_check);
         let has_overlaps = self.state.ledger.has_overlaps();
@@ -60,9 +57,8 @@ impl Driver<'_> {
         Ok(reached)
     }
 
-    /// Returns the number of physical events until the run next checks whether any further event can occur. With
-    /// domains, the run checks less often, because each check returns all particles to a single engine, which is
-    /// expensive.
+    /// Returns the number of physical events until the next check. Checks are rare with several domains, because a
+    /// check moves all particles to a single engine.
     fn events_to_check(&self) -> u64 {
         if self.simulation.domain_work().is_none() {
             return CHUNK;
@@ -70,7 +66,7 @@ impl Driver<'_> {
         CHUNK.max(IN_DOMAINS * self.simulation.population().iter().sum::<usize>() as u64)
     }
 
-    /// Returns the next check of the run: the check planned before an interruption, or a new one.
+    /// Returns the next check of the run. A continued run keeps the check that was planned before the interruption.
     fn aim(&mut self, ahead: f64, events: u64) -> Aim {
         let event_counts = *self.simulation.event_counts();
         let aim = Aim {
@@ -83,7 +79,7 @@ impl Driver<'_> {
         *self.state.aim.get_or_insert(aim)
     }
 
-    /// Returns an ending if no event will ever follow.
+    /// Returns an ending if no further event can occur.
     fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
         let now = self.simulation.event_counts();
         let state = &mut self.state;
@@ -92,14 +88,13 @@ impl Driver<'_> {
             return None;
         }
         state.quiet_steps += 1;
-        // Testing whether any event can still occur is expensive. It is done only after 1, 2, 4, ... consecutive checks
-        // without an event.
+        // The test for further events is expensive. It is made after 1, 2, 4, ... consecutive checks without an event.
         let is_asked = state.stage.limit.time.is_none() && state.quiet_steps.is_power_of_two();
         let nothing_is_due = reason == Reason::Idle;
         if (is_asked || nothing_is_due) && self.simulation.is_over() {
             return Some(Ending::Idle);
         }
-        // In a growth stage, spheres may come to rest when they have grown as far as possible. This is a normal end.
+        // In a growth stage, spheres may come to rest when they cannot grow further. This is a normal end.
         let nothing = if self.growth().is_some() { Ending::Idle } else { Ending::GaveUp };
         nothing_is_due.then_some(nothing)
     }
@@ -150,8 +145,7 @@ impl Driver<'_> {
         }
     }
 
-    /// Records whether the run has reached the pause that the caller requested. A pilot run may pause earlier. Returns
-    /// [`Ending::Interrupted`] in both cases.
+    /// Records whether the run has reached `halt`, or only the pause of a pilot run.
     fn paused(&mut self, at: Until) -> Ending {
         let halt = self.halt();
         self.is_halted = !self.is_pilot && (halt.last_time() <= at.last_time() || halt.last_event() <= at.last_event());
@@ -162,8 +156,7 @@ impl Driver<'_> {
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, Failed> {
         let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
         let has_events = is_measuring && self.agreed(self.recorder.has_events());
-        // A process must not stop before the others. With several processes, it completes all steps before it returns
-        // an error.
+        // With several processes, a process must complete all steps before it returns an error.
         let is_alone = self.simulation.processes() == 1;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());

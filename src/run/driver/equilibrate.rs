@@ -12,30 +12,26 @@ use crate::run::Ending;
 /// Number of events per particle between two samples of the observables.
 const EVENTS_PER_SAMPLE: u64 = 2;
 
-/// Number of samples before the first test for drift. By then each particle has taken part in about four hundred events
-/// (two particles take part in each event), which is enough to melt most lattices.
+/// Number of samples before the first test for drift. By then, each particle has taken part in about 400 events, which
+/// melts most lattices.
 const FEWEST_SAMPLES: u32 = 100;
 
-/// An equilibration without a limit gives up after `PATIENCE` times [`FEWEST_SAMPLES`] samples. It would never end for
-/// a system that keeps drifting, such as a cooling gas. Nor would it end for a system that cannot be tested, such as a
-/// single particle between walls.
+/// An equilibration without a limit gives up after `PATIENCE` times [`FEWEST_SAMPLES`] samples. Some systems always
+/// drift, such as a cooling gas. Others cannot be tested, such as a single particle between walls.
 const PATIENCE: u32 = 1000;
 
 /// Number of events per particle after which an equilibration without a limit gives up.
 pub const MOST_EVENTS_PER_PARTICLE: u64 = EVENTS_PER_SAMPLE * FEWEST_SAMPLES as u64 * PATIENCE as u64;
 
-/// The number of samples grows by the fraction `1 / GROWTH` from one test to the next. A test uses the second half of
-/// the samples. This half is almost completely new after three tests.
+/// The number of samples grows by `1 / GROWTH` between two tests. A test uses the second half of the samples.
 const GROWTH: u32 = 4;
 
-/// Time series of the observables during an automatic equilibration. Samples are taken after fixed numbers of events,
-/// independent of the output.
+/// Time series of the observables during an automatic equilibration, sampled after fixed numbers of events.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Monitor {
     pub(super) observer: Observer,
-    /// Number of physical events at the next sample of the observables, since the start of the simulation.
+    /// Number of physical events at the next sample.
     pub(super) next: u64,
-    /// Number of events between two samples.
     step: u64,
     samples: u32,
     next_test: u32,
@@ -61,8 +57,7 @@ impl Driver<'_> {
         });
     }
 
-    /// The equilibration ends if no observable drifts. The run ends if an equilibration without a limit still drifts
-    /// after very many samples.
+    /// Ends the equilibration if no observable drifts. Ends the run if an equilibration without a limit takes too long.
     pub(super) fn check_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
         let is_limited = self.state.stage.limit != Until::default();
@@ -97,7 +92,7 @@ mod tests {
     use crate::run;
     use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-    /// Two particles that bounce to and fro between two walls and never touch each other.
+    /// Two particles that bounce between two walls and never touch each other.
     fn to_and_fro(restitution: f64, equilibration: Until) -> Scene {
         let mut space = Space::periodic_cube(5.0);
         let wall = Face::Wall(ContactLaw::smooth(restitution));
@@ -114,7 +109,6 @@ mod tests {
             .unwrap()
     }
 
-    /// Runs a scene, and interrupts it when a stage has more than `most` events.
     fn ending(scene: Scene, most: u64) -> (Ending, u64) {
         let go_on = |progress: &run::Progress| {
             if progress.events > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -1,4 +1,4 @@
-//! Stages in which spheres grow: the size or the pressure at which they end, and the detection of jams.
+//! Stages in which spheres grow to a target size or pressure, and the detection of jams.
 
 use std::ops::ControlFlow;
 
@@ -8,31 +8,30 @@ use super::Driver;
 use crate::model::{Growth, GrowthTarget, Until};
 use crate::run::{Ending, Jam};
 
-/// Growth may exceed its target size by this factor, so that rounding cannot stop it below the target.
+/// Spheres grow beyond the target size by this factor, so that rounding cannot stop them below the target.
 const BEYOND: f64 = 1.0 + 1e-12;
 
-/// Compressibility factor above which growing spheres count as jammed, if they cannot reach their target size.
+/// Spheres with a larger compressibility factor are jammed if they cannot reach their target size.
 const JAMMED: f64 = 1000.0;
 
-/// Number of contacts per particle between two checks of the pressure of growing spheres.
+/// Number of contacts per particle between two checks of the pressure.
 const CONTACTS: u64 = 10;
 
 /// Compressibility factor of growing spheres, averaged between two checks.
 ///
-/// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::analysis::observables::Observer), where `p` is the
-/// momentum exchanged in a contact. The temperature changes, because growth heats and a thermostat cools. Therefore the
-/// exchange between two scalings of the velocities is divided by the mean of the temperatures at the beginning and end
-/// of this interval.
+/// `Z = 1 + sum r.p / (D N T) / t`, as in [`Observer`](crate::analysis::observables::Observer). The sum runs over all
+/// contacts in the time `t`, and `p` is the momentum exchanged in a contact. Growth heats and a thermostat cools.
+/// Between two scalings of the velocities, `T` is therefore the mean of the first and the last temperature.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct PressureCheck {
     since: f64,
-    /// Number of physical events at the next check of the pressure, since the start of the simulation.
+    /// Number of physical events at the next check.
     next: u64,
-    /// Sum of `r.p / (D N T)` over the contacts since the last check `[time]`, as explained for [`PressureCheck`].
+    /// Sum of `r.p / (D N T)` since the last check `[time]`.
     exchanged: f64,
-    /// Sum of the virial at the start of the present averaging interval.
+    /// Virial at the start of the averaging interval.
     virial: f64,
-    /// Temperature at the start of the present averaging interval.
+    /// Temperature at the start of the averaging interval.
     temperature: f64,
 }
 
@@ -46,11 +45,10 @@ impl Driver<'_> {
         let dimensions = scene.space.dimensions();
         let (filled, target) = match growth.until {
             GrowthTarget::PackingFraction(target) => (scene.packing_fraction(), target),
-            // The packing fraction at the target pressure is unknown, but it cannot exceed 1.
+            // The final packing fraction is unknown, but it cannot exceed 1.
             GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
         };
-        // The validation of the scene has rejected targets below the present size, so a ratio below 1 is only a
-        // rounding error.
+        // Scenes with a target below the current size were rejected, so a ratio below 1 is a rounding error.
         let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
         self.simulation.grow(growth, largest);
         match growth.until {
@@ -110,8 +108,7 @@ impl Driver<'_> {
         }
     }
 
-    /// Ends the stage if growing spheres have reached their target pressure. Ends the run if they jam before they reach
-    /// their target packing fraction.
+    /// Ends the stage at the target pressure. Ends the run if the spheres jam below the target packing fraction.
     pub(super) fn check_growth(&mut self) -> ControlFlow<Option<Ending>> {
         let Some(growth) = self.growth() else { return ControlFlow::Continue(()) };
         if self.state.pressure_check.is_none_or(|check| self.simulation.event_counts().physical() < check.next) {
@@ -138,8 +135,8 @@ impl Driver<'_> {
         let dimensions = scene.space.dimensions() as f64;
         let grown = self.simulation.scale() / self.simulation.grown();
         let packing_fraction = scene.packing_fraction() * libm::pow(grown, dimensions);
-        // If the diameters grow faster than particles move, contacts are harder and more frequent than the temperature
-        // suggests. `Z - 1` is then too large by at most the factor `excess`.
+        // Fast growth makes contacts harder and more frequent. `Z - 1` is then too large by at most the factor
+        // `excess`.
         let species = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
         let largest = species().map(|species| species.diameter).fold(0.0, f64::max);
         let heaviest = species().map(|species| species.mass).fold(0.0, f64::max);
@@ -170,8 +167,8 @@ mod tests {
     use crate::run::{Ending, Progress, RunState};
     use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-    /// Returns the factor by which the diameters of 32 spheres grow until the target pressure is reached. Each call of
-    /// `advance` simulates at most `step` events.
+    /// Returns the factor by which diameters grow up to the target pressure. Each call of `advance` simulates at most
+    /// `step` events.
     fn grown(step: u64) -> f64 {
         let stage = StagePlan {
             name: "compress".into(),
@@ -254,8 +251,7 @@ mod tests {
     #[test]
     fn where_growth_ends_does_not_depend_on_how_it_is_cut_up() {
         let whole = grown(u64::MAX);
-        // The diameters grow by more than half. The engine therefore rebuilds its cells several times, and there are
-        // many checks.
+        // With this growth, the engine rebuilds its cells several times.
         assert!(whole > 1.5, "{whole}");
         for step in [1, 7, 160, 1003] {
             assert_eq!(grown(step).to_bits(), whole.to_bits(), "{step}");

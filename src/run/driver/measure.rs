@@ -1,4 +1,4 @@
-//! Records rows in every stage, and also frames and samples of the instruments in a measurement.
+//! Records rows in every stage, and frames and instrument samples in a measurement.
 
 use super::pace::Pace;
 use super::{Driver, Failed};
@@ -15,7 +15,6 @@ use crate::run::state::{Measurement, NEAR};
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 impl Driver<'_> {
-    /// Starts or continues a measurement.
     pub(super) fn measure(&mut self) -> Result<Ending, Failed> {
         if self.state.measurement.is_none() && self.state.pilot.is_none() {
             self.record(true, self.state.frames.has_first())?;
@@ -105,7 +104,7 @@ impl Driver<'_> {
         let mut instruments = Instruments::default();
         if let Some(system) = &self.system {
             let snapshot = self.simulation.snapshot();
-            // If no event occurs, the time until a number of events cannot be estimated.
+            // Without events, the duration cannot be estimated.
             let is_known = duration.is_finite() && duration > 0.0;
             let duration = if is_known { duration } else { self.without_rate(self.state.planned().time) };
             let setup = Setup { system, sample: Sample::of(&snapshot), duration };

@@ -6,30 +6,28 @@ use crate::model::Until;
 use crate::run::Ending;
 use crate::run::state::Pilot;
 
-/// Target number of rows in a stage if the scene gives no interval. There may be up to twice as many.
+/// Target number of rows in a stage. There may be up to twice as many rows.
 const ROWS: u32 = 200;
 
-/// Assumed relative growth of the diameters in a stage that ends at a target pressure. It determines the interval of
-/// rows. If the diameters grow more, there are more rows.
+/// Assumed relative growth of the diameters up to a target pressure, from which the interval of rows is chosen.
 const SOME_GROWTH: f64 = 0.05;
 
-/// Limits of a pilot run: a number of events that suffices to estimate a rate, and the work (events, cell transitions
-/// and Andersen collisions) of a few seconds of wall time.
+/// Limits of a pilot run: a number of events that suffices to estimate a rate, and the work of a few seconds. The work
+/// is the number of events, cell transitions and Andersen collisions.
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
-/// Smallest ratio of the events in a stage to the events in a pilot run that becomes its beginning. The interval of
-/// rows is about `1 / ROWS` of the stage, so such a pilot run normally ends before the first row.
+/// A stage continues from its pilot run only if the pilot run has at most `1 / MOST_OF_STAGE` of the events. The pilot
+/// run then normally ends before the first row.
 const MOST_OF_STAGE: u64 = 400;
 
-/// A pilot run stops at this fraction of an interval, so that rounding does not carry it beyond the first row.
+/// A pilot run stops at this fraction of an interval, so that it ends before the first row despite rounding.
 const EARLIER: f64 = 1.0 - 1e-6;
 
-/// A pilot run with an expected total work below this value has no work limit, because its work will probably stay well
-/// below [`MOST_WORK`].
+/// A pilot run has no work limit if less work than this is expected.
 const LITTLE_WORK: u64 = MOST_WORK / 4;
 
-/// Sampling times of the rows and frames of a measurement, and its expected duration `[time]`.
+/// Sampling times and expected duration of a measurement `[time]`.
 pub(super) struct Pace {
     pub rows: SamplingTimes,
     pub frames: SamplingTimes,
@@ -46,8 +44,8 @@ pub(super) struct Found {
 }
 
 impl Driver<'_> {
-    /// Chooses the sampling times of the rows and frames of a measurement, from its start. Returns `None` if the caller
-    /// interrupts the run.
+    /// Chooses the sampling times of the rows and frames of a measurement. Returns `None` if the caller interrupts the
+    /// run.
     ///
     /// If only the number of events is known, a pilot run over the first events estimates the duration.
     pub(super) fn pace(&mut self) -> Result<Option<Pace>, Failed> {
@@ -67,8 +65,8 @@ impl Driver<'_> {
         Ok(Some(Pace { rows: ticks(thermo, ROWS), frames, duration, ending }))
     }
 
-    /// Chooses the sampling times of the rows of a stage before the measurement. Also returns how the stage ended, if
-    /// it ended during the pilot run. Returns `None` if the caller interrupts the run.
+    /// Chooses the sampling times of the rows in a stage without measurement. Also returns the ending, if the stage
+    /// ended during the pilot run. Returns `None` if the caller interrupts the run.
     pub(super) fn pace_of_rows(&mut self) -> Result<Option<(SamplingTimes, Option<Ending>)>, Failed> {
         let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
@@ -78,7 +76,7 @@ impl Driver<'_> {
             (Until { time: None, events: None }, Some(growth)) => {
                 Some(Found { duration: SOME_GROWTH / growth.rate, ending: None })
             }
-            // For an automatic equilibration without a limit, the rows are planned for its shortest duration.
+            // Rows are planned for the shortest possible equilibration.
             (Until { time: None, events: None }, None) => {
                 let events = 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest);
                 let expected = self.excursion(None, events, self.first_pilot(events))?;
@@ -103,19 +101,17 @@ impl Driver<'_> {
         }
     }
 
-    /// Estimates the simulated time of a number of events, from the first thousandth of the events or of the time
-    /// limit. Returns `None` if the caller interrupts the run.
+    /// Estimates the simulated time of a number of events, from a pilot run over a thousandth of the events or of the
+    /// time limit. Returns `None` if the caller interrupts the run.
     ///
-    /// If the pilot run needs too much work, as in a gas with hardly any events, the time in which a particle crosses
-    /// the box is used instead. Intervals chosen from this time grow during the run.
+    /// A pilot run with too much work is abandoned, for example in a gas with hardly any events. The time in which a
+    /// particle crosses the box is then used instead.
     ///
-    /// If no output is due during the pilot run, the run itself is advanced, and the stage continues from there.
-    /// Otherwise, a copy is advanced, which needs memory for a second simulation and repeats the events.
+    /// If no output is due during the pilot run, the stage continues from there. Otherwise, the pilot run is a copy.
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);
         let pilot = match self.state.pilot {
-            // The limit of the run may have been changed since the pilot run began. The pilot run may then have too
-            // many events for the present limit.
+            // If the limit of the run was changed, the pilot run may have too many events.
             Some(begun) if begun.events > (events / MOST_OF_STAGE).max(first.events) => {
                 Pilot { events: first.events, ..begun }
             }
@@ -138,15 +134,15 @@ impl Driver<'_> {
         Pilot { events: events.div_ceil(1000).min(LONGEST), patience: self.work().saturating_add(MOST_WORK) }
     }
 
-    /// Whether the pilot run can be the beginning of its stage. It cannot if an instrument has to know the duration at
-    /// the start, or if the stage has too few events.
+    /// Whether a stage may continue from its pilot run. This is impossible if an instrument needs the duration at the
+    /// start, or if the stage has too few events.
     fn may_be_kept(&self, events: u64) -> bool {
         let is_measured = self.state.stage.stage.is_measured();
         events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
     }
 
-    /// Returns a time just before the first row or frame with an interval from the scene `[time]`; infinite if there is
-    /// none.
+    /// Returns a time just before the first row or frame with an interval in the scene `[time]`; infinite without
+    /// intervals.
     fn first_given(&self) -> f64 {
         let output = &self.simulation.scene().output;
         let is_measured = self.state.stage.stage.is_measured();
@@ -154,15 +150,15 @@ impl Driver<'_> {
         self.state.stage.time + EARLIER * given.into_iter().flatten().fold(f64::INFINITY, f64::min)
     }
 
-    /// Simulates the first part of the stage as the pilot run, and stops before the first row. The stage continues from
-    /// there. Its trajectory is the same, bit for bit, as without a pilot run.
+    /// Simulates the pilot run as the first part of the stage, and stops before the first row. The trajectory is the
+    /// same, bit for bit, as without a pilot run.
     fn beginning(&mut self, limit: Option<f64>, events: u64, mut pilot: Pilot) -> Result<Outcome, Failed> {
         let start = self.state.stage;
         let (end_time, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
         let given = self.first_given();
-        // If the pilot run takes too much computing time, the rows are planned with the duration from `without_rate`. `early` is
-        // just before the first of these rows.
+        // If the pilot run is abandoned, the rows follow from the duration `without_rate`. The time `early` is just
+        // before the first of these rows.
         let early = start.time + EARLIER * rounded(self.without_rate(limit)) / f64::from(ROWS);
         loop {
             let surely = soon.min(given);
@@ -188,7 +184,7 @@ impl Driver<'_> {
                 return Ok(Outcome::Undecided);
             }
             if done >= until_events {
-                // If all events so far are simultaneous, they give no rate.
+                // If all events so far are simultaneous, their rate is undefined.
                 pilot.events = pilot.events.saturating_mul(2);
                 if pilot.events > events / MOST_OF_STAGE {
                     return Ok(Outcome::Undecided);
@@ -196,8 +192,7 @@ impl Driver<'_> {
             } else {
                 let work = (MOST_WORK - (pilot.patience - self.work())) as f64;
                 let by_now = (done - start.events) as f64;
-                // The initial lattice may have fewer events than the fluid, so the rate from kinetic theory is used if
-                // it gives more.
+                // Kinetic theory may predict more events for the fluid than there are in the initial lattice.
                 let expected = self.state.rate.map_or(by_now, |rate| by_now.max(rate * (time - start.time)));
                 if work * pilot.events as f64 >= LITTLE_WORK as f64 * expected {
                     return Ok(Outcome::Undecided);
@@ -208,17 +203,15 @@ impl Driver<'_> {
         }
     }
 
-    /// Simulates the pilot run on a copy, which is then discarded. The run itself continues from the state before the
-    /// copy was made, so that it has all its rows, frames and samples.
+    /// Simulates the pilot run on a copy, which is then discarded.
     ///
-    /// No checkpoint is written during the pilot run. If the run is killed during the pilot run and continued later, it
-    /// repeats the pilot run from the same state, bit for bit.
+    /// No checkpoint is written meanwhile. A run that is killed during its pilot run repeats the pilot run later.
     fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, Failed> {
         let present = (self.simulation.clone(), self.state.clone());
         (self.is_pilot, self.patience) = (true, pilot.patience);
         let mut expected = self.pilot(limit, events, pilot);
-        // If the pilot run had too much work, its estimate is not used: the point at which it stopped depends on the
-        // wall clock.
+        // After too much work, the pilot run stopped at a point that depends on the wall clock. The estimate is not
+        // used.
         if self.work() > self.patience
             && let Ok(Some(expected)) = &mut expected
         {
@@ -242,7 +235,7 @@ impl Driver<'_> {
                 Some(Ending::Events) if target < end_events => {}
                 _ => break,
             }
-            // If all events so far are simultaneous, they give no rate.
+            // If all events so far are simultaneous, their rate is undefined.
             if self.simulation.time() > start.time {
                 break;
             }
@@ -261,7 +254,7 @@ impl Driver<'_> {
         (self.simulation.time() - start.time) * (events as f64 / done)
     }
 
-    /// Duration that is assumed for a stage with an unknown event rate: its time limit or the crossing time of the box.
+    /// Assumed duration of a stage with an unknown event rate: the time limit or the crossing time of the box.
     pub(super) fn without_rate(&self, limit: Option<f64>) -> f64 {
         let crossing = self.state.crossing;
         limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 })
@@ -272,11 +265,11 @@ impl Driver<'_> {
 enum Outcome {
     Found(Found),
     Interrupted,
-    /// The pilot run has to continue on a copy, because a row may be due before it finishes.
+    /// The pilot run must continue on a copy, because a row may be due first.
     Undecided,
 }
 
-/// Rounds a duration to two digits, because intervals are displayed.
+/// Rounds a duration to two digits, so that output intervals are short numbers.
 fn rounded(duration: f64) -> f64 {
     format!("{duration:.1e}").parse().unwrap_or(duration)
 }

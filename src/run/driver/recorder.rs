@@ -1,5 +1,4 @@
-//! Hides the type of the caller's recorder from the driver. The driver is therefore compiled once in the library, and
-//! not for each type of recorder.
+//! Hides the type of the caller's recorder, so that the driver is compiled only once.
 
 use crate::analysis::instruments::Scalar;
 use crate::analysis::observables::Row;

@@ -1,4 +1,4 @@
-//! Begins and ends the stages of a run: sets up the thermostat, barostat, growth, gravity and surfaces of each stage.
+//! Begins and ends the stages of a run.
 
 use super::Driver;
 use crate::analysis::instruments::Sample;
@@ -7,8 +7,8 @@ use crate::run::Blocked;
 use crate::run::stage::{Settings, Stage};
 use crate::run::state::Start;
 
-/// Number of temperature samples per interval between two scalings of the velocities. One sample is not enough, because
-/// the temperature does not change linearly in time.
+/// Number of temperature samples between two scalings of the velocities. Several samples are needed, because the
+/// temperature is not linear in time.
 const TEMPERATURES: f64 = 4.0;
 
 impl Driver<'_> {
@@ -98,8 +98,7 @@ impl Driver<'_> {
             let scaled = self.simulation.energy();
             self.state.observer.integrate(&self.simulation, &scaled);
         }
-        // Scalings take place at multiples of the interval since the start of the stage, so that rounding errors do not
-        // accumulate.
+        // Multiples of the interval do not accumulate rounding errors.
         let start = self.state.stage.time;
         let passed = ((time - start) / interval).floor();
         self.state.next_scaling = (start + (passed + 1.0) * interval).max(time.next_up());

@@ -1,8 +1,7 @@
-//! Detects event storms. Spheres that rest in contact under gravity make tiny bounces, and the TC model makes all these
-//! contacts elastic. The number of events per unit of time can then be very large, and simulated time hardly advances.
+//! Detects event storms. Spheres at rest under gravity make tiny bounces, which are elastic in the TC model. There can
+//! be so many bounces that simulated time hardly advances.
 //!
-//! Dissipative particles at rest under gravity normally have a few contacts per particle within one contact time. A
-//! storm has thousands of times as many.
+//! Particles at rest normally have a few contacts within one contact time. A storm has thousands of times as many.
 
 use std::ops::ControlFlow;
 
@@ -13,14 +12,14 @@ use crate::engine::Simulation;
 use crate::model::Scene;
 use crate::run::Ending;
 
-/// The number of events within one contact time that counts as a storm: `MOST` per moving particle, plus `FEWEST`.
+/// A storm has `MOST` events per moving particle, plus `FEWEST` events, within one contact time.
 const MOST: u64 = 10_000;
 const FEWEST: u64 = 1_000_000;
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct StormWatch {
     since: f64,
-    /// Number of physical events at the next check for a storm, since the start of the simulation.
+    /// Number of physical events at the next check.
     next: u64,
     /// A storm has at least `most` events within the simulated time `within`.
     most: u64,
@@ -35,8 +34,7 @@ impl StormWatch {
             (!species.is_static() && acceleration > 0.0).then(|| (species.diameter / acceleration).sqrt())
         };
         let fall = scene.species.iter().filter_map(fall).reduce(f64::min)?;
-        // Events are counted during one contact time, or during the fall by one diameter if this is shorter. A longer
-        // contact time would make all contacts elastic.
+        // If the contact time is longer than the fall by one diameter, all contacts are elastic.
         let within = scene.contact_time?.min(fall);
         let most = FEWEST + MOST * moving;
         let events = simulation.event_counts().physical();

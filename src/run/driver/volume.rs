@@ -9,11 +9,10 @@ use crate::model::random::{Purpose, Random};
 use crate::model::state_point::StatePoint;
 use crate::model::{Barostat, Thermostat, VolumeMoves};
 
-/// Target fraction of accepted volume moves while their amplitude is tuned.
+/// Target fraction of accepted volume moves.
 const ACCEPTANCE: f64 = 0.4;
 
-/// Change of the logarithm of the amplitude per volume move, while it is tuned. Forty rejected moves reduce the
-/// amplitude to a fifth. A tuned amplitude fluctuates by about a tenth.
+/// Speed of tuning: forty rejected moves multiply the amplitude by `exp(-40 STEP ACCEPTANCE)`, about a fifth.
 const STEP: f64 = 0.1;
 
 /// Minimum number of volume moves needed to tune the amplitude.
@@ -43,8 +42,7 @@ impl Driver<'_> {
     pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, seed: u64, stream: usize) {
         self.state.moves = barostat.map(|barostat| {
             let particles: usize = self.simulation.population().iter().sum();
-            // The first guess is the value for an ideal gas: the standard deviation of the logarithm of its volume,
-            // which is `1 / sqrt(N + 1)`.
+            // In an ideal gas, the logarithm of the volume has the standard deviation `1 / sqrt(N + 1)`.
             let guess = (1.0 / (particles as f64 + 1.0)).sqrt();
             let seed = StatePoint::new(seed).with(&[barostat.pressure, barostat.interval]);
             let amplitude = barostat.amplitude.or(self.state.amplitude).unwrap_or(guess);
@@ -63,11 +61,10 @@ impl Driver<'_> {
 
     /// Proposes another volume, and accepts or rejects it. The simulation has reached `time` within round-off.
     ///
-    /// The state consists of the volume `V`, the centres of the `N` molecules in units of the box, their internal
-    /// coordinates, and the momenta. Its equilibrium density is proportional to `V^N exp(-(U + P V + K) / T)`. The
-    /// proposal is uniform in `ln V`, which adds one factor `V` to the density, and is as probable as its reverse. A
-    /// move to the volume `V'` is accepted with the probability
-    /// `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`, which preserves the density.
+    /// With the centres of the `N` molecules in units of the box, the probability density of a state is proportional to
+    /// `V^N exp(-(U + P V + K) / T)`. The proposal is uniform in `ln V`, which adds a factor `V`. A move to the volume
+    /// `V'` is therefore accepted with the probability
+    /// `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`.
     pub(super) fn move_volume(&mut self, time: f64) {
         let settings = self.settings();
         let (Some(barostat), Some(Thermostat::Andersen { temperature, .. })) = (settings.barostat, settings.thermostat)
@@ -76,8 +73,7 @@ impl Driver<'_> {
         };
         let Some(mut moves) = self.state.moves.take() else { return };
         let scaling = self.scaling.take().unwrap_or_else(|| Scaling::of(&self.simulation));
-        // Both random numbers are drawn even if the move is impossible. The random numbers of later moves then do not
-        // depend on the outcome of this move.
+        // Both random numbers are always drawn, so that later random numbers do not depend on the outcome of this move.
         let (change, threshold) = (moves.done.amplitude * (2.0 * moves.random.uniform() - 1.0), moves.random.uniform());
         let volume = self.simulation.volume();
         let space = self.simulation.scaled_box(&scaling, change);
@@ -97,16 +93,14 @@ impl Driver<'_> {
             self.integrate();
             self.resize_system();
         }
-        // Volume moves take place at multiples of the interval since the start of the stage, so that rounding errors do
-        // not accumulate.
+        // Multiples of the interval do not accumulate rounding errors.
         let start = self.state.stage.time;
         let passed = ((time - start) / barostat.interval).round();
         moves.next = (start + (passed + 1.0) * barostat.interval).max(time.next_up());
         (self.state.moves, self.scaling) = (Some(moves), Some(scaling));
     }
 
-    /// Ends an interval of constant volume for all averages. The energy after the move is the first value of the next
-    /// interval.
+    /// Ends an interval of constant volume for all averages.
     fn integrate(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);

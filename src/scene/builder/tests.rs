@@ -1,5 +1,3 @@
-//! Tests the ids that a builder returns, and the order of its calls.
-
 use super::*;
 use crate::model::Potential;
 use crate::scene::{Lattice, Model};
@@ -85,7 +83,7 @@ fn temperature_and_speed_apply_to_all_fills_and_chains_without_their_own() {
             after.particles()[ids].iter().map(|particle| particle.velocity.norm_squared()).sum::<f64>()
         };
         assert!(energy(0..27) > 0.0 && energy(27..31) > 0.0);
-        // Three degrees of freedom belong to the momentum, which is zero.
+        // The momentum is zero, so 27 particles have `3 * 26` degrees of freedom.
         assert!((1.3 * energy(31..58) / (3.0 * 26.0) - 0.5).abs() < 1e-12);
     }
     let both = begun().0.fill(fill(1.0)).temperature(1.0).speed(1.0).build().unwrap_err().to_string();

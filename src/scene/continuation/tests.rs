@@ -1,5 +1,3 @@
-//! Tests of scenes that start from a simulation in memory.
-
 use super::*;
 use crate::engine::{Reason, Until};
 use crate::model::space::minimum_image;
@@ -32,8 +30,8 @@ fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
 
 #[test]
 fn pairs_keep_their_states_if_only_energies_change() {
-    // The simulation stops right after an event, with a pair exactly at a step of its potential. Round-off decides on
-    // which side of the step its coordinates are, so the test covers 40 different events.
+    // After an event, a pair is exactly at a step of its potential, and round-off decides on which side. The test
+    // therefore covers 40 events.
     for events in 1_000..1_040 {
         let before = simulation(events);
         let deeper = Simulation::without_plan(next(&wells(2.5, 1.5), &before).unwrap());
@@ -77,7 +75,7 @@ fn image_counts_are_reset_on_axes_no_longer_periodic() {
     for (open, before) in open.images.iter().zip(&before.snapshot().images) {
         assert_eq!(*open, [0, before[1], before[2]]);
     }
-    // Pairs captured across a side that opens are released. All other captured pairs are within the range of the well.
+    // Pairs captured across the open side are released.
     let opened = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     let (positions, periods) = (opened.snapshot().positions, opened.scene().space().periods());
     for (pair, _) in opened.captured_pairs() {
@@ -91,7 +89,7 @@ fn image_counts_are_reset_on_axes_no_longer_periodic() {
     let space = before.scene().space();
     let is_out = |x: f64| !(space.lower.x..space.upper().x).contains(&x);
     assert!(flown.snapshot().positions.iter().any(|position| is_out(position.x)));
-    // The scene has to allow overlaps, because wrapped particles may overlap other particles.
+    // Wrapped particles may overlap other particles.
     let scene = next("allow_invalid_start = true\nspace.y = \"periodic\"", &flown).unwrap();
     assert!(scene.particles().iter().all(|particle| !is_out(particle.position.x)));
 }

@@ -9,16 +9,16 @@ use crate::scene::diagnostic::SceneError;
 use crate::scene::unvalidated::{Group, LocatedGroup};
 use crate::trajectory::frame::FrameSpecies;
 
-/// Relative tolerance for numbers written in single precision by another program: about ten times the round-off.
+/// Relative tolerance for numbers in single precision: about ten times the round-off.
 const SINGLE: f64 = 1e-6;
 
-/// Minimum number of digits of a number whose last digit may have been rounded.
+/// Numbers with at least this many digits may have been rounded in their last digit.
 const ROUNDED: usize = 3;
 
 #[derive(Debug)]
 pub(in crate::scene) struct RadiiAndMasses {
     origin: Origin,
-    /// Line number of the comment line of the frame, which lists the masses of the species.
+    /// Number of the line that contains the masses of the species.
     comment: usize,
     species: Vec<FrameSpecies>,
     /// Species, radius and line number of each distinct radius; empty if the frame has no radii.
@@ -63,7 +63,7 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Rejects a file whose radii or masses differ from the species of the scene, which would silently replace them.
+    /// Rejects a file with radii or masses that differ from the species of the scene. Such values would be ignored.
     pub(in crate::scene) fn agree(&self, scene: &SceneBuilder) -> Result<(), SceneError> {
         let named = |name: &str| scene.species.iter().find(|draft| draft.name == name);
         let wrong = |line: usize, problem: String| Err(self.origin.wrong(line, problem));
@@ -97,7 +97,7 @@ impl RadiiAndMasses {
             }
         }
         for (in_file, draft) in self.species.iter().filter_map(|it| Some((it, named(&it.name)?))) {
-            // A species may be static only in the file or only in the scene. Its two masses then differ on purpose.
+            // Masses are compared only if the species moves both in the file and in the scene.
             if let (Some(mass), Some(of_scene)) = (in_file.mass.filter(|mass| mass.is_finite()), draft.mass)
                 && !is_same(mass, of_scene)
             {
@@ -115,8 +115,8 @@ impl RadiiAndMasses {
     }
 }
 
-/// Whether a number in a file equals a number of the scene within the round-off of single precision. If the number in
-/// the file has three or more digits, half a unit of its last digit is also allowed.
+/// Whether a number in a file equals a number of the scene within single precision. A number with three or more digits
+/// may also be rounded in the last digit.
 fn is_same(written: f64, number: f64) -> bool {
     let off = (written - number).abs();
     let text = format!("{written:e}");

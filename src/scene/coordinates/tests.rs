@@ -68,7 +68,7 @@ shortest = 0.5
 longest = 0.9
 "#;
 
-/// Bonded neighbours are closer than the hard core of their species. The frame lists the particles in reverse.
+/// Bonded neighbours overlap. The frame lists the particles in reverse.
 fn chains() -> Frame {
     let straight = |y, bond: &str| Chain {
         species: "bead".into(),
@@ -110,7 +110,7 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
     )
     .unwrap();
     assert_eq!((scene.space.lower, scene.space.size), (Vector::new(0.5, -1.0, 0.0), Vector::new(8.0, 9.0, 10.0)));
-    // The single particle has id 0. The particles of the frame follow in reverse order: its particle 5 gets id 1.
+    // The single particle has the id 0. Particle 5 of the frame comes first and gets the id 1.
     let bonds: Vec<_> = scene
         .bonds
         .iter()
@@ -120,7 +120,7 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
         })
         .collect();
     assert_eq!(bonds, [([5, 6], "link"), ([4, 5], "link"), ([2, 3], "slack"), ([1, 2], "slack")]);
-    // The key `bond` selects one interaction for all bonds. The names in the file are ignored.
+    // The key `bond` selects one interaction for all bonds.
     let all = started(&chains(), &format!("{BEADS}[[file]]\npath = \"start.xyz\"\nbond = \"slack\"\n")).unwrap();
     assert!(all.bonds.iter().all(|bond| bond.interaction == all.bonds[0].interaction));
     let sized =
@@ -194,7 +194,7 @@ fn start_from_a_sheared_frame_keeps_its_image_displacement() {
     assert!(frame.displacement.abs() > 0.5, "{}", frame.displacement);
     let scene = started(&frame, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap();
     assert_eq!(scene.displacement, frame.displacement);
-    // Only round-off distinguishes the two trajectories. Collisions amplify it.
+    // The two trajectories differ only by round-off, which collisions amplify.
     let mut again = Simulation::without_plan(scene);
     assert!((again.snapshot().displacement - frame.displacement).abs() < 1e-12);
     simulation.advance(Until::time(3.3)).unwrap();
@@ -208,10 +208,10 @@ fn start_from_a_sheared_frame_keeps_its_image_displacement() {
     let found = started(&elsewhere, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap_err().to_string();
     assert!(found.contains("overlap at the start"), "{found}");
     let found = started(&frame, BALLS).unwrap_err().to_string();
-    assert!(found.contains("`shear_rate` is missing: images of this start are displaced"), "{found}");
+    assert!(found.contains("`shear_rate` is missing: the periodic images are displaced"), "{found}");
 }
 
-/// Returns a frame. Only its box matters, which determines nearest images.
+/// Only the box of this frame is used.
 fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
     let mut frame = chains();
     (frame.lower, frame.size, frame.displacement) = (Vector::zeros(), Vector::repeat(5.0), snapshot.displacement);

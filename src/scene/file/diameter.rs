@@ -38,7 +38,7 @@ pub(crate) struct DistributionFile {
     pub deviation: Option<f64>,
     /// Diameters of the distribution `list` `[length]`.
     pub diameters: Option<Vec<f64>>,
-    /// Relative number of particles of each listed diameter; equal numbers if not given. Their sum need not be 1.
+    /// Relative numbers of particles of the listed diameters; equal if not given. The sum need not be 1.
     pub shares: Option<Vec<f64>>,
     /// Number of classes that approximate the distribution; 16 if not given. Each class is a species.
     #[serde(default, deserialize_with = "whole::given")]

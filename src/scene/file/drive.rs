@@ -15,7 +15,7 @@ use crate::scene::names::WORDS;
 use crate::scene::parse::plan::{AUTOMATIC, ENSEMBLES, THERMOSTATS};
 use crate::scene::schema::{keys_by_kind, words};
 
-/// `[[stage]]`: a part of the run before the final part. It ends at a time, after some events or with its growth.
+/// `[[stage]]`: a part of the run before the final part. It ends at a limit of time or events, or after its growth.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StageFile {
@@ -110,7 +110,7 @@ impl<'de> Deserialize<'de> for ThreadsFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct GrowthFile {
-    /// Growth of each diameter per unit of time, relative to its value at the start of the stage `[1 / time]`.
+    /// Growth of a diameter per unit of time, relative to the diameter at the start of the stage `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
     /// Packing fraction at which growth ends.
@@ -135,10 +135,9 @@ pub(crate) struct ExchangeFile {
     /// Rate at which each particle gets new velocities from the heat bath of its replica `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
-    /// Ensemble that is measured. With `canonical`, each temperature has a canonical ensemble, and replicas are
-    /// swapped. With `multicanonical`, all replicas together sample one ensemble, which visits all energies of the
-    /// range of temperatures equally often. With `umbrella`, each window of a distance has a canonical ensemble at the
-    /// same temperature, and replicas are swapped.
+    /// Ensemble that is measured. `canonical` is a canonical ensemble at each temperature. `multicanonical` visits all
+    /// energies between the mean energies at the lowest and the highest temperature equally often. `umbrella` is a
+    /// canonical ensemble in each window of a distance, at a single temperature.
     #[schemars(extend("enum" = words(&ENSEMBLES), "default" = "canonical"))]
     pub ensemble: Option<String>,
     /// Distance and windows for the ensemble `umbrella`.
@@ -154,7 +153,7 @@ pub(crate) struct UmbrellaFile {
     #[schemars(inner(length(min = 1, max = MOST_MEMBERS), inner(range(min = 0, max = u32::MAX))))]
     #[serde(deserialize_with = "whole::lists")]
     pub between: [Vec<u32>; 2],
-    /// Lower and upper end of each window `[length]`, both ascending. Neighbouring windows overlap.
+    /// Lower and upper ends of the windows `[length]`, in ascending order. Neighbouring windows overlap.
     #[schemars(length(min = 2, max = MOST_TEMPERATURES), inner(inner(range(min = 0))))]
     pub windows: Vec<[f64; 2]>,
     /// Approximate number of bins of the potential of mean force in all windows. Ends of windows are edges of bins.

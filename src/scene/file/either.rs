@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 
-/// Deserializer of a value that may be written as a boolean, a number, a word or a table, if a function converts it.
+/// Deserializer of a value with several possible types. Types without a function are rejected.
 pub(super) struct Either<T, V> {
     /// Permitted notations of the value, for error messages.
     pub expected: &'static str,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer};
 use super::either::Either;
 use crate::model::measurement_plan as plan;
 
-/// The containers of the settings in a scene file, under the names that they have in a plan.
+/// In a scene file, these types replace the containers of a plan.
 mod container {
     pub type Option<T> = super::Switch<T>;
     pub type Vec<T> = std::vec::Vec<T>;

@@ -34,7 +34,7 @@ pub(crate) struct CoordinatesFile {
     /// Frame of the file, counted from 0. Negative numbers count from the end: -1 is the last frame.
     #[serde(default, deserialize_with = "whole::number")]
     pub frame: i64,
-    /// Name of the interaction for the bonds of the file; the interactions that the file names if not given.
+    /// Name of the interaction for the bonds of the file. If not given, the names in the file are used.
     pub bond: Option<String>,
     /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. A run adds it to its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
@@ -155,7 +155,7 @@ pub(crate) struct MeshFile {
     /// Shape of the static surface. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&SURFACES)))]
     pub surface: String,
-    /// Largest distance between neighbouring particles `[length]`. If not given, no moving particle fits between them.
+    /// Largest distance between neighbouring particles `[length]`; by default, too small for moving particles to pass.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
     /// Corner of a plane `[length]`.

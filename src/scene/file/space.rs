@@ -72,7 +72,7 @@ pub(crate) struct WallFile {
     /// Ratio of the normal speeds after and before a contact with this wall.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of this wall `[energy]`, instead of a restitution. It gives particles new velocities.
+    /// Temperature of this wall `[energy]`, instead of a restitution. Particles leave the wall with new velocities.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
 }

@@ -59,8 +59,7 @@ pub(crate) struct SurfaceFile {
     /// Radii of the two ends of a cone `[length]`.
     #[schemars(inner(range(min = 0)))]
     pub radii: Option<[f64; 2]>,
-    /// Points of the profile that is turned about the axis `[length]`. Each point is the distance from the axis, and
-    /// the height along the axis above `base`.
+    /// Points of the profile that is turned about the axis `[length]`: distance from the axis, and height above `base`.
     #[schemars(length(min = 2))]
     pub profile: Option<Vec<[f64; 2]>>,
     /// Largest distance between a round surface and the triangles that approximate it `[length]`; a thousandth of the
@@ -108,16 +107,15 @@ pub(crate) struct SurfaceFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("kind", &MOTIONS)))]
 pub(crate) struct MotionFile {
-    /// Kind of motion in a time `t`. A `translation` moves the surface by `v t + a t^2 / 2` with the velocity `v` and
-    /// the acceleration `a`, and an `oscillation` by `A (sin(2 pi f t + phase) - sin(phase))` with the amplitude `A`
-    /// and the frequency `f`. A `rotation` turns it by the angle `2 pi f t`.
+    /// Kind of motion. In a time `t`, a `translation` moves the surface by `v t + a t^2 / 2`, with the velocity `v` and
+    /// the acceleration `a`. An `oscillation` moves the surface by `A (sin(2 pi f t + phase) - sin(phase))`, with the
+    /// amplitude `A` and the frequency `f`. A `rotation` turns the surface by the angle `2 pi f t`.
     #[schemars(extend("enum" = words(&MOTIONS)))]
     pub kind: String,
-    /// Stage from whose start the times of the motion are counted. `measurement` is the part of the run after all
-    /// stages. All earlier stages must end at given times.
+    /// Stage at whose start the times of the motion begin. `measurement` is the part of the run after all stages. All
+    /// earlier stages must end at given times.
     pub stage: Option<String>,
-    /// Time at which the motion begins `[time]`. If not given, it is the end of the previous motion of the same stage,
-    /// or 0 for the first motion.
+    /// Time at which the motion begins `[time]`. The default is the end of the previous motion of the same stage, or 0.
     pub from: Option<f64>,
     /// Time at which the motion ends `[time]`. If not given, the motion never ends.
     pub until: Option<f64>,
@@ -136,7 +134,7 @@ pub(crate) struct MotionFile {
     pub phase: Option<f64>,
     /// A point on the axis of a rotation `[length]`.
     pub point: Option<[f64; 3]>,
-    /// Direction of the axis of a rotation, of any length. Rotations are counterclockwise if it points at the viewer.
+    /// Direction of the rotation axis, of any length. Rotations are counterclockwise if the axis points at the viewer.
     pub axis: Option<[f64; 3]>,
 }
 

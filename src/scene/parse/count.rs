@@ -27,7 +27,7 @@ pub(super) fn parse_count(
             return refuse(
                 at.key(key),
                 "given without a path",
-                "`path`, the file of a mesh, as well; or no key that only meshes have",
+                "`path`, the file of a mesh; a box does not have this key",
             );
         }
         let corner = |given: Option<[f64; 3]>, key| {

@@ -41,7 +41,7 @@ pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Res
         _ => lognormal(given("mean")?, given("deviation")?, classes),
     };
     let share = 1.0 / classes as f64;
-    // The diameters of a distribution that is too wide may overflow.
+    // The diameters of a very wide distribution may overflow.
     diameters.into_iter().map(|diameter| Ok(Class { diameter: positive(diameter, at.clone())?, share })).collect()
 }
 

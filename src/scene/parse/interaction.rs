@@ -21,7 +21,7 @@ pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
 pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<InteractionDraft, SceneError> {
     let (word, keys) = Keys::of_kind(&POTENTIALS, "potential", &file.potential, at, &file)?;
     if file.species.is_none() && file.name.is_none() {
-        return Err(missing(at, "species", "give it, or a name to use the interaction in bonds"));
+        return Err(missing(at, "species", "give it, or give `name` to use the interaction for bonds"));
     }
     let model = match word {
         "hard-sphere" => Model::HardSphere,

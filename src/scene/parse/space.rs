@@ -52,8 +52,7 @@ fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(
     }
 }
 
-/// Rejects a restitution or temperature of the axis that applies to no side, because the walls have tables of their
-/// own.
+/// Rejects a common restitution or temperature if all walls of the axis have their own tables.
 fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     let both = [&sides.lower, &sides.upper];
     let has_table = both.into_iter().any(|side| matches!(side, SideFile::Wall(_)));

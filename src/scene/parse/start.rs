@@ -33,7 +33,7 @@ pub(super) fn parse_start(
         return refuse(ConfigPath::root().key(given.name.clone()), "given", expected);
     }
     if file.start_time.is_some() {
-        let expected = "no start_time: time continues from the run that [start] names";
+        let expected = "no start_time: time continues from the run given by [start]";
         return refuse(ConfigPath::root().key("start_time"), "given", expected);
     }
     if file.interaction.is_empty() && !file.species.is_empty() {

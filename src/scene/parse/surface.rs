@@ -32,7 +32,7 @@ pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("mesh", &["path", "closed", "weld", "scale", "rotation", "translation", "checksum"]),
 ];
 
-/// Words for the side of a surface on which the particles are. The value is true for the inside.
+/// Words for the side of a surface on which the particles are, and whether this side is the inside.
 pub(crate) const SIDES: [(&str, bool); 2] = [("outside", false), ("inside", true)];
 
 /// Default distance between a round surface and its triangles, relative to the largest radius.
@@ -99,7 +99,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
                 return refuse(
                     at.key("tolerance"),
                     "given",
-                    "to be absent without a length: an infinite cylinder is exactly round",
+                    "to be absent if there is no `length`, because an infinite cylinder is exactly round",
                 );
             }
             SurfaceShape::Cylinder {
@@ -244,12 +244,11 @@ pub(super) fn mesh(
     Ok((read.transformed(scale, &rotation, &translation), input))
 }
 
-/// Rejects a mesh that is open or intersects itself, or that has inconsistent or inward normals, or degenerate or
-/// duplicate faces.
+/// Rejects a mesh that is open, intersects itself, or has wrong normals or faces.
 fn check_closed(mesh: &TriangleMesh, path: &Path, why: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let report = MeshReport::of(mesh);
     let refused = |value: String, cure: &str| {
-        let expected = format!("the closed surface of bodies, {why}: {cure}");
+        let expected = format!("the closed surface of one or more bodies, {why}: {cure}");
         refuse(at.key("path"), format!("{}: {value}", path.display()), expected)
     };
     match report.findings().first() {

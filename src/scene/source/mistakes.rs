@@ -14,8 +14,8 @@ use crate::scene::file::SceneFile;
 const MOST: usize = 10;
 
 impl Source {
-    /// Collects all errors. Each invalid key or value is removed, and the rest is parsed again. A table or array that
-    /// is incomplete only because of a removal is not an error.
+    /// Collects all errors. Each invalid key or value is removed, and the rest is parsed again. Tables and arrays that
+    /// a removal leaves incomplete are not errors.
     pub(super) fn mistakes(&self, first: &toml::de::Error) -> SceneError {
         let mut errors = vec![(first.span().unwrap_or(0..0), self.refused(first))];
         if let Ok(mut tree) = self.tree() {
@@ -35,7 +35,7 @@ impl Source {
                 last = next;
             }
         }
-        // The positions of overrides follow the end of the file, so their errors come last.
+        // Overrides have positions beyond the end of the file, so errors in overrides come last.
         errors.sort_by_key(|(range, _)| range.start);
         let mut errors = errors.into_iter().map(|(_, error)| error);
         match errors.next() {
@@ -120,7 +120,7 @@ mod tests {
                 .len(),
             1
         );
-        // Without the invalid value, its table or list is incomplete.
+        // Removing the invalid value leaves an incomplete table or list.
         assert_eq!(mistakes("[[bond]]\nparticles = [0, -1]\ninteraction = \"a\"\n", &[]).len(), 1);
         assert_eq!(mistakes("[[measure.flow]]\nname = 3\naxis = \"x\"\nat = 1.0\n", &[]).len(), 1);
     }

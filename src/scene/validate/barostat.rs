@@ -1,5 +1,3 @@
-//! Validates barostats: their parameters, the order of stages, bonds and instruments.
-
 use crate::base::text::shortest;
 use crate::model::measurement_plan::InstrumentKind;
 use crate::model::molecules::Molecules;
@@ -13,8 +11,7 @@ pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Res
     checked.or_else(|error| refuse(at.key(error.name), shortest(error.value), error.expected))
 }
 
-/// Rejects barostats whose scene has bonds that depend on the volume, growth after a stage with a barostat, and
-/// instruments that need a constant volume.
+/// Rejects bonds and instruments that need a constant volume, and growth after a stage with a barostat.
 pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
     if !scene.run.has_barostat() {
         return Ok(());
@@ -25,21 +22,20 @@ pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
     let (mut is_found, mut is_changed) = (false, false);
     for phase in phases(&scene.run) {
         if is_changed && phase.growth.is_some() {
-            let expected = "no growth, or growth before the first stage with a barostat: after it the packing fraction is not known in advance";
+            let expected = "no growth, or growth before the first stage with a barostat: a barostat makes the packing fraction unpredictable";
             return refuse(phase.at.key("grow"), "given after a stage with a barostat", expected);
         }
         let Some(barostat) = phase.barostat else { continue };
         is_changed = true;
         is_found |= phase.is_prepared && barostat.amplitude.is_none();
         if phase.is_measured && barostat.amplitude.is_none() && !is_found {
-            let why = "the largest change of ln V in a move; or an equilibration with the barostat, which adjusts it to accept 40 % of the moves";
+            let why = "give the largest change of ln V in a move, or plan an equilibration with the barostat, which adjusts this change to accept 40 % of the moves";
             return Err(missing(&phase.at.key("barostat"), "amplitude", why));
         }
     }
     check_output(scene)
 }
 
-/// Rejects bonds whose lengths depend on the volume.
 fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     let is_bond = |id: crate::model::InteractionId| scene.interactions[id.0 as usize].potential.is_bond();
     let mut is_there = vec![false; scene.species.len()];
@@ -67,7 +63,6 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     )
 }
 
-/// Rejects instruments that need a constant box.
 fn check_output(scene: &Scene) -> Result<(), SceneError> {
     if !phases(&scene.run).any(|phase| phase.is_measured && phase.barostat.is_some()) {
         return Ok(());

@@ -1,5 +1,3 @@
-//! Validates the table `[exchange]`: temperatures, times, instruments and particles.
-
 mod umbrella;
 
 use crate::base::text::shortest;
@@ -29,7 +27,7 @@ impl SceneParts {
         }
     }
 
-    /// Requires that times of the run and of its output are whole numbers of exchange intervals.
+    /// Checks that times of the run and its output are multiples of the exchange interval.
     fn check_times(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
         let (run, output) = (ConfigPath::root().key("run"), ConfigPath::root().key("output"));
         if self.run.limit.time.is_none() {
@@ -67,8 +65,7 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Requires an equilibration long enough to find multicanonical weights, or to bring replicas into their
-    /// windows.
+    /// Checks that the equilibration is long enough to find weights, or to bring replicas into their windows.
     fn check_learning(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
         let why = match plan.ensemble {
             ExchangeEnsemble::Canonical => return Ok(()),
@@ -90,7 +87,7 @@ impl SceneParts {
         }
     }
 
-    /// The first instrument that an exchange does not support, and what is expected instead.
+    /// Returns the first instrument that an exchange does not support, and the expected value for the message.
     fn refused_instrument(&self) -> Option<(&'static str, String)> {
         let mut all = self.measure.requested().map(|it| it.kind);
         if self.exchange.as_ref().is_some_and(|plan| plan.ensemble != ExchangeEnsemble::Canonical) {
@@ -120,9 +117,8 @@ impl SceneBuilder {
     }
 }
 
-/// Minimum number of attempts to swap replicas in an equilibration that finds weights or brings replicas into their
-/// windows. In a multicanonical exchange, the first weights follow from a quarter of the equilibration, and so from at
-/// least five attempts.
+/// Minimum number of swap attempts during the equilibration. A multicanonical exchange computes its first weights after
+/// a quarter of the equilibration, and then has at least five attempts.
 const LEAST_LEARNING: u64 = 20;
 
 fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
@@ -148,9 +144,9 @@ fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
         let (before, here) = (temperatures[index], temperatures[index + 1]);
         let order = if is_ascending { "above" } else { "below" };
         let expected = if before == here {
-            "a temperature that differs from the one before".to_owned()
+            "a temperature that differs from the previous one".to_owned()
         } else {
-            format!("a temperature {order} the one before, {}: temperatures must ascend or descend", shortest(before))
+            format!("a temperature {order} the previous one, {}: temperatures must ascend or descend", shortest(before))
         };
         return refuse(at.index(index + 1), shortest(here), expected);
     }

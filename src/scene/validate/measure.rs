@@ -1,5 +1,3 @@
-//! Validates measurements: numbers, names, boxes and species of instruments.
-
 use crate::model::measurement_plan::{
     DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Outlet, Profile,
     Requested,
@@ -55,7 +53,11 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
         let at = at.key("flow").index(index);
         match (&flow.axis, flow.normal) {
             (None, None) => {
-                return Err(missing(&at, "axis", "give it, or normal, the direction perpendicular to the plane"));
+                return Err(missing(
+                    &at,
+                    "axis",
+                    "give it, or give `normal`, the direction perpendicular to the plane",
+                ));
             }
             (Some(_), Some(_)) => return refuse(at.key("normal"), "given as well", "either normal or axis"),
             (Some(word), None) if !AXES.contains(&word.as_str()) => {
@@ -82,7 +84,7 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
     Ok(())
 }
 
-/// Checks that Beverloo's law applies to an outlet: it holds in three dimensions, for all species together.
+/// Beverloo's law is for three dimensions, and for all species together.
 fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let key = at.key("outlet");
     if space.dimensions() != 3 {
@@ -103,8 +105,7 @@ fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPat
     }
 }
 
-/// Validates the normal of a tilted plane. It must be zero along flat and periodic axes, because tilted planes have no
-/// images.
+/// The normal of a tilted plane must be zero along flat and periodic axes, because tilted planes have no images.
 fn check_normal(normal: &crate::Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(normal, at)?;
     let refused = |k: usize| matches!(space.boundary[k], Boundary::Flat | Boundary::Periodic) && normal[k] != 0.0;
@@ -135,7 +136,6 @@ fn check_box(
     }
 }
 
-/// Checks that particles can reach every cell of a profile.
 fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let lower = profile.lower.map_or(space.lower, Into::into);
     let upper: crate::Vector = profile.upper.map_or(space.upper(), Into::into);
@@ -192,7 +192,6 @@ fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError
     Ok(())
 }
 
-/// The position of an instrument in the scene.
 pub(in crate::scene) fn position(it: &Requested<'_>) -> ConfigPath {
     let at = ConfigPath::root().key("measure").key(it.kind.key);
     it.index.map_or(at.clone(), |index| at.index(index))
@@ -208,7 +207,7 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
     check_spans(plan, at)
 }
 
-/// Returns all times in the measurement plan with their keys: intervals, spans and windows `[time]`.
+/// Returns all intervals, spans and windows of the measurement plan with their keys `[time]`.
 pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
     let is_time = |key: &str| ["interval", "span", "window"].contains(&key);
     let times = |it: Requested<'_>| {

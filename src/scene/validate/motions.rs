@@ -1,5 +1,3 @@
-//! Validates the motions of surfaces: their times and parameters, and whether they suit the box.
-
 use super::surfaces::direction;
 use crate::Vector;
 use crate::model::space::{AXES, Boundary, Space};
@@ -16,9 +14,9 @@ pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPa
         let SurfaceMotion { from, until, kind } = *motion;
         finite(from, at.key("from"))?;
         if from < before {
-            return refuse(at.key("from"), from, format!("at least {before}, the end of the motion before"));
+            return refuse(at.key("from"), from, format!("at least {before}, the end of the previous motion"));
         }
-        // This comparison also rejects NaN.
+        // Also rejects NaN.
         if until.partial_cmp(&from) != Some(std::cmp::Ordering::Greater) {
             return refuse(at.key("until"), until, format!("more than {from}, the start of the motion"));
         }
@@ -59,9 +57,8 @@ fn check_kind(kind: &MotionKind, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// Checks that a motion suits the box. A surface may not move along a flat axis. Along a periodic axis, only planes may
-/// move, because they are always parallel to it; the images of other surfaces could not follow. If the box has a flat
-/// or periodic axis, surfaces may rotate only about this axis.
+/// A surface may not move along a flat axis. Only planes may move along a periodic axis, because images of other
+/// surfaces cannot follow the motion. A surface may rotate only about a flat or periodic axis, if there is one.
 fn check_box(kind: &MotionKind, shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let is_plane = matches!(shape, SurfaceShape::Plane { .. });
     for k in 0..3 {

@@ -15,11 +15,10 @@ use crate::scene::validate::plan;
 use crate::scene::validate::start::Configuration;
 
 impl Scene {
-    /// Validates parts, for example modified parts of another scene, and creates a scene.
+    /// Validates parts and creates a scene. The parts may come from another scene and may be modified.
     ///
-    /// Positions outside periodic axes are wrapped into the box. If the parts come from a scene that starts
-    /// from another run, the state of its engine and pairs is dropped: the particles are an independent
-    /// start.
+    /// Positions are wrapped into the box along periodic axes. The scene does not continue an earlier run, even if the
+    /// parts come from a scene that does.
     ///
     /// ```
     /// # use carom::model::Scene;
@@ -40,7 +39,6 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] for the first error, as for a scene from a file.
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
-        // The particles may have been modified, so the scene does not continue an earlier run.
         let mut builder = SceneBuilder::of_parts(SceneParts { predecessor: None, ..parts });
         builder.check_header()?;
         let mut species = builder.checked_species()?;
@@ -64,7 +62,7 @@ impl Scene {
         builder.settled(builder.assembled(start))
     }
 
-    /// Returns the scene with another limit of the measurement.
+    /// Returns the scene with a different limit of the measurement.
     ///
     /// # Errors
     /// [`SceneErrorKind::Value`] if the time is not positive or the number of events is 0. In a replica exchange, the
@@ -79,7 +77,6 @@ impl Scene {
     }
 }
 
-/// Validates the particles, and wraps them into the box.
 fn check_particles(particles: &mut [Particle], species: &[Species], space: &Space) -> Result<(), SceneError> {
     let at = ConfigPath::root().key("particle");
     if particles.is_empty() {
@@ -100,8 +97,7 @@ fn check_particles(particles: &mut [Particle], species: &[Species], space: &Spac
     Ok(())
 }
 
-/// Requires that each bond is listed once and joins two different particles, the lower id first. At least one of the
-/// two must move.
+/// Each bond is listed once and joins two different particles, with the lower id first. At least one particle moves.
 fn check_bonds(
     bonds: &[(Bond, ConfigPath)],
     particles: &[Particle],

@@ -1,5 +1,3 @@
-//! Validates the plans of a scene: limits, stages, thermostats, growth, shear.
-
 use crate::Vector;
 use crate::base::text::digits;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
@@ -18,19 +16,17 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
     gravity.map_or(Ok(()), |gravity| on_flat_axes(&gravity, &Vector::zeros(), space, &at.key("gravity")))
 }
 
-/// Largest allowed round-off of the start time, relative to the shortest duration or interval.
 const ROUNDED: f64 = 1e-3;
 
-/// Checks that the start time is not too large. Its round-off may be at most a thousandth of each given duration and
-/// interval. It may also be at most the time in which the fastest particle moves by the smallest diameter.
+/// The round-off of the start time must be at most a thousandth of any duration or interval. It must not exceed the
+/// time in which the fastest particle moves by the smallest diameter.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let Scene { run, output, species, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
     let given = [run.limit.time, run.equilibration.time, output.thermo_interval, output.frame_interval];
     let fastest = particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
     let smallest = species.iter().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
-    // The engine counts event times from the start of the run, so the start time does not affect their accuracy. Only
-    // the times in the output lose digits.
+    // The start time affects only the times in the output. The engine counts time from the start of the run.
     let crossing = if fastest > 0.0 { smallest / fastest / ROUNDED } else { f64::INFINITY };
     let times = stages.chain(given.into_iter().flatten());
     let shortest = times.fold(crossing, f64::min);
@@ -50,7 +46,7 @@ pub(super) fn check_limit(limit: Until, time: ConfigPath, events: ConfigPath) ->
     Ok(())
 }
 
-/// Whether the name of a measured stage is a valid folder name on every operating system.
+/// Whether a name is a valid folder name on every operating system.
 fn is_file_name(name: &str) -> bool {
     let is_good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     !name.starts_with('.') && !name.ends_with('.') && name.len() <= 50 && name.chars().all(is_good)
@@ -97,11 +93,10 @@ impl SceneParts {
         }
         let name = &stage.name;
         if !is_file_name(name) {
-            let expected =
-                "letters, digits, `_`, `-` and `.` only, not beginning with a dot: it names the folder of its tables";
+            let expected = "letters, digits, `_`, `-` and `.` only, not beginning with a dot: the tables of the stage \
+                            are in a folder of this name";
             return refuse(at.key("name"), format!("{name:?} in a measured stage"), expected);
         }
-        // The equilibration of a measured stage has a name as well, which must also be unique.
         let is_same = |other: &StagePlan| other.name == *name || other.name == format!("{name} {EQUILIBRATION}");
         let others = self.run.stages.iter().enumerate().filter(|(other, _)| *other != index);
         if let Some((other, _)) = others.into_iter().find(|(_, other)| is_same(other)) {
@@ -113,7 +108,7 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Checks that the box is long enough for the planned shear. `longest` is the longest range of an interaction.
+    /// The box must be long enough for the planned shear. `longest` is the longest range of an interaction.
     pub(in crate::scene) fn check_shear(&self, space: &Space, longest: f64) -> Result<(), SceneError> {
         let Some(rate) = self.shear_rate else { return Ok(()) };
         let at = ConfigPath::root().key("space").key("shear_rate");
@@ -121,7 +116,7 @@ impl SceneParts {
         let is_wide = |k: usize| space.boundary[k] == Boundary::Flat || space.size[k] >= 4.0 * longest * (1.0 + 1e-5);
         if rate == 0.0 || space.boundary[..2].contains(&Boundary::Flat) || !(0..3).all(is_wide) {
             let expected = format!(
-                "a rate other than 0, in a periodic box that is at least 4 ranges ({}) long along each axis",
+                "a rate other than 0, in a periodic box with edges of at least {}, four times the interaction range",
                 4.0 * longest
             );
             return refuse(at, rate, expected);
@@ -151,8 +146,8 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
     }
 }
 
-/// If any stage sets the gravity, all moving species must have the same acceleration. This acceleration becomes the
-/// gravity of all stages that do not set it. The moving species then get the gravity of the first stage.
+/// If any stage sets the gravity, all moving species must have the same acceleration. Stages without a gravity get this
+/// acceleration, and the species get the gravity of the first stage.
 pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     if scene.run.gravities().next().is_none() {
         return Ok(());
@@ -176,7 +171,7 @@ pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Adapts thermostats to the particles and the box. For example, flat axes are removed from a heat bath.
+/// Adapts thermostats to the particles and the box. For example, removes flat axes from a heat bath.
 pub(super) fn settle_thermostats(scene: &mut Scene) -> Result<(), SceneError> {
     let is_moving = |species: SpeciesId| !scene.species[species.0 as usize].is_static();
     let moving = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
@@ -208,7 +203,7 @@ fn check_growth(growth: &Growth, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// The packing fraction of the densest packing of equal particles; 1 for several sizes.
+/// Packing fraction of the densest packing of equal particles; 1 for particles of several sizes.
 fn densest(scene: &Scene) -> f64 {
     let diameters = || scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].diameter);
     let (least, largest) = (diameters().fold(f64::INFINITY, f64::min), diameters().fold(0.0, f64::max));
@@ -220,7 +215,7 @@ fn densest(scene: &Scene) -> f64 {
     }
 }
 
-/// Checks that growing spheres begin below their target, and do not outgrow the box.
+/// Checks that packing fractions increase, and that the final particles fit into the box.
 pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
     let dimensions = scene.space.dimensions();
     let start = scene.packing_fraction();
@@ -242,12 +237,13 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
                 return refuse(at.key("packing_fraction"), target, expected);
             }
             GrowthTarget::PackingFraction(target) => target,
-            // The final packing fraction is unknown, but cannot exceed 1.
+            // The final packing fraction is unknown. Its upper limit is 1.
             GrowthTarget::CompressibilityFactor(_) => 1.0,
         };
         let range = scene.longest_range() * libm::pow(target / start, 1.0 / dimensions as f64);
         if 2.0 * range > shortest {
-            let expected = format!("a box at least two final diameters long ({range:.4} each), or more particles");
+            let expected =
+                format!("a box at least twice as long as the final diameter ({range:.4}), or more particles");
             return refuse(ConfigPath::root().key("space").key("size"), shortest, expected);
         }
         if matches!(growth.until, GrowthTarget::PackingFraction(_)) {

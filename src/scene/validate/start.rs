@@ -1,5 +1,3 @@
-//! Validates the initial configuration: no overlaps, nothing beyond a wall, every bond within its range.
-
 use std::collections::HashSet;
 
 use crate::base::numbers::id;
@@ -15,21 +13,21 @@ use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::unvalidated::UnvalidatedBond;
 
-/// Relative round-off of coordinates. Particles may overlap walls and surfaces, and bonds may violate their range, by
-/// this fraction of the coordinates.
+/// Relative round-off of coordinates. Smaller overlaps with surfaces and smaller violations of bond lengths are
+/// allowed.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 pub(crate) struct Configuration<'a> {
     pub groups: Groups,
     pub interactions: Interactions<'a>,
     pub space: Space,
-    /// Displacement along x of the next image along y; 0 unless the box is sheared `[length]`.
+    /// Displacement along x of the next image along y `[length]`. It is 0 unless the box is sheared.
     pub displacement: f64,
     pub surfaces: Surfaces,
 }
 
-/// Requires every periodic axis to be at least twice as long as the longest range of an interaction. A particle then
-/// never interacts with two images of another particle.
+/// Every periodic axis must be at least twice as long as the longest range of an interaction. A particle then never
+/// interacts with two images of another particle.
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, .. } = start;
     let counts = groups.counts(interactions.species.len());
@@ -45,7 +43,6 @@ pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// Checks that no moving particle overlaps a wall or another surface.
 pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Surfaces) -> Result<(), SceneError> {
     for (index, particle) in groups.particles.iter().enumerate() {
         let row = particle.species.0;
@@ -55,7 +52,6 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Su
         }
         let (position, radius) = (&particle.position, 0.5 * species.diameter);
         let mut refused = None;
-        // Scenes with more species than `u16` can number have been rejected before.
         let row = u16::try_from(row).unwrap_or(u16::MAX);
         surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
             let rounding = ROUNDING * (surface.shape.terms(position) + radius);
@@ -105,7 +101,7 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Bonded pairs are left out, because their bonds have cores of their own.
+/// Bonded pairs are left out. Their bonds have their own cores.
 pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
@@ -124,7 +120,6 @@ pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError
     }
 }
 
-/// Adds the bonds listed in a scene after the bonds of its chains.
 pub(crate) fn list_bonds(
     groups: &mut Groups,
     drafts: &[UnvalidatedBond],
@@ -132,7 +127,7 @@ pub(crate) fn list_bonds(
 ) -> Result<(), SceneError> {
     for draft in drafts {
         let at = &draft.at;
-        // The bond may come from a coordinate file. Errors then refer to the file instead of to keys of the bond.
+        // The bond may come from a coordinate file. An error then names the file.
         let is_listed = matches!(at.steps().first(), Some(PathStep::Key(table)) if table == "bond");
         let key_at = |key: &'static str| if is_listed { at.key(key) } else { at.clone() };
         let particles = groups.particles.len();

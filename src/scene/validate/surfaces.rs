@@ -1,5 +1,3 @@
-//! Validates the surfaces of a scene.
-
 use super::motions::check_motions;
 use crate::Vector;
 use crate::base::numbers::id;
@@ -15,12 +13,11 @@ use crate::scene::limits::{finite_vector, not_negative, positive, restitution};
 use crate::scene::names::{self, Taken};
 use crate::scene::surface_draft::SurfaceDraft;
 
-/// Smallest radius of a particle, relative to the largest coordinate of a surface. With a smaller radius, round-off
-/// could put a particle on the wrong side.
+/// Smallest radius of a particle, relative to the largest coordinate of a surface. For smaller particles, round-off
+/// could exceed the radius.
 const LEAST_RADIUS: f64 = 1e-9;
 
 impl SceneBuilder {
-    /// Validates all surfaces: first the complete surfaces among the scene's parts, then the drafts.
     pub(in crate::scene) fn checked_surfaces(
         &self,
         species: &[Species],
@@ -69,7 +66,7 @@ impl SceneBuilder {
         if known.contains(&name) { Ok(()) } else { Err(unknown(at, "stage", name, known)) }
     }
 
-    /// Resolves a draft: names of species become ids, and times since the beginning of a stage become simulated times.
+    /// Replaces names of species by ids, and times from the beginning of a stage by simulated times.
     fn resolved(&self, draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
         let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
         let at = ConfigPath::entry("surface", index);
@@ -90,7 +87,7 @@ impl SceneBuilder {
         Ok(SceneSurface { name, shape, species, law, stages, motions })
     }
 
-    /// Simulated time at which a stage begins, if it is known before the run `[time]`.
+    /// Simulated time at which a stage begins `[time]`. The durations of earlier stages must be known.
     fn start_of_stage(&self, name: &str, at: &ConfigPath) -> Result<f64, SceneError> {
         self.check_stage(name, at)?;
         let (mut time, stages) = (self.parts.start_time, &self.parts.run.stages);
@@ -100,7 +97,7 @@ impl SceneBuilder {
                 return refuse(
                     at.clone(),
                     value,
-                    "earlier stages that end only by `until_time`, so that their durations are known",
+                    "earlier stages that end at `until_time` only, so that their durations are known",
                 );
             };
             time += duration;
@@ -212,14 +209,14 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
     Ok(())
 }
 
-/// How far a surface may extend beyond the box, in periods. This limits the number of images, which are all stored.
+/// Largest distance that a surface may extend beyond the box, in periods. It limits the number of images in memory.
 const MOST_PERIODS: f64 = 30.0;
 
 fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
     let (key, ends) = match shape {
         SurfaceShape::Plane { .. } => return Ok(()),
         SurfaceShape::Sphere { centre, radius, .. } => ("centre", [centre[k] - radius, centre[k] + radius]),
-        // A cylinder is infinite along its axis, so there are no ends to check.
+        // A cylinder is infinite along its axis.
         SurfaceShape::Cylinder { axis, .. } if axis[k] != 0.0 => return Ok(()),
         SurfaceShape::Cylinder { point, radius, .. } => ("base", [point[k] - radius, point[k] + radius]),
         SurfaceShape::Capsule { ends, radius } => {
@@ -238,8 +235,8 @@ fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) 
     refuse(at.key(key), format!("at {} = {}", AXES[k], shortest(end)), expected)
 }
 
-/// Requires shapes that are symmetric about the plane or line of the scene. The normals of contacts then have no
-/// component along the flat axis.
+/// A shape must be symmetric about the plane or line of the scene, so that contact normals have no component along the
+/// flat axis.
 fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
     let (axis, flat) = (AXES[k], space.lower[k]);
     let off = |point: &Vector, key: &'static str| match point[k] == flat {
@@ -268,8 +265,7 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
     }
 }
 
-/// Requires particles that fit inside a hollow sphere or cylinder. Their radius must also be well above the round-off
-/// of the surface's coordinates.
+/// Particles must fit inside a hollow sphere or cylinder. Their radius must be well above the round-off of coordinates.
 fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let meeting =
         (0..).zip(species).filter(|(index, species)| surface.meets(SpeciesId(*index)) && !species.is_static());
@@ -288,7 +284,7 @@ fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> 
                 return refuse(
                     at.key("radius"),
                     room,
-                    format!("more than {radius}, the radius of `{name}`, which is inside"),
+                    format!("more than {radius}, the radius of the particles of `{name}` inside the surface"),
                 );
             }
             _ if radius < LEAST_RADIUS * largest_coordinate => {

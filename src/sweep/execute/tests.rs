@@ -22,8 +22,7 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
         };
         folder.execute_point(&sweep, point, &orders, &mut |_| ControlFlow::Continue(())).unwrap()
     };
-    // Writing the report precedes the conversion. A folder with the name of the converted file lets only the conversion
-    // fail.
+    // A folder blocks the name of the converted file, so only the conversion fails.
     let blocks = |_: &Finished| {
         fs::create_dir(&converted).unwrap();
         fs::write(converted.join("mine"), "").unwrap();
@@ -39,7 +38,7 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
     assert_eq!(execute(&once_more), Fate::Done);
     assert!(fs::read_to_string(&converted).unwrap().lines().count() > 1);
     assert_eq!((execute(&once_more), folder.failure(point)), (Fate::Kept, None));
-    // A folder with the name of the converted file is not a conversion.
+    // A folder is not a converted file.
     fs::remove_file(&converted).unwrap();
     fs::create_dir(&converted).unwrap();
     fs::write(converted.join("mine"), "").unwrap();

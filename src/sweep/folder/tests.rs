@@ -17,7 +17,6 @@ fn folder_belongs_to_one_sweep() {
     let again = Sweep::from_file(SweepFolder::file_in(&path)).unwrap();
     assert_eq!((again.points(), again.set()), (first.points(), first.set()));
     SweepFolder::open(&path, &again).unwrap();
-    // More seeds do not make a different sweep.
     let more = sweep(&[("run.until_events", "10")], &["seed=1..9", "fill.0.packing_fraction=0.1,0.2"]);
     SweepFolder::open(&path, &more).unwrap();
     assert_eq!(Sweep::from_file(SweepFolder::file_in(&path)).unwrap().points().len(), 18);
@@ -54,8 +53,7 @@ fn scene_given_as_text_is_stored_in_the_sweep_folder() {
     assert_eq!((again.points(), again.set()), (sweep.points(), sweep.set()));
     SweepFolder::open(&path, &again).unwrap();
     assert!(fs::read_to_string(path.join(SWEEP)).unwrap().contains("scene = \"scene.toml\""));
-    // The sweep does not depend on whether the scene comes from a text or from the folder. Another text makes another
-    // sweep.
+    // A scene read from the folder is the same scene. A scene with a changed text is not.
     SweepFolder::open(&path, &sweep).unwrap();
     assert_eq!(fs::read_to_string(path.join(SCENE)).unwrap(), text);
     let other = Sweep::of_text(text + "\n", "fluid.toml", &[("run.until_events", "10")], axes()).unwrap();

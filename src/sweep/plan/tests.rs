@@ -28,11 +28,10 @@ fn short_names_are_used_if_unambiguous() {
     assert_eq!(names(&["species.A.mass=1,2", "species.B.mass=1,2"]), ["species_A_mass", "species_B_mass"]);
     assert_eq!(names(&["space.size=[1,1,1],[2,2,2]", "dynamics.gravity.1=1,2"]), ["size", "gravity_1"]);
     assert_eq!(names(&["surface.a.profile.0.1=1,2", "surface.a.profile.1=[1],[2]"]), ["profile_0_1", "profile_1"]);
-    // Pressure and temperature are also measured, so their names include the preceding word.
     assert_eq!(names(&["run.thermostat.temperature=1,2"]), ["thermostat_temperature"]);
     assert_eq!(names(&["fill.0.temperature=1,2", "seed=1,2"]), ["fill_0_temperature", "seed"]);
     assert_eq!(names(&["run.barostat.pressure=1,2", "run.barostat.interval=1,2"]), ["barostat_pressure", "interval"]);
-    // With a barostat, the packing fraction is also measured, so its name is the whole key.
+    // With a barostat, the packing fraction is also measured.
     let fractions = ["fill.0.packing_fraction=0.1,0.2", "run.barostat.interval=1,2"];
     assert_eq!(names(&fractions), ["fill_0_packing_fraction", "interval"]);
     assert_eq!(names(&fractions[..1]), ["packing_fraction"]);
@@ -84,7 +83,7 @@ fn ambiguous_sweeps_are_rejected() {
     }
     let set = Sweep::new(SCENE, &[("species.0.mass", "1")], vec!["species.sphere.mass=1,2".parse().unwrap()]);
     assert!(matches!(set, Err(SweepError::SamePlace { .. })));
-    // An override sets the whole table; an axis varies a number inside it.
+    // An axis may vary a number inside a table that is overridden.
     let within = Sweep::new(SCENE, &[("space", "{ size = [9, 9, 9] }")], vec!["space.size.0=8,9".parse().unwrap()]);
     assert_eq!(within.unwrap().points().len(), 2);
     assert!(matches!(sweep(&["a=1..1000", "b=1..1000"]), Err(SweepError::TooMany(1_000_000))));
@@ -113,7 +112,7 @@ fn lists_tables_and_files_have_short_folders() {
         names(&["space.size=[12.0, 12.0, 9.5],[1, 1, -1e-3]", "seed=1"]),
         ["size-12x12x9.5_seed-1", "size-1x1x-0.001_seed-1"]
     );
-    // The checksum in a shortened name covers only the settings of one point, so it does not depend on other points.
+    // The checksum does not depend on other points.
     let alone = names(&["start.from=runs/first/fluid"]);
     assert_eq!(alone[0].len(), "from-fluid-12345678".len(), "{alone:?}");
     let both = names(&["start.from=\"runs/second/fluid\",runs/first/fluid,fluid"]);
@@ -142,8 +141,7 @@ fn numeric_list_entries_can_be_plotted_against() {
         [of("thermostat_temperature", &[1.0, 2.0])]
     );
     assert_eq!(named(&["surface.a.profile=[[0, 1]],[[0, 2]]"]), [of("profile_0_1", &[1.0, 2.0])]);
-    // No variables follow from plain numbers, which already have a column, from lists of different lengths, or from
-    // words.
+    // Plain numbers have a column of their own. Words and lists of different lengths are not variables.
     assert_eq!(
         named(&["fill.0.count=1,2", "space.size=[1, 1],[1]", "fill.0.arrangement=fcc,bcc", "start.from=[a],[b]"]),
         []

@@ -50,7 +50,7 @@ fn runs_are_pooled_with_equal_weights() {
     let three = pooled(&[value(1.0, 0.3), value(2.0, 0.0), value(6.0, 0.4)]).unwrap();
     assert_eq!(three.mean, 3.0);
     assert!((three.error.unwrap() - 0.5 / 3.0).abs() < 1e-15);
-    // The deviations of the runs from the mean are -2, -1 and 3, so the scatter is `sqrt(14 / (3 * 2))`.
+    // The deviations from the mean are -2, -1 and 3.
     assert!((three.scatter.unwrap() - (14.0_f64 / 6.0).sqrt()).abs() < 1e-15);
     let one = pooled(&[value(1.0, 0.3)]).unwrap();
     assert_eq!((one.mean, one.error, one.scatter), (1.0, Some(0.3), None));
@@ -58,7 +58,7 @@ fn runs_are_pooled_with_equal_weights() {
     assert_eq!((unknown.error, unknown.scatter.is_some()), (None, true));
     assert_eq!([three.runs, one.runs, unknown.runs], [3, 1, 2]);
     assert_eq!(pooled(&[]), None);
-    // Equal values within round-off.
+    // The values are equal within round-off.
     let same = pooled(&[value(1.0, 0.0), value(1.0 + f64::EPSILON, 0.0), value(1.0, 0.0)]).unwrap();
     assert_eq!((same.error, same.scatter), (Some(0.0), Some(0.0)));
 }

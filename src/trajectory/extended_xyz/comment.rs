@@ -1,4 +1,4 @@
-//! The comment line of a frame: the box, the time, the species, and the meaning of each column.
+//! The comment line of a frame: box, time, species, and the meaning of each column.
 
 use std::ops::Range;
 
@@ -15,20 +15,19 @@ pub(super) struct Columns {
     pub total: usize,
     pub position: usize,
     pub species: Option<usize>,
-    /// All columns that may contain the species. Other programs insert an additional column before the original column.
+    /// All columns that may contain the species. Other programs insert a column before the original one.
     pub may_be_species: Vec<usize>,
     pub velocity: Option<usize>,
     pub radius: Option<usize>,
     pub id: Option<usize>,
     pub image: Option<usize>,
-    /// Column of the momenta; `None` if there are velocities.
+    /// Column of the momenta, if there are no velocities.
     pub momentum: Option<usize>,
     pub mass: Option<usize>,
     pub unused: Vec<String>,
     pub scalars: Vec<(String, usize)>,
 }
 
-/// Accepted names of each column.
 const POSITION: &[&str] = &["pos"];
 const SPECIES: &[&str] = &["species", "type", "element"];
 const VELOCITY: &[&str] = &["velo", "vel", "velocity", "velocities"];
@@ -41,7 +40,7 @@ const IMAGE: &[&str] = &["map_shift", "images", "image"];
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
-/// Off-diagonal entries of `Lattice` up to this fraction of a box edge count as round-off of a rotated box.
+/// Smaller off-diagonal entries of `Lattice`, relative to a box edge, are round-off from a rotation of the box.
 const ALIGNED: f64 = 1e-14;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +55,7 @@ pub(super) struct Comment {
     pub bonds: Vec<[ParticleId; 2]>,
     pub bond_names: Vec<String>,
     pub bond_kinds: Vec<u32>,
-    /// For each surface of the scene, whether it is present; empty if all are present.
+    /// Whether each surface of the scene is present; empty if all are present.
     pub surfaces: Vec<bool>,
     pub columns: Columns,
 }
@@ -84,7 +83,7 @@ impl Comment {
         if displacement != 0.0 && !(is_sliding(0) && is_sliding(1)) {
             return Err(value_of("Lattice").map_or(ReadError::NoFrame, |value| value.expected(LATTICE)));
         }
-        // A time that is not a plain number, for example because it has a unit, is ignored.
+        // A time that is not a plain number is ignored.
         let time = value_of("Time").map_or(Some(0.0), |value| finite(value.value));
         let mut species: Vec<FrameSpecies> = Vec::new();
         if let Some(value) = value_of("species_table") {
@@ -104,13 +103,13 @@ impl Comment {
             columns.unused.push("Time".to_owned());
         }
         let time = time.unwrap_or(0.0);
-        // A column of masses is redundant if the table of species contains masses.
+        // Masses in the table of species take precedence over a column of masses.
         columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
         Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, surfaces, columns })
     }
 }
 
-/// Splits a line into `key=value` pairs by the rules of ASE: values may be quoted or in brackets, spaces may surround
+/// Splits a line into `key=value` pairs by the rules of ASE. Values may be quoted or in brackets, spaces may surround
 /// `=`, and words without `=` are ignored.
 fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = text;
@@ -130,7 +129,7 @@ fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// Splits off the value at the beginning of a text. Returns the value without quotes or brackets, and the rest.
+/// Splits off the value at the beginning of a text, without quotes or brackets. Also returns the rest.
 fn value(text: &str) -> (&str, &str) {
     let inside = text.get(1..).unwrap_or_default();
     match text.chars().next() {
@@ -152,7 +151,6 @@ fn value(text: &str) -> (&str, &str) {
     }
 }
 
-/// A value of the comment line, with its key and line number for error messages.
 struct Value<'a> {
     key: &'static str,
     value: &'a str,
@@ -188,12 +186,11 @@ impl<'a> Value<'a> {
         Ok(std::array::from_fn(|k| numbers[k]))
     }
 
-    /// Reads the edges of an axis-aligned box, and the displacement along x of its next image along y.
     fn lattice(&self) -> Result<(Vector, f64), ReadError> {
         let mut vectors = self.numbers::<9>("nine finite numbers")?;
         let longest = [0, 4, 8].map(|entry| vectors[entry].abs()).into_iter().fold(0.0, f64::max);
         for entry in (0..9).filter(|entry| entry % 4 != 0) {
-            // Entry 3 is the displacement along x of the next image along y, with the edge along x as its period.
+            // Entry 3 is the displacement along x of the next image along y, so its period is the edge along x.
             let edge = if entry == 3 { vectors[0] } else { longest };
             if vectors[entry].abs() <= ALIGNED * edge {
                 vectors[entry] = 0.0;
@@ -254,7 +251,7 @@ impl<'a> Value<'a> {
         let place = |word: &str| word.parse().ok().filter(is_known);
         let kinds = match kinds {
             None if names.len() == 1 => vec![0; bonds],
-            None => return Err(self.expected("one name, or `bond_kind` as well")),
+            None => return Err(self.expected("a single name, or several names together with `bond_kind`")),
             Some(value) => value.as_many(bonds, "an index into `bond_table`, from 0, for each bond", place)?,
         };
         Ok((names, kinds))
@@ -303,7 +300,7 @@ impl<'a> Value<'a> {
             scalars,
         };
         let used = [Some(columns.position), columns.species, velocity, columns.radius, columns.id, columns.image];
-        // Momenta are redundant beside velocities, so they do not count as unused columns.
+        // Momenta beside velocities are redundant, not unused.
         let used = [&used[..], &[momentum, columns.mass]].concat();
         let is_used = |at: usize| used.contains(&Some(at)) || columns.may_be_species.contains(&at);
         let unused = groups.iter().filter(|(_, range)| !is_used(range.start));
@@ -311,7 +308,7 @@ impl<'a> Value<'a> {
     }
 }
 
-/// Whether a number can be a mass: positive, possibly infinite for static particles.
+/// Static particles may have an infinite mass.
 pub(super) fn is_mass(mass: &f64) -> bool {
     *mass > 0.0
 }

@@ -52,15 +52,15 @@ pub enum ReadError {
         line: usize,
         /// Number of particles according to the first line of the frame.
         expected: usize,
-        /// Number of particles of the frame that are complete.
+        /// Number of complete particles in the frame.
         found: usize,
     },
-    /// A line lacks the expected text: a number of particles, a value of a key, all columns, or a valid number.
+    /// A line lacks the expected text.
     #[error("line {line}: {problem}")]
     Malformed {
         /// The line.
         line: usize,
-        /// Description of the expected text and of the text found, shortened.
+        /// Expected text, and a shortened copy of the text found.
         problem: String,
     },
 }
@@ -108,30 +108,29 @@ pub enum WriteError {
         "scalar `{0}` cannot be written: expected a name of one word that no other column has, and a finite number for each particle"
     )]
     Scalar(String),
-    /// Some bonds have a known interaction and some have none, or the name of an interaction is not one word.
+    /// Some bonds have no interaction, or the name of an interaction is not one word.
     #[error(
         "the bonds cannot be written: expected an interaction for all bonds or for none, and names of one word without quotes or backslashes"
     )]
     Bonds,
-    /// The images of only some particles are given.
-    #[error("the images cannot be written: expected those of all particles or of none")]
+    /// Some particles have no image numbers.
+    #[error("the image numbers cannot be written: expected image numbers for all particles or for none")]
     Images,
     /// A mass is zero, negative or NaN.
-    #[error("the mass of species `{0}` cannot be written: expected a positive one, infinite for what never moves")]
+    #[error("the mass of species `{0}` cannot be written: expected a positive mass, or infinity for a static species")]
     Mass(String),
     /// A particle refers to a species that is not in the table.
     #[error("particle {} has a species that is not in the frame's table", .0.0)]
     NoSpecies(ParticleId),
     /// A position, velocity or radius is NaN or infinite, or the radius is negative.
-    #[error("particle {} has a position, velocity or radius that is no finite length", .0.0)]
+    #[error("particle {} has a position, velocity or radius that is not finite, or a negative radius", .0.0)]
     Particle(ParticleId),
-    /// The time or the box is NaN or infinite, an edge of the box is negative, or the displacement of its images is
-    /// invalid. Images can be displaced only if the x and y axes are periodic, and by at most half a period.
+    /// The time or the box is not finite, an edge of the box is negative, or the displacement of the periodic images is
+    /// invalid. A displacement requires periodic x and y axes, and is at most half a period.
     #[error("the frame's time or box is not finite, or the box is displaced by more than half of its edge")]
     Frame,
 }
 
-/// Shortens a malformed value for an error message.
 pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 60;
     let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };

@@ -1,4 +1,4 @@
-//! Positions of frames in a trajectory file, so that a frame can be read without all earlier frames.
+//! Positions of frames in a trajectory file. A frame can be read without reading all earlier frames.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -14,12 +14,12 @@ const BUFFER: usize = 1 << 18;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FramePlace {
     byte: u64,
-    /// Number of lines before the frame, for error messages.
+    /// Number of earlier lines, for error messages.
     lines: usize,
 }
 
-/// Positions of the frames of a trajectory file, in order. The file is scanned once without parsing its numbers. An
-/// incomplete frame at the end, as after a killed run, is left out.
+/// Returns the positions of the frames in a trajectory file, in order. Numbers are not parsed. An incomplete frame at
+/// the end of the file is left out.
 ///
 /// ```
 /// # use carom::trajectory::extended_xyz::{frame_at, frame_places};
@@ -33,8 +33,8 @@ pub struct FramePlace {
 /// ```
 ///
 /// # Errors
-/// [`ReadError::Open`] if the file cannot be opened or read; any other [`ReadError`] if a frame does not begin with the
-/// number of its particles.
+/// [`ReadError::Open`] if the file cannot be opened or read; any other [`ReadError`] if a frame does not begin with its
+/// number of particles.
 pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
     let unreadable = |source| ReadError::Open { path: path.to_owned(), source };
     let mut input = opened(path)?;
@@ -54,10 +54,10 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
             continue;
         }
         let Ok(count) = text.trim().parse::<u32>() else {
-            // The line does not contain a number of particles, so `frame_at` returns an error.
+            // `frame_at` returns the error.
             return frame_at(path, at).map(|_| places);
         };
-        // Skips the comment and the lines of the particles.
+        // Skips the comment and the particles.
         let mut is_whole = true;
         for _ in 0..=count {
             let skipped = input.skip_until(b'\n').map_err(unreadable)? as u64;
@@ -96,7 +96,6 @@ mod tests {
     use super::*;
 
     fn trajectory() -> String {
-        // The second frame has two particles, and there are blank lines between frames.
         let mut text = String::new();
         for frame in 0..5 {
             let count = if frame == 1 { 2 } else { 1 };

@@ -1,5 +1,3 @@
-//! Reads frames from extended XYZ.
-
 mod particle;
 
 pub(crate) use particle::Beside;
@@ -15,24 +13,23 @@ use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
-/// Largest number of particles for which memory is reserved before they have been read.
+/// Maximum number of particles for which memory is reserved in advance. The count in a damaged file may be huge.
 const TRUSTED_COUNT: usize = 1 << 16;
 
 /// The part of a frame before its particles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Preamble {
     pub count: usize,
-    /// Simulated time `[time]`.
     pub time: f64,
-    /// Lower corner and edges of the box, if it is given `[length]`.
+    /// Lower corner and edges of the box, if the file contains them `[length]`.
     pub region: Option<(Vector, Vector)>,
 }
 
-/// Reader of extended XYZ: an iterator over the frames of a trajectory. Ends after the first error.
+/// Iterator over the frames of a trajectory in extended XYZ. It ends after the first error.
 ///
-/// Missing data get default values: velocities and the time are zero, radii are 1/2, ids count from 0 in the order of
-/// the lines, [`Frame::images`] is empty, and the box is not periodic and just contains the spheres. Unknown columns of
-/// one real number are kept as scalars if all their numbers are finite.
+/// Missing data get default values: times and velocities of zero, radii of 1/2, ids from 0 in the order of the lines,
+/// and a box that just contains the particles and is not periodic. [`Frame::images`] is then empty. An unknown column
+/// of real numbers is kept as a scalar if all its numbers are finite.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,
@@ -46,12 +43,12 @@ pub struct FrameReader<R> {
 }
 
 impl<R: BufRead> FrameReader<R> {
-    /// Creates a reader whose input starts at the beginning of a frame.
+    /// Creates a reader. The input must start at the beginning of a frame.
     pub fn new(input: R) -> Self {
         Self::behind(input, 0)
     }
 
-    /// Creates a reader for an input that starts at the beginning of a frame, after the first `lines` lines of a file.
+    /// Creates a reader for an input whose first `lines` lines have been removed.
     pub(crate) fn behind(input: R, lines: usize) -> Self {
         Self {
             input,
@@ -89,21 +86,21 @@ impl<R: BufRead> FrameReader<R> {
         self.has_box
     }
 
-    /// Takes the momenta, masses and other data of the last frame that have no field in [`Frame`].
+    /// Returns the data of the last frame that have no field in [`Frame`].
     pub(crate) fn beside(&mut self) -> Beside {
         std::mem::take(&mut self.beside)
     }
 
-    /// The first line of the last frame, counted from 1. Its comment is on the next line.
+    /// The first line of the last frame, counted from 1.
     #[must_use]
     pub fn frame_line(&self) -> usize {
         self.frame_line
     }
 
-    /// Skips the next frame without parsing its numbers. Returns false if only blank lines are left.
+    /// Skips the next frame without parsing its numbers. Returns false if there is no further frame.
     ///
     /// # Errors
-    /// Any error of reading a frame, except errors within the lines of its particles.
+    /// Any error of reading a frame, except errors in the lines of particles.
     pub fn skip_frame(&mut self) -> Result<bool, ReadError> {
         let Some(count) = self.next_count()? else { return Ok(false) };
         let first = self.line;
@@ -115,16 +112,16 @@ impl<R: BufRead> FrameReader<R> {
         Ok(true)
     }
 
-    /// Returns the number of lines read so far, and the input, which is at the beginning of the next frame.
+    /// Returns the number of lines read so far, and the input.
     pub(crate) fn place(&mut self) -> (usize, &mut R) {
         (self.line, &mut self.input)
     }
 
-    /// Reads the beginning of the next frame and skips its particles without parsing them; `None` if only blank lines
-    /// are left. A truncated frame is detected as usual.
+    /// Reads the beginning of the next frame and skips its particles; `None` if there is no further frame. A truncated
+    /// frame is an error.
     ///
     /// # Errors
-    /// Any error of reading a frame, except errors within the lines of its particles.
+    /// Any error of reading a frame, except errors in the lines of particles.
     pub(crate) fn next_preamble(&mut self) -> Result<Option<Preamble>, ReadError> {
         let Some((count, comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;
@@ -147,7 +144,7 @@ impl<R: BufRead> FrameReader<R> {
         Ok(Some(Preamble { count, time: comment.time, region: comment.region }))
     }
 
-    /// Reads the next line without its line ending; `None` at the end of the file.
+    /// Reads the next line without its line ending.
     fn next_line(&mut self) -> Result<Option<&str>, ReadError> {
         self.text.clear();
         self.line += 1;
@@ -158,19 +155,18 @@ impl<R: BufRead> FrameReader<R> {
             return Err(ReadError::LineTooLong { line });
         }
         let text = std::str::from_utf8(&self.text).map_err(|_| ReadError::NotText { line })?;
-        // Some programs write a byte order mark at the beginning of a text.
+        // Some programs write a byte order mark at the beginning of a file.
         let text = text.strip_prefix('\u{feff}').filter(|_| line == 1).unwrap_or(text);
         Ok(if length == 0 { None } else { Some(text.trim_end_matches(['\n', '\r'])) })
     }
 
-    /// Reads the number of particles of the next frame; `None` if only blank lines are left.
     fn next_count(&mut self) -> Result<Option<usize>, ReadError> {
         loop {
             match self.next_line()?.map(str::trim) {
                 None => return Ok(None),
                 Some("") => {}
                 Some(text) => match text.parse::<u32>() {
-                    // Ids are `u32`, so the number of particles must fit into a `u32` too.
+                    // Ids are `u32`.
                     Ok(count) => return Ok(Some(count as usize)),
                     Err(_) => {
                         let found = shorten(text);
@@ -183,7 +179,6 @@ impl<R: BufRead> FrameReader<R> {
         }
     }
 
-    /// Reads the number of particles and the comment of the next frame; `None` if only blank lines are left.
     fn begin_frame(&mut self) -> Result<Option<(usize, Comment)>, ReadError> {
         let Some(count) = self.next_count()? else { return Ok(None) };
         let first = self.line;
@@ -196,7 +191,6 @@ impl<R: BufRead> FrameReader<R> {
         Ok(Some((count, comment?)))
     }
 
-    /// Reads the next frame; `None` if only blank lines are left.
     fn next_frame(&mut self) -> Result<Option<Frame>, ReadError> {
         let Some((count, mut comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;
@@ -223,7 +217,7 @@ impl<R: BufRead> FrameReader<R> {
             });
             match read {
                 Ok(()) => {}
-                // A file that was cut within a line is truncated, not malformed.
+                // The file may end within a line.
                 Err(_) if self.text.last() != Some(&b'\n') => return Err(truncated(index)),
                 Err(error) => return Err(error),
             }

@@ -1,18 +1,16 @@
-//! Estimates the size of the text of a frame.
-
 use crate::base::shortest::Shortest;
 use crate::model::Scene;
 
-/// Approximate size of a number with all digits, with a space and possibly a sign `[bytes]`.
+/// Approximate size of a number with all digits `[bytes]`.
 const DIGITS: usize = 20;
 
-/// Approximate size of the first two lines of a frame without its bonds `[bytes]`.
+/// Approximate size of the first two lines of a frame without bonds `[bytes]`.
 const HEADING: usize = 300;
 const BOND: usize = 16;
-/// Approximate size of the columns with the image numbers of a particle `[bytes]`.
+/// Approximate size of the image numbers of a particle `[bytes]`.
 const PERIODS: usize = 7;
 
-/// Estimated size of the text of a frame, with all digits for velocities; too large for particles at rest `[bytes]`.
+/// Estimates the size of a frame in a file `[bytes]`. Every velocity of a moving species counts with all digits.
 pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
     let length = |number: f64| {
         let mut text = Vec::new();

@@ -133,7 +133,7 @@ fn species_column_is_the_one_matching_the_species_table() {
     let frame = read(text.as_bytes()).pop().unwrap().unwrap();
     assert_eq!(frame.particles.iter().map(|particle| particle.species.0).collect::<Vec<_>>(), [1, 0]);
     assert_eq!(frame.species.iter().map(|species| species.is_static).collect::<Vec<_>>(), [true, false]);
-    // Without a species table, the first of the columns for the species is used.
+    // Without a species table, the first species column is used.
     let text = text.replace("species_table=\"ball Fe\" static=\"_JSON [true, false]\"", "");
     assert_eq!(read(text.as_bytes()).pop().unwrap().unwrap().species[0].name, "X");
 }
@@ -294,7 +294,7 @@ fn frame() -> impl Strategy<Value = Frame> {
         })
 }
 
-/// Generates damaged frames: some bytes are changed, and the end is cut off.
+/// Generates frames with changed bytes and a missing end.
 fn nearly_a_frame() -> impl Strategy<Value = Vec<u8>> {
     (frame(), prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6), any::<prop::sample::Index>())
         .prop_map(|(frame, changes, end)| {
@@ -313,7 +313,7 @@ proptest! {
     fn a_frame_survives_the_file_bit_for_bit(frames in prop::collection::vec(frame(), 1..3)) {
         let text: String = frames.iter().map(written).collect();
         let back: Vec<Frame> = read(text.as_bytes()).into_iter().map(Result::unwrap).collect();
-        // The debug text distinguishes -0 from 0, unlike `==`.
+        // Unlike `==`, the debug text distinguishes -0 from 0.
         prop_assert_eq!(format!("{frames:?}"), format!("{back:?}"));
     }
 
@@ -348,7 +348,6 @@ fn skipping_frames_counts_as_many_as_reading_them() {
         let fault = fault.map(|error| matches!(error, ReadError::Truncated { .. }));
         assert_eq!(ended, fault, "{cut}");
     }
-    // A reader that starts after the first frame must find the same later frames.
     let at: usize = text.split_inclusive('\n').take(4).map(str::len).sum();
     let rest = FrameReader::behind(&text.as_bytes()[at..], 4).collect::<Result<Vec<_>, _>>().unwrap();
     assert_eq!(rest, read(text.as_bytes()).into_iter().skip(1).map(Result::unwrap).collect::<Vec<_>>());

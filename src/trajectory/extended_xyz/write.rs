@@ -1,5 +1,3 @@
-//! Writes frames as extended XYZ.
-
 use std::fmt::Display;
 use std::io::{self, Write};
 
@@ -13,16 +11,14 @@ use crate::model::space::displacement_within_period;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
-/// Text is written in pieces of about this size `[bytes]`, so the output need not be buffered.
+/// The text is written in pieces of about this size `[bytes]`.
 const PIECE: usize = 1 << 16;
 
 /// Appends a frame to a trajectory. The output need not be buffered, and is not flushed.
 ///
 /// # Errors
-/// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species name
-/// that is not one word or is used twice, a mass that is not positive, a particle without species, a scalar without
-/// exactly one number per particle, images of only some particles, or a number that is not finite. If the table, box or
-/// scalars are rejected, nothing is written.
+/// [`WriteError::Io`] if the output fails, or another [`WriteError`] if the frame could not be read back. If the box,
+/// the species, the bonds or the scalars are rejected, nothing is written.
 pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError> {
     if !frame.images.is_empty() && frame.images.len() != frame.particles.len() {
         return Err(WriteError::Images);
@@ -40,33 +36,29 @@ pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError>
     writer.end()
 }
 
-/// Properties of a frame that all its particles share.
 pub(crate) struct Heading {
     pub count: usize,
     pub has_images: bool,
-    /// Whether the masses of all particles are known.
     pub has_masses: bool,
     /// Extent of flat axes in the file.
     pub thickness: f64,
 }
 
-/// Writes a single frame, particle by particle. The text is the same as from [`write_frame`], but not all particles
-/// need be in memory.
+/// Writes a frame one particle at a time, which saves memory. The text is the same as from [`write_frame`].
 pub(crate) struct FrameWriter<'a, W> {
     output: W,
-    /// Frame from which the table, box, bonds and scalars are written.
+    /// Source of all data except the particles.
     frame: &'a Frame,
     has_masses: bool,
-    /// Number of particles written so far.
     index: usize,
     text: Vec<u8>,
 }
 
 impl<'a, W: Write> FrameWriter<'a, W> {
-    /// Writes the heading of a frame. The particles in `frame` are ignored.
+    /// Starts a frame. The particles in `frame` are ignored.
     ///
     /// # Errors
-    /// The errors of [`write_frame`] for the table, the box, the bonds and the scalars.
+    /// The errors of [`write_frame`], except errors of particles.
     pub fn begin(output: W, frame: &'a Frame, heading: &Heading) -> Result<Self, WriteError> {
         refuse_species(frame)?;
         refuse_scalars(frame, heading.count)?;
@@ -113,7 +105,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
         Ok(())
     }
 
-    /// Writes the text that is left in the buffer.
+    /// Writes the rest of the text.
     ///
     /// # Errors
     /// [`WriteError::Io`].
@@ -123,7 +115,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
     }
 }
 
-/// Mass of the particles of a species; `None` if unknown, 0 for static species, so that sums stay finite.
+/// Mass of the particles of a species, if known. It is 0 for static species, so that sums stay finite.
 fn mass(frame: &Frame, species: SpeciesId) -> Option<f64> {
     let mass = frame.species.get(species.0 as usize)?.mass?;
     Some(if mass.is_finite() { mass } else { 0.0 })
@@ -171,7 +163,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     if !frame.bond_kinds.is_empty() {
         write_list(text, " bond_table", &frame.bond_names)?;
     }
-    // A single name applies to all bonds, so the indices are not written.
+    // A single name needs no indices.
     if !frame.bond_kinds.is_empty() && frame.bond_names.len() > 1 {
         write_list(text, " bond_kind", &frame.bond_kinds)?;
     }
@@ -206,7 +198,7 @@ fn refuse_scalars(frame: &Frame, count: usize) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Whether a name can be part of a list of names: one word without quotes and backslashes.
+/// Whether a name can be stored in a list of names.
 fn is_word(name: &str) -> bool {
     !name.is_empty() && !name.chars().any(|c| c.is_whitespace() || c.is_control() || matches!(c, '"' | '\\'))
 }

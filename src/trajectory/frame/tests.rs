@@ -1,5 +1,3 @@
-//! Compares the unwrapped positions of frames with positions found by following the particles.
-
 use super::*;
 use crate::engine::{Simulation, Until};
 use crate::io::convert::tests::converted;
@@ -8,8 +6,8 @@ use crate::model::space::Space;
 use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use crate::trajectory::extended_xyz::{FrameReader, write_frame};
 
-/// Simulates a dilute gas whose particles cross the periodic box. Returns its frames, and unwrapped positions as sums
-/// of displacements between frames. The displacements are so small that the nearest image gives them.
+/// Simulates a dilute gas in a periodic box. Returns its frames, and unwrapped positions as sums of displacements
+/// between frames. A displacement is much shorter than the box, so its nearest image is the true displacement.
 fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     let space = Space { size: Vector::new(5.0, 4.5, 4.0), ..Space::periodic_cube(1.0) };
     let gas = SceneBuilder::new("gas")
@@ -45,7 +43,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
             Some(last) => (0..27)
                 .map(|k| {
                     let (from, to) = (before.particles[k].position, frame.particles[k].position);
-                    // Distance by which images `boxes_up` boxes higher have slid along x since the previous frame.
+                    // The particle is `boxes_up` boxes above the central box. Images at this height slide along x.
                     let boxes_up = ((last[k].y - from.y) / frame.size.y).round();
                     let slid = boxes_up * shear_rate.unwrap_or(0.0) * frame.size.y * (frame.time - before.time);
                     last[k] + frame.nearest_image(to - from) + Vector::new(slid, 0.0, 0.0)
@@ -58,7 +56,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     (frames, followed)
 }
 
-/// Mean squared displacement along each axis, between the first frame and each frame.
+/// Mean squared displacement along each axis.
 fn squares(positions: &[Vec<Vector>]) -> Vec<Vector> {
     let mean = |now: &Vec<Vector>| {
         let all = now.iter().zip(&positions[0]).map(|(now, then)| (now - then).component_mul(&(now - then)));
@@ -78,7 +76,7 @@ fn columns(table: &str, first: usize) -> Vec<Vec<f64>> {
 
 #[test]
 fn unwrapped_positions_match_the_followed_trajectories() {
-    // At a shear rate of 0.5, the images slide by 60 * 0.5 * 4.5 = 135 in a time of 60, or 27 periods of length 5.
+    // At a shear rate of 0.5, the images slide by 27 periods in the simulated time.
     for rate in [None, Some(0.5), Some(-0.3)] {
         let (frames, followed) = flown(rate);
         let most = [0, 1, 2].map(|axis| frames[599].images.iter().map(|image| image[axis].abs()).max());

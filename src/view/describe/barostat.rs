@@ -12,7 +12,7 @@ pub fn barostat(barostat: &Barostat) -> String {
     format!("a volume move at intervals of {interval}, at a pressure of {pressure}: ln V changes {amplitude}")
 }
 
-/// Describes the volume moves of a measurement: number, accepted fraction and size.
+/// Describes the volume moves of a measurement.
 #[must_use]
 pub fn volume_moves(moves: &VolumeMoves) -> String {
     let accepted = moves.acceptance().map_or_else(String::new, |part| format!(", {:.1} % accepted", 100.0 * part));
@@ -20,7 +20,7 @@ pub fn volume_moves(moves: &VolumeMoves) -> String {
         String::new()
     } else {
         let part = 100.0 * moves.too_small as f64 / moves.attempted as f64;
-        format!(", {part:.1} % rejected because the box would be shorter than two ranges")
+        format!(", {part:.1} % rejected because the box would be shorter than twice the interaction range")
     };
     format!("{}{accepted}{too_small}; each changes ln V by up to {}", moves.attempted, digits(moves.amplitude))
 }

@@ -1,8 +1,8 @@
 use crate::analysis::statistics::{Estimate, ROUNDING, Stationarity};
 use crate::base::text::digits;
 
-/// Formats a mean with two digits of its standard error, such as `1.0432 +- 0.0021`. The error is left out if it is
-/// only round-off.
+/// Formats a mean with two digits of its standard error, such as `1.0432 +- 0.0021`. An error below round-off is left
+/// out.
 #[must_use]
 pub fn estimate(estimate: &Estimate) -> String {
     let Estimate { mean, standard_error } = *estimate;
@@ -20,8 +20,8 @@ fn exact(mean: f64) -> String {
 /// Whole numbers below `2^53` are printed with all digits.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Describes a mean, as [`estimate`] does. Adds `conserved` if the value never changes, and `no event` to a pressure or
-/// compressibility factor without events. Describes a wall quantity of zero as `0 (not touched)`.
+/// Describes a mean, as [`estimate`] does. Adds a note if the value is conserved, or if it depends on events and there
+/// were none.
 #[must_use]
 pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
     let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";
@@ -38,7 +38,7 @@ pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity
 const DECIMALS: i32 = 8;
 
 fn with_error(mean: f64, error: f64) -> String {
-    // Rounding the error first can remove a decimal place: 0.0996 becomes 0.10.
+    // Rounding the error can remove a decimal place: 0.0996 becomes 0.10.
     let rounded = format!("{error:.1e}");
     let exponent =
         |text: &str| text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
@@ -54,7 +54,7 @@ fn with_error(mean: f64, error: f64) -> String {
         let places = (exponent(&format!("{mean:.1e}")) + decimals).clamp(0, 17) as usize;
         format!("{mean:.places$e} +- {rounded}")
     };
-    // Removes the sign of a mean that rounds to zero.
+    // A mean that rounds to zero has no sign.
     match text.strip_prefix('-') {
         Some(positive) if positive.split(" +- ").next().and_then(|mean| mean.parse().ok()) == Some(0.0) => {
             positive.to_owned()
@@ -72,7 +72,7 @@ mod tests {
         let of = |mean, standard_error| estimate(&Estimate { mean, standard_error });
         assert_eq!(of(1.043_21, Some(0.0021)), "1.0432 +- 0.0021");
         assert_eq!(of(1234.5, Some(25.0)), "1234 +- 25");
-        assert_eq!(of(1.234_56, Some(0.099_6)), "1.23 +- 0.10", "the rounded error decides");
+        assert_eq!(of(1.234_56, Some(0.099_6)), "1.23 +- 0.10", "the rounded error sets the number of decimals");
         assert_eq!(of(123_456.0, Some(2_543.0)), "123500 +- 2500");
         assert_eq!(of(1.234_567e-20, Some(2.5e-23)), "1.2346e-20 +- 2.5e-23");
         assert_eq!(of(-3.4e15, Some(1.2e14)), "-3.40e15 +- 1.2e14");
@@ -82,7 +82,6 @@ mod tests {
         assert_eq!(of(-0.0, Some(0.0)), "0");
         assert_eq!(of(2.0, None), "2 (too short for an error)");
         assert_eq!(of(1.906_47, Some(6.6e-17)), "1.90647");
-        // Exact whole numbers, such as the number of particles that crossed a plane.
         assert_eq!([of(-428.0, Some(0.0)), of(12_345_678.0, Some(0.0))], ["-428", "12345678"]);
     }
 

@@ -1,7 +1,7 @@
 use crate::base::text::digits;
 use crate::model::{ExchangeEnsemble, ExchangePlan, ParticleId, UmbrellaPlan};
 
-/// Describes the replicas of an exchange run and the times of their swaps.
+/// Describes the replicas of an exchange run and their swaps.
 #[must_use]
 pub fn exchange(plan: &ExchangePlan) -> String {
     let temperatures: Vec<String> = plan.temperatures.iter().map(|temperature| digits(*temperature)).collect();

@@ -7,17 +7,17 @@ use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
 use crate::model::{Scene, Species, StaticSurface, Threads, Until};
 
-/// A fact of a scene: a label and at least one line of text.
+/// A fact of a scene.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fact {
     /// Label of the fact, such as `particles`.
     pub label: &'static str,
-    /// Text of the fact, line by line.
+    /// Text of the fact, with at least one line.
     pub values: Vec<String>,
 }
 
-/// Facts of a scene: system, dynamics and drives. Unused features are left out.
+/// Returns the facts of a scene: system, dynamics and drives. Unused features are left out.
 #[must_use]
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
@@ -72,7 +72,7 @@ fn shear(rate: f64) -> String {
 
 pub(crate) const AUTO_THREADS: &str = "as many as there are cores, at most one per 250000 particles";
 
-/// Describes the requested number of threads. If a run can only use one, adds the reason.
+/// Describes the number of threads, or explains why the run can use only one thread.
 fn threads(scene: &Scene) -> Option<String> {
     let asked = match scene.run.threads {
         Threads::Number(1) => return None,

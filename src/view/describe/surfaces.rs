@@ -1,5 +1,3 @@
-//! Descriptions of surfaces, and checks of meshes before a run.
-
 use super::vector;
 use crate::Vector;
 use crate::base::text::{digits, listed, plural};
@@ -8,7 +6,7 @@ use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 
-/// A mesh that is smaller than the particles or larger than the box by this factor is probably in the wrong units.
+/// If a mesh is smaller than the particles or larger than the box by this factor, its units are probably wrong.
 const OTHER_UNITS: f64 = 100.0;
 
 pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
@@ -80,7 +78,7 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
         let meeting = scene.particles.iter().filter(|particle| surface.meets(particle.species));
         let diameters = meeting.map(|particle| scene.species[particle.species.0 as usize].diameter);
         lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
-        // An open rim is not a fault: funnels have one.
+        // An open rim is not a fault. For example, funnels have one.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));
         warnings.extend(faults.map(|finding| format!("mesh `{}`: {finding}; {}", surface.name, finding.cure())));
         warnings.extend(nearly_closed(surface, mesh, &report));
@@ -98,10 +96,9 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     (lines, warnings)
 }
 
-/// Vertices closer than this fraction of a mesh's size are probably the same vertex.
+/// Vertices closer than this fraction of the size of a mesh are probably the same vertex.
 const NEARLY: f64 = 1e-6;
 
-/// Warns of a mesh that merging nearby vertices would close.
 fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshReport) -> Option<String> {
     let open = report.open_edges.count;
     if open == 0 {
@@ -138,7 +135,6 @@ pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Returns the axis along which a surface at rest lies beyond a wall of the box.
 fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
     if surface.moves() {
         return None;
@@ -165,11 +161,9 @@ fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
     (0..3).find(|&axis| is_beyond(axis)).map(|axis| AXES[axis])
 }
 
-/// Relative round-off in the comparison of two directions.
 const ROUNDING: f64 = 1e-12;
 
-/// Whether a motion maps a surface onto itself, such as a plane that slides along itself or a round shape that turns
-/// about its own axis or centre.
+/// Whether a motion maps a surface onto itself. For example, a plane may slide along itself.
 fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
     let are_parallel = |a: &Vector, b: &Vector| a.cross(b).norm() <= ROUNDING * a.norm() * b.norm();
     let are_across = |a: &Vector, b: &Vector| a.dot(b).abs() <= ROUNDING * a.norm() * b.norm();
@@ -212,7 +206,6 @@ fn about(report: &MeshReport, largest: f64) -> String {
     parts.push(format!("area {}", digits(report.area)));
     let thin = |what: &str, thinnest: &Thinnest| format!("{what} down to {}", digits(thinnest.distance));
     parts.extend(report.wall.iter().map(|wall| thin("walls", wall)));
-    // All particles pass through gaps wider than the largest particle.
     let narrow = report.gap.iter().filter(|gap| gap.distance < largest);
     parts.extend(narrow.map(|gap| thin("gaps", gap)));
     if report.wall.is_none() && report.gap.is_none() {

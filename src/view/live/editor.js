@@ -1,4 +1,4 @@
-// The editor of a scene: error messages, completion, sliders, a link that contains the scene, and the scene as a file.
+// The editor of a scene.
 
 /** Pause in typing before the text is checked, in milliseconds. */
 const EDITOR_PAUSE = 250;
@@ -6,15 +6,15 @@ const EDITOR_PAUSE = 250;
 /** Pause in typing before completions are offered, in milliseconds. */
 const EDITOR_OFFERS = 70;
 
-/** Longest time to wait for an answer of the worker, in milliseconds. */
+/** Longest time to wait for the worker, in milliseconds. */
 const EDITOR_PATIENCE = 4000;
 
-/** Returns a text with changes. The keys of the changes are written as for `--set`. */
+/** Returns a text with changes. Keys of changes are written as for `--set`. */
 function changedText(text, changes) {
   return Object.entries(changes ?? {}).reduce((changed, [path, value]) => new Toml(changed).with(path, value), text);
 }
 
-/** Returns the line, column and length of a byte range of the text in UTF-8. Lines and columns count from 1. */
+/** Returns the line, column and length of a byte range in UTF-8. Lines and columns count from 1. */
 function bytePlace(text, offset, length) {
   const bytes = new TextEncoder().encode(text);
   const letters = (from, to) => new TextDecoder().decode(bytes.subarray(from, to));
@@ -108,7 +108,7 @@ class LiveEditor {
     this.pause = setTimeout(() => this.settle(kind), EDITOR_PAUSE);
   }
 
-  /** Does the work that can wait for a pause in typing. */
+  /** Updates the page after a pause in typing. */
   settle(kind) {
     this.editor.paint();
     if (!kind?.startsWith("slider")) {
@@ -124,7 +124,7 @@ class LiveEditor {
     this.revert.hidden = this.editor.text === this.own;
   }
 
-  /** Checks the text with the engine. One request runs at a time. */
+  /** Checks the text with the engine. Only one check runs at a time. */
   async check() {
     if (this.isAsking) {
       this.isStale = true;
@@ -145,7 +145,7 @@ class LiveEditor {
   tell({ error, line, help, offset, length: bytes } = {}, text = this.editor.text) {
     this.message.replaceChildren();
     const place = line && Number.isFinite(offset) ? bytePlace(text, offset, bytes ?? 0) : undefined;
-    // An error that spans several lines is marked in the first line only.
+    // An error that spans several lines is marked in the first line.
     const { column, length } = place && place.line === line && place.length > 0 ? place : {};
     this.editor.mark(error ? line : undefined, column, length);
     this.editor.area.setAttribute("aria-invalid", String(Boolean(error)));
@@ -185,20 +185,19 @@ class LiveEditor {
     const value = written(toml);
     const text = toml.with(slider.key, value);
     this.editor.write(text, `slider ${slider.key}`);
-    // A live slider changes the running scene if nothing else in the text has changed. Otherwise, the scene starts
-    // again.
+    // A live slider changes the running scene, unless the text has other changes. Then the scene restarts.
     const isAlone = this.runs === text || this.isOnly(slider.key);
     this.queue(slider.isLive && isAlone ? { changes: { [slider.key]: value } } : { text });
   }
 
-  /** Returns whether the running text and the editor's text differ only in the value of a key. */
+  /** Returns whether the running text and the text in the editor differ only in one value. */
   isOnly(key) {
     const plain = (text) => new Toml(text).with(key, "0");
     const waiting = this.waiting?.changes ?? {};
     return this.waiting?.text === undefined && plain(changedText(this.runs, waiting)) === plain(this.editor.text);
   }
 
-  /** Queues a change for the worker, which gets one change at a time. Later values replace values in the queue. */
+  /** Queues a change. The worker gets one change at a time, and new values replace queued values. */
   queue(wanted) {
     const changes = wanted.changes && this.waiting?.changes ? { ...this.waiting.changes, ...wanted.changes } : wanted.changes;
     this.waiting = { ...wanted, changes };
@@ -231,7 +230,7 @@ class LiveEditor {
     this.send();
   }
 
-  /** Updates the text after a scene has started or has taken other values. */
+  /** Updates the text after a scene has started or has accepted new values. */
   began() {
     const { text, changes } = this.live;
     this.runs = changedText(text, changes);
@@ -245,7 +244,7 @@ class LiveEditor {
   }
 
   refused(message) {
-    // If the running simulation rejects a value, the scene starts again with this value.
+    // If the running simulation rejects a value, the scene restarts with this value.
     if (this.sent?.changes && !this.waiting) {
       this.waiting = { text: this.editor.text };
     } else {
@@ -263,7 +262,6 @@ class LiveEditor {
     }
   }
 
-  /** Reads the scene from the link that opened the page. */
   async read() {
     if (location.hash === this.hash) {
       return;
@@ -310,7 +308,7 @@ class LiveEditor {
     field.select();
   }
 
-  /** Saves the text in the editor, or the present state if particles were moved by hand. */
+  /** Saves the text in the editor, or the present state after particles were moved by hand. */
   async download() {
     const { text, error } = this.live.isKicked ? await this.live.ask({ kind: "scene" }) : this.editor;
     if (error) {

@@ -1,10 +1,8 @@
-// Completion: valid words at the caret, and the list that offers them.
-
 const COMPLETION_LENGTH = 60;
 
 const bare = (word) => word.replace(/^["']|["']$/g, "");
 
-/** Returns offers whose words contain the text `there`. Words that begin with this text come first. */
+/** Returns offers that contain a text. Offers that begin with the text come first. */
 function fitting(offers, there) {
   const wanted = bare(there).toLowerCase();
   const rank = ({ word }) => {
@@ -17,7 +15,7 @@ function fitting(offers, there) {
   return kept.length === 1 && kept[0].word === there ? [] : kept;
 }
 
-/** Returns a key with the beginning of its value, and the position `caret` for further typing. */
+/** Returns a key with the beginning of its value, and the new position of the caret. */
 function keyInsertion({ word, type, standard }) {
   const [open, close] = { array: ["[", "]"], object: ["{ ", " }"] }[type] ?? (type === "string" && !standard ? ['"', '"'] : ["", ""]);
   const written = `${word} = ${open}`;
@@ -25,12 +23,13 @@ function keyInsertion({ word, type, standard }) {
 }
 
 /**
- * Returns the completions at a caret: `{start, end, there, offers: [{word, about, detail, insert, caret}]}`. An offer
- * replaces the text from `start` to `end` by `insert`. Returns undefined in comments, or if there are no completions.
+ * Returns the completions at a caret, or undefined:
+ * `{start, end, there, offers: [{word, about, detail, insert, caret}]}`.
+ * An offer replaces the text from `start` to `end` by `insert`.
  */
 function completions(toml, caret, schema) {
   const { text } = toml;
-  // Tables are found in the whole text, because the text before the caret may end within a table.
+  // The text before the caret may end within a header, so headers are found in the whole text.
   const table = toml.tables.findLast(({ start, end }) => start < caret && end <= caret) ?? toml.tables[0];
   const before = text.slice(0, caret);
   const part = new Toml(before.slice(table.start));
@@ -81,7 +80,6 @@ function keyCompletions({ place, line, after, caret, toml, schema }) {
     const whole = isOffered && key.type !== "array" ? { insert: `${key.word} = `, caret: key.word.length + 3, isContinued: true } : keyInsertion(key);
     return { word: key.word, about: key.about, detail, ...(hasValue ? plain : whole) };
   });
-  // A single word on a line may become the header of a table.
   if (line.trim() === there && there !== "" && after.trim() === "" && !dotted) {
     offers.push(...headerOffers(toml, schema));
   }
@@ -115,7 +113,7 @@ class CompletionList {
     this.box.append(this.list, this.about);
     editor.overlay.append(this.box);
     editor.area.setAttribute("aria-autocomplete", "list");
-    // A click on the completion list does not move the caret.
+    // Keeps the caret in place.
     this.box.addEventListener("pointerdown", (event) => event.preventDefault());
     this.list.addEventListener("click", (event) => {
       const item = event.target.closest("li");
@@ -184,7 +182,6 @@ class CompletionList {
     this.editor.area.removeAttribute("aria-controls");
   }
 
-  /** Handles a key, and returns whether the list has used it. */
   key(event) {
     if (!this.isOpen) {
       return false;

@@ -1,13 +1,11 @@
-// Undo and redo of changes by typing, completion or sliders.
-
 const HISTORY_LENGTH = 500;
 
 /** A longer pause starts a new undo step, in milliseconds. */
 const HISTORY_PAUSE = 1200;
 
 /**
- * Returns the difference between two texts, `{at, removed, inserted}`, or undefined if they are equal. `caret` is the
- * position after the inserted text. It identifies the new letter among equal letters.
+ * Returns the difference between two texts, `{at, removed, inserted}`, or undefined if they are equal. The new caret
+ * position distinguishes a new letter from equal letters beside it.
  */
 function textChange(before, after, caret = Infinity) {
   if (before === after) {
@@ -70,7 +68,6 @@ class TextHistory {
     return this.text.slice(0, at) + removed + this.text.slice(at + inserted.length);
   }
 
-  /** Returns the text and caret before the last step, `{text, caret}`, or undefined. */
   undo() {
     if (this.place === 0) {
       return undefined;
@@ -81,7 +78,6 @@ class TextHistory {
     return { text: this.text, caret: step.at + step.removed.length };
   }
 
-  /** Returns the text and caret after the next step, `{text, caret}`, or undefined. */
   redo() {
     if (this.place === this.steps.length) {
       return undefined;

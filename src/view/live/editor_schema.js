@@ -1,6 +1,6 @@
 // Valid keys, values and headers at a position in a scene, from the JSON Schema of scenes.
 
-/** Keys whose value is a name, each with the array of tables that defines the name. */
+/** Keys whose value is a name, and the tables that define the name. */
 const SCHEMA_NAMES = { species: "species", bond: "interaction", interaction: "interaction" };
 
 const quoted = (word) => JSON.stringify(word);
@@ -12,7 +12,7 @@ class SceneSchema {
     this.schema = schema;
   }
 
-  /** Returns the schemas of a value, one for each alternative form. */
+  /** Returns the schemas of a value. A value may have several forms. */
   at(path) {
     let nodes = this.forms(this.schema);
     for (const step of path) {
@@ -27,13 +27,13 @@ class SceneSchema {
 
   forms(node) {
     const choices = node.anyOf ?? node.oneOf;
-    // Choices without `type` or `enum` are conditions on the keys of a table, not alternative forms of a value.
+    // Choices without `type` or `enum` are conditions on keys, not forms of a value.
     return choices?.some(({ type, enum: words }) => type ?? words) ? choices.flatMap((choice) => this.forms(choice)) : [node];
   }
 
   /**
-   * Returns the keys that can be added to a table of the scene `toml`: `{word, about, standard, type, isRequired}`.
-   * Leaves out existing keys and keys that conflict with present values.
+   * Returns the keys that can be added to a table: `{word, about, standard, type, isRequired}`. Keys that conflict with
+   * present values are left out.
    */
   keys(path, toml) {
     const place = path.join(".");
@@ -52,7 +52,7 @@ class SceneSchema {
     return offers.sort((one, other) => Number(other.isRequired) - Number(one.isRequired));
   }
 
-  /** Returns the keys that conflict with a present value. For example, a hard sphere cannot have `lambda`. */
+  /** Returns the keys that conflict with present values. For example, a hard sphere cannot have `lambda`. */
   barred(node, get) {
     const keys = new Set();
     for (const { if: condition, then } of node.allOf ?? []) {
@@ -93,7 +93,7 @@ class SceneSchema {
     return offers;
   }
 
-  /** Returns the valid headers of a scene, such as `measure.flow`: `{word, about, isArray}`. */
+  /** Returns the headers of a scene, such as `measure.flow`: `{word, about, isArray}`. */
   headers(toml) {
     const offers = [];
     const walk = (node, path) => {

@@ -1,13 +1,13 @@
-// A scene in the fragment of a link, deflated, in base64url. Browsers do not send the fragment to the server.
+// A scene in the fragment of a link. Browsers do not send the fragment to the server.
 
-/** Largest size of the text of a link, in bytes. */
+/** Largest size of a scene in a link, in bytes. */
 const SHARE_LIMIT = 1 << 20;
 
 const SHARE_KEY = "scene=";
 
 async function shareThrough(bytes, stream, limit = Infinity) {
   const writer = stream.writable.getWriter();
-  // An error of writing makes reading fail too.
+  // If the write fails, the read below reports the error.
   writer.write(bytes).then(() => writer.close()).catch(() => {});
   const reader = stream.readable.getReader();
   const parts = [];
@@ -33,7 +33,6 @@ async function shareThrough(bytes, stream, limit = Infinity) {
   return joined;
 }
 
-/** Returns the fragment for a text, without the number sign. */
 async function shareFragment(text) {
   const packed = await shareThrough(new TextEncoder().encode(text), new CompressionStream("deflate-raw"));
   let letters = "";
@@ -43,7 +42,7 @@ async function shareFragment(text) {
   return SHARE_KEY + btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
 }
 
-/** Returns the text in a fragment, or undefined if there is none. Rejects damaged or long fragments. */
+/** Returns the text in a fragment, or undefined if there is none. Rejects damaged or long texts. */
 async function sharedText(fragment) {
   const found = fragment.replace(/^#/, "");
   if (!found.startsWith(SHARE_KEY)) {

@@ -1,10 +1,8 @@
-// Sliders for values that a scene declares adjustable, or that users often vary. A slider changes the text of the
-// scene.
+// Sliders that change values in the text of a scene.
 
 /** Largest number of sliders for a scene that declares none. */
 const SLIDER_COUNT = 7;
 
-/** Number of steps of a logarithmic slider. */
 const SLIDER_STEPS = 200;
 
 const flatAxes = (toml) => ["x", "y", "z"].filter((axis) => toml.get(`space.${axis}`) === "flat").length;
@@ -15,7 +13,7 @@ function densest(toml, index) {
   return [isRandom ? 0.55 : 0.7, isRandom ? 0.65 : 0.88, 0.95][flatAxes(toml)] ?? 0.5;
 }
 
-/** Returns the upper end of a slider: `factor` times the present value, rounded up to one digit; 1 for a value of 0. */
+/** Returns the upper end of a slider: a multiple of the present value, rounded up to one digit. */
 function above(value, factor = 4) {
   const most = Math.abs(value) * factor || 1;
   const unit = 10 ** Math.floor(Math.log10(most));
@@ -23,8 +21,8 @@ function above(value, factor = 4) {
 }
 
 /**
- * Keys that users often vary, by priority. `fits` matches the path of the key. `range` returns `{from, to, scale}`
- * around the present value. `isLive` is true if the running simulation can take the new value.
+ * Keys that users often vary, by priority. `fits` matches the path of a key. `isLive` is true if a running simulation
+ * can take a new value.
  */
 const SLIDER_RULES = [
   {
@@ -49,7 +47,7 @@ const SLIDER_RULES = [
   { fits: /^dynamics\.contact_time$/, label: "contact time", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
 ];
 
-/** Returns the value of a slider: a number, or the length of a vector. */
+/** Returns the number of a slider. For a vector, this is its length. */
 function sliderValue(toml, path) {
   const value = toml.get(path);
   if (typeof value === "number") {
@@ -69,7 +67,7 @@ function sliderVector(toml, path) {
 
 /**
  * Returns a value as written in the scene. A vector keeps its direction. A zero vector takes the last direction of the
- * slider, or points down along the last axis.
+ * slider, or points down.
  */
 function sliderText(toml, slider, value) {
   const parts = sliderVector(toml, slider.key);
@@ -82,10 +80,7 @@ function sliderText(toml, slider, value) {
   return `[${direction.map((part) => tomlNumber(Number((part * value).toPrecision(6)) + 0)).join(", ")}]`;
 }
 
-/**
- * Returns the name of the object with a key, or an empty text if it is the only one of its kind. For a key of `space`,
- * returns the axis and the side.
- */
+/** Returns the name of the object with a key. The name is empty if it is not needed. */
 function sliderOwner(toml, path) {
   const [table, index] = path.split(".");
   if (table === "space") {
@@ -100,7 +95,7 @@ function sliderOwner(toml, path) {
   return named.find((name) => typeof name === "string" && name !== "") ?? index;
 }
 
-/** Returns sliders for the restitution of interactions without this key, whose contacts are elastic. */
+/** Returns sliders for interactions without a restitution, whose contacts are elastic. */
 function absentRestitution(toml) {
   const order = SLIDER_RULES.findIndex(({ fits }) => fits.test("interaction.0.restitution"));
   const found = [];
@@ -121,7 +116,6 @@ function derivedSliders(toml) {
   SLIDER_RULES.forEach((rule, order) => {
     for (const { path: steps } of toml.entries.values()) {
       const path = steps.join(".");
-      // Components of a vector get no sliders.
       if (typeof steps.at(-1) === "number") {
         continue;
       }
@@ -140,7 +134,7 @@ function derivedSliders(toml) {
   return found.sort((one, other) => one.order - other.order).slice(0, SLIDER_COUNT).map(({ slider }) => slider);
 }
 
-/** Returns the sliders that a scene declares: `[{key, label, from, to, scale, unit}]`. */
+/** Returns the sliders that a scene declares. */
 function namedSliders(sliders, schema) {
   const isOwn = ({ key, from, to }) => typeof key === "string" && Number.isFinite(from) && Number.isFinite(to) && from < to;
   return sliders.filter(isOwn).map((slider) => {
@@ -177,9 +171,7 @@ class SliderScale {
   }
 }
 
-/**
- * Sliders of a page. They call `moved(slider, written)`; `written` returns the new value as written in a given text.
- */
+/** `moved(slider, written)` is called when a slider moves. `written(toml)` returns the new value as text. */
 class SliderSet {
   constructor(container, named, moved, schema) {
     this.container = container;
@@ -190,7 +182,7 @@ class SliderSet {
     this.first = new Map();
   }
 
-  /** Shows the values of a text. Other keys or labels need new sliders. */
+  /** Shows the values in a text. Builds new sliders if keys or labels have changed. */
   follow(toml) {
     const sliders = this.named?.length > 0 ? namedSliders(this.named, this.schema) : derivedSliders(toml);
     const keys = JSON.stringify(sliders.map(({ key, label }) => [key, label]));
@@ -207,7 +199,7 @@ class SliderSet {
     }
   }
 
-  /** The next values that are shown become the values for a reset. */
+  /** The next values become the values for a reset. */
   settle() {
     this.first.clear();
     this.keys = "";

@@ -1,4 +1,4 @@
-// A text area with line numbers, syntax colours and marks for errors.
+// A text area with line numbers, syntax colours and error marks.
 
 const EDITOR_INDENT = "    ";
 
@@ -24,7 +24,6 @@ function linePieces(text, tokens) {
   return lines.map((words, index) => ({ words, pieces: pieces[index] }));
 }
 
-/** Returns the nodes of a text with code in backticks. */
 function proseNodes(words) {
   return words.split(/`([^`]+)`/).map((part, index) => {
     const node = document.createElement(index % 2 ? "code" : "span");
@@ -34,7 +33,6 @@ function proseNodes(words) {
 }
 
 class TextEditor {
-  /** Calls `changed(kind)` after each change of the text. */
   constructor(container, text, changed) {
     this.changed = changed;
     this.container = container;
@@ -78,7 +76,7 @@ class TextEditor {
       }
     });
     area.addEventListener("keydown", (event) => this.key(event));
-    // The text area is as large as its text. Only the window scrolls.
+    // Only the window scrolls.
     area.addEventListener("scroll", () => area.scrollTo(0, 0));
     new ResizeObserver(() => this.remark()).observe(this.colours);
   }
@@ -87,7 +85,7 @@ class TextEditor {
     return this.area.value;
   }
 
-  /** Successive changes of one slider have the same `kind`, and form one undo step. */
+  /** Changes of the same `kind` may form one undo step. */
   write(text, kind) {
     if (text === this.text) {
       return;
@@ -97,7 +95,6 @@ class TextEditor {
     this.noted(kind);
   }
 
-  /** Replaces a range in one undo step. */
   replace(start, end, insert, caret = start + insert.length) {
     this.area.setRangeText(insert, start, end, "end");
     this.area.setSelectionRange(caret, caret);
@@ -131,7 +128,7 @@ class TextEditor {
       event.preventDefault();
       this.travel(letter === "z" && !event.shiftKey);
     } else if (event.key === "Escape") {
-      // After Escape, the Tab key leaves the editor, as it leaves other fields.
+      // After Escape, the Tab key leaves the editor.
       this.isLeaving = true;
       return;
     } else if (event.key === "Tab" && !isCommand && !event.altKey && !this.isLeaving) {
@@ -146,7 +143,6 @@ class TextEditor {
     this.isLeaving = false;
   }
 
-  /** Indents or outdents the selected lines. Without a selection, inserts spaces. */
   indent(isOut) {
     const { selectionStart: start, selectionEnd: end } = this.area;
     if (start === end && !isOut) {
@@ -174,10 +170,7 @@ class TextEditor {
     this.lay(0, this.lines.length, linePieces(this.text, this.toml.tokens));
   }
 
-  /**
-   * Colours the tables that a change touches. Open quotes or brackets can leave other tables with wrong colours until
-   * the next `paint`.
-   */
+  /** Colours the changed tables. Open quotes or brackets can leave wrong colours until the next `paint`. */
   touch({ at, removed, inserted }) {
     const isHead = ({ pieces: [first] }) => first?.[0] === "table";
     let [line, start] = [0, 0];
@@ -190,7 +183,7 @@ class TextEditor {
       tail += 1;
       end += this.lines[tail].words.length + 1;
     }
-    // A changed header can affect the table before it, so colouring starts at the previous header.
+    // A changed header can affect the table before it.
     while (line > 0) {
       line -= 1;
       start -= this.lines[line].words.length + 1;
@@ -202,7 +195,7 @@ class TextEditor {
     this.lay(line, tail + 1, linePieces(part, new Toml(part).tokens));
   }
 
-  /** Replaces the lines from `from` up to, but not including, `to`. */
+  /** Replaces the lines from `from` to `to - 1`. */
   lay(from, to, lines) {
     const isSame = (one, other) => one.words === other.words && one.pieces.length === other.pieces.length
       && one.pieces.every(([kind, start, end], k) => other.pieces[k][0] === kind && other.pieces[k][1] === start && other.pieces[k][2] === end);
@@ -222,7 +215,7 @@ class TextEditor {
     }
     this.colours.insertBefore(rows, next);
     this.lines.splice(from, to - from, ...lines);
-    // Rows without a width of their own can be laid out one by one.
+    // Rows have no width of their own. The widest row sets the width of all rows.
     const widest = this.lines.reduce((most, { words }) => Math.max(most, words.length), 0);
     this.colours.style.minWidth = `${widest + 2}ch`;
     if (this.lines.length !== this.numbered) {
@@ -248,7 +241,7 @@ class TextEditor {
   }
 
   /**
-   * Marks a line, or only `length` letters from a column if the column is known. Lines and columns count from 1.
+   * Marks `length` letters of a line, or the whole line if the column is unknown. Lines and columns count from 1.
    * Without a line, removes the mark.
    */
   mark(line, column, length) {

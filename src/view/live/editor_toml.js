@@ -1,7 +1,6 @@
-// Reads TOML for the editor: the kind of each character, the position of each value, and the path at a position.
-// Accepts any text, because the engine reports the errors.
+// Parser of TOML for the editor. It accepts any text, because the engine reports errors.
 
-/** Kind of a piece by its first character. All other characters begin words. */
+/** Kind of a piece by its first character. Other characters begin words. */
 const TOML_KINDS = {
   " ": "space", "\t": "space", "\r": "space", "\n": "newline", "#": "comment", '"': "string", "'": "string",
   "[": "mark", "]": "mark", "{": "mark", "}": "mark", "=": "mark", ",": "mark", ".": "mark",
@@ -18,13 +17,11 @@ const TOML_PIECES = {
 
 const TOML_NUMBER = /^[+-]?(?:inf|nan|\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][+-]?\d[\d_]*)?|0x[\da-fA-F_]+|0o[0-7_]+|0b[01_]+)$/;
 
-/** Headers of tables, in the forms that scenes use. */
 const TOML_HEADER = /\[\[?[A-Za-z_][\w-]*(?:\.[\w-]+)*\]\]?[ \t]*(?:#[^\n]*)?(?:\n|$)/y;
 
-/** Largest nesting depth that is read. Deeper content is a single value. */
+/** Largest nesting depth. Deeper content is a single value. */
 const TOML_DEPTH = 32;
 
-/** Returns the number, string or truth value of a word, or undefined. */
 function tomlScalar(raw) {
   if (TOML_NUMBER.test(raw)) {
     const plain = raw.replaceAll("_", "");
@@ -48,7 +45,6 @@ function tomlScalar(raw) {
   return undefined;
 }
 
-/** Writes a number. A float keeps its decimal point. */
 function tomlNumber(value, isInteger = false) {
   if (!Number.isFinite(value)) {
     return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
@@ -59,11 +55,11 @@ function tomlNumber(value, isInteger = false) {
 
 class Toml {
   /**
-   * `tokens`: `[kind, start, end]` in order. The kinds are comment, table, key, string, number, constant and error.
+   * `tokens`: `[kind, start, end]`. The kinds are comment, table, key, string, number, constant and error.
    * `tables`: `{at, isArray, start, end, last}`. `at` is the path with indices. The header extends from `start` to
-   * `end`. `last` is the end of the last entry below the header.
-   * `place`: `{path, role}` at the end of the text. `path` is the enclosing table or value. `role` is the expected
-   * content: a key, a value or a header.
+   * `end`, and the entries below it to `last`.
+   * `place`: `{path, role}` at the end of the text. `path` is the enclosing table or value, and `role` the expected
+   * content: key, value or header.
    * `entries`: `{path, keyStart, start, end, value}` by path, such as "fill.0.temperature". The value extends from
    * `start` to `end`.
    */
@@ -89,7 +85,7 @@ class Toml {
       if (this.kind) {
         const pattern = TOML_PIECES[this.kind];
         pattern.lastIndex = this.at;
-        // A string that ends in a backslash, or an unusual space character, matches no pattern.
+        // Unusual spaces match no pattern, nor do strings that end in a backslash.
         this.at = pattern.test(this.text) ? pattern.lastIndex : this.at + 1;
       }
     } while (this.kind === "space");
@@ -104,7 +100,7 @@ class Toml {
     this.tokens.push([kind, start, end]);
   }
 
-  /** Splits a mark of two brackets. The first bracket becomes the present piece. */
+  /** Splits a mark of two brackets. */
   half() {
     if (this.kind === "mark" && this.piece.length === 2) {
       this.piece = this.piece[0];
@@ -128,7 +124,7 @@ class Toml {
     }
   }
 
-  /** Reads to the end of the line, where only a comment is valid. */
+  /** Reads to the end of the line. Only a comment is valid there. */
   rest() {
     while (this.kind && this.kind !== "newline" && !this.isHeader()) {
       this.token(this.kind === "comment" ? "comment" : "error");
@@ -170,7 +166,7 @@ class Toml {
     this.tables.push({ at: this.resolved(keys, isArray), isArray, start, end, last: end });
   }
 
-  /** Returns the path of a header: its keys, and the indices in arrays of tables. */
+  /** Returns the path of a header with the indices in arrays of tables. */
   resolved(keys, isArray) {
     const path = [];
     keys.forEach((key, depth) => {
@@ -230,10 +226,7 @@ class Toml {
     this.entries.set(path.join("."), { path, keyStart, start, end, value });
   }
 
-  /**
-   * Skips separators, line ends and comments between elements. Returns false at the end of the text. `place()` returns
-   * the place of the next element.
-   */
+  /** Skips separators, line ends and comments between elements. Returns false at the end of the text. */
   between(place) {
     if (this.kind) {
       this.place = place();
@@ -269,9 +262,7 @@ class Toml {
     return this.text.length;
   }
 
-  /**
-   * Returns whether a header begins here, inside an open bracket or brace. The text below the header can still be read.
-   */
+  /** Returns whether a header begins inside an open bracket or brace. The text below can then still be read. */
   isHeader() {
     TOML_HEADER.lastIndex = this.start;
     return TOML_HEADER.test(this.text) && /(?:^|\n)[ \t]*$/.test(this.text.slice(Math.max(0, this.start - 80), this.start));
@@ -303,7 +294,7 @@ class Toml {
     return this.find(path)?.value;
   }
 
-  /** Replaces the names of entries in a path by their indices. */
+  /** Replaces names in a path by indices. */
   numbered(path) {
     const steps = [];
     for (const step of path.split(".")) {
@@ -321,9 +312,7 @@ class Toml {
     return (this.counts.get(name) ?? -1) + 1;
   }
 
-  /**
-   * Returns the change that gives a path a value in TOML, `{start, end, insert}`, or undefined if its table is missing.
-   */
+  /** Returns the change that sets a value, `{start, end, insert}`, or undefined if the table is missing. */
   edit(path, value) {
     const found = this.find(path);
     if (found) {
@@ -349,17 +338,13 @@ class Toml {
     return undefined;
   }
 
-  /**
-   * Returns the change that adds a line to a table, after its last entry. The first key of the scene itself precedes
-   * the first table.
-   */
+  /** Returns the change that adds a line to a table. The first key of the scene itself precedes the first table. */
   insertion(table, line) {
     if (table.last > 0) {
       const end = this.text.indexOf("\n", table.last);
       const start = end < 0 ? this.text.length : end;
       return { start, end: start, insert: `\n${line}` };
     }
-    // The new line follows the comment at the start of the scene.
     const lines = this.text.match(/^(?:#[^\n]*\n)*/)[0].length;
     return { start: lines, end: lines, insert: `${line}\n` };
   }

@@ -1,6 +1,5 @@
-// The engine: an instance of the WebAssembly module. The calls have the names in web/engine/src/lib.rs.
+// An instance of the WebAssembly module. The calls have the names in web/engine/src/lib.rs.
 
-/** Number of values before the positions. */
 const HEADER = 24;
 
 const ENDS = ["events", "time", "idle", "failed", "end"];
@@ -22,7 +21,7 @@ class Engine {
   }
 
   ask(call, request) {
-    // UTF-8 has no unpaired surrogates. They become the replacement character, as in a file.
+    // UTF-8 cannot represent unpaired surrogates.
     const whole = (_, value) => (typeof value === "string" ? value.replace(/\p{Surrogate}/gu, "\ufffd") : value);
     const bytes = new TextEncoder().encode(JSON.stringify(request, whole));
     const at = this.calls.room(bytes.length);
@@ -31,7 +30,7 @@ class Engine {
     return this.message;
   }
 
-  /** Adds a file that scenes may name. */
+  /** Adds an input file of scenes. */
   bring(name, content) {
     const letters = new TextEncoder().encode(name);
     const at = this.calls.room(letters.length + content.length);
@@ -42,21 +41,21 @@ class Engine {
   }
 
   /**
-   * Starts a scene from its text, with changed values such as `{"fill.0.temperature": "2"}`. Returns the content of the
-   * scene, or an error with its line, its remedy, and its offset and length in bytes.
+   * Starts a scene, with changed values such as `{"fill.0.temperature": "2"}`. Returns the content of the scene, or an
+   * error with its line, its remedy, and its offset and length in bytes.
    */
   start(text, changes = {}) {
     return this.ask(this.calls.start, { text, changes });
   }
 
-  /** Returns the error that `start` would return, or nothing. The simulation is unchanged. */
+  /** Returns the error that `start` would return. The simulation is unchanged. */
   check(text, changes = {}) {
     return this.ask(this.calls.check, { text, changes });
   }
 
   /**
    * Continues with another scene from the present positions and velocities. Returns the content of the scene, or an
-   * error, which leaves the simulation unchanged.
+   * error. After an error, the simulation is unchanged.
    */
   change(text, changes = {}) {
     return this.ask(this.calls.change, { text, changes });
@@ -66,7 +65,7 @@ class Engine {
     return ENDS[this.calls.advance(events, time)];
   }
 
-  /** Returns the state. Positions, velocities and images are views, valid until the next call. */
+  /** Returns the state. Its arrays are valid until the next call. */
   look() {
     const count = this.calls.look();
     const { buffer } = this.calls.memory;
@@ -95,7 +94,6 @@ class Engine {
     return this.message;
   }
 
-  /** Returns the poses of the surfaces as in a frame of a recording. */
   poses() {
     this.calls.poses();
     return this.message;

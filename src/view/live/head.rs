@@ -11,20 +11,19 @@ use crate::view::report::base64;
 use crate::view::report::recording::{MOST_TRIANGLES, SurfaceData, SurfaceHead, upwards};
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// A simulation as its page shows it.
+/// Data of a simulation for its page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// Constant data of the simulation as JSON: species, box, bonds, surfaces, stages, camera.
+    /// Constant data of the simulation as JSON, such as species, box, bonds, surfaces and stages.
     pub head: String,
     surfaces: Surfaces,
 }
 
 impl Shown {
-    /// Describes a simulation. Its present time becomes the start.
+    /// Describes a simulation from its current time on.
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let surfaces = surfaces(simulation.scene());
-        // JSON can represent all numbers and names.
         let head = serde_json::to_string(&Head::of(simulation, &surfaces)).unwrap_or_default();
         Self { head, surfaces }
     }
@@ -38,7 +37,6 @@ impl Shown {
     }
 }
 
-/// Constant data of a simulation, as JSON for the page.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Head {
@@ -47,7 +45,7 @@ struct Head {
     /// Simulated time at the start `[time]`.
     time: f64,
     species: Vec<SpeciesHead>,
-    /// Species index of each particle, in the order of ids.
+    /// Species index of each particle.
     particles: Vec<u32>,
     /// Lower corner of the box `[length]`.
     lower: [f64; 3],
@@ -55,17 +53,17 @@ struct Head {
     size: [f64; 3],
     periodic: [bool; 3],
     flat: [bool; 3],
-    /// Whether the lower and upper sides along each axis are walls.
+    /// Whether the lower and upper sides of each axis are walls.
     walls: [[bool; 2]; 3],
-    /// Whether the total momentum along each axis is conserved in the last stage.
+    /// Whether the momentum along each axis is conserved in the last stage.
     conserved: [bool; 3],
     /// Velocity gradient of a sheared box `[1 / time]`.
     shear_rate: Option<f64>,
-    /// Planes through which the scene counts the passing particles.
+    /// Planes through which passing particles are counted.
     flows: Vec<FlowHead>,
-    /// Whether a surface contains the particles, so that nothing flows out.
+    /// Whether a surface encloses the particles.
     is_contained: bool,
-    /// Lower and upper corner of the camera's view `[length]`.
+    /// Corners of the camera's view `[length]`.
     view: [[f64; 3]; 2],
     up: usize,
     /// Whether the axis `up` points down in the picture.
@@ -73,9 +71,7 @@ struct Head {
     bonds: Vec<[u32; 2]>,
     stages: Vec<String>,
     live: LivePlan,
-    /// Time limit of the last measurement, if any `[time]`.
     until_time: Option<f64>,
-    /// Event limit of the last measurement, if any.
     until_events: Option<u64>,
     /// Layout of the bytes in `surface_data`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -88,9 +84,9 @@ struct Head {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct FlowHead {
     name: String,
-    /// Index of the axis normal to the plane.
+    /// Axis normal to the plane.
     axis: usize,
-    /// Coordinate of the plane along its axis `[length]`.
+    /// Position of the plane along its axis `[length]`.
     at: f64,
 }
 
@@ -98,7 +94,7 @@ struct FlowHead {
 #[serde(rename_all = "camelCase")]
 struct SpeciesHead {
     name: String,
-    /// Diameter of the species at the start `[length]`.
+    /// Initial diameter `[length]`.
     diameter: f64,
     mass: Option<f64>,
     acceleration: [f64; 3],
@@ -169,8 +165,7 @@ fn flows(scene: &Scene) -> Vec<FlowHead> {
     planes.collect()
 }
 
-/// Whether a surface keeps the particles in: a sphere or a roughly horizontal cylinder that is touched from inside, or
-/// a closed mesh around the first particle that can touch it.
+/// Whether a surface encloses the particles. For a closed mesh, only the first particle that can touch it is checked.
 fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     match &surface.shape {
         SurfaceShape::Sphere { is_inside, .. } => *is_inside,
@@ -184,7 +179,7 @@ fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     }
 }
 
-/// Surfaces of a scene in order, including invisible surfaces.
+/// Includes invisible surfaces.
 fn surfaces(scene: &Scene) -> Surfaces {
     let skins = scene.surfaces().iter().zip(shown(scene)).enumerate().map(|(number, (surface, (_, mesh)))| Skin {
         number: Some(number),
@@ -194,8 +189,8 @@ fn surfaces(scene: &Scene) -> Surfaces {
     Surfaces { skins: skins.filter(|skin| !skin.triangles.is_empty()).collect() }
 }
 
-/// Returns the lower and upper corner of the region to show. It contains the box, or else the particle centres, and the
-/// surfaces that do not extend far beyond.
+/// Returns the corners of the region to show: the box, or the centres of the particles if the box has no size. Surfaces
+/// that do not reach far beyond the region extend it.
 fn view(scene: &Scene, surfaces: &Surfaces) -> [Vector; 2] {
     let space = scene.space();
     let mut view = [space.lower, space.upper()];

@@ -1,21 +1,19 @@
 /** Interval between updates of the numbers beside the picture `[ms]`. */
 const READING = 250;
 
-/** Interval between frames for the displays beside the picture while the simulation runs `[ms]`. */
+/** Interval between updates of other displays while the simulation runs `[ms]`. */
 const BESIDE = 100;
 
 /** Drawing time of a slow picture `[ms]`. */
 const SLOW = 60;
 
-/** Number of future events requested for announcements. */
 const AHEAD = 400;
 
-/** Starts the graphics for the first picture while the worker unpacks the engine. */
+/** Starts the graphics while the worker unpacks the engine. */
 function wakeGraphics() {
   document.createElement("canvas").getContext("webgl2")?.getExtension("WEBGL_lose_context")?.loseContext();
 }
 
-/** A running scene: its display, and the actions of the user. */
 class Live {
   constructor() {
     this.scene = JSON.parse(document.getElementById("scene").textContent);
@@ -97,7 +95,7 @@ class Live {
     }
   }
 
-  /** Handles a scene that has started or has taken other values. */
+  /** Handles a new scene, or new values of the present scene. */
   begin({ head, text, changes, isChange }) {
     const isLike = (keys) => this.head !== undefined && JSON.stringify(keys.map((key) => head[key])) === JSON.stringify(keys.map((key) => this.head[key]));
     const isSameView = isChange || isLike(["lower", "size", "flat", "view", "up", "isUpsideDown"]);
@@ -145,7 +143,7 @@ class Live {
     if (this.announcer.isOn) {
       this.announcer.note(frame, now);
     }
-    // The displays beside the picture need fewer updates.
+    // Other displays need fewer updates.
     if (!this.isPlaying || !(now - this.toldAt < BESIDE)) {
       this.toldAt = now;
       this.tell("frame", frame);
@@ -258,7 +256,7 @@ class Live {
     this.redraw();
   }
 
-  /** Requests a drawing before the next repaint. If `isFresh`, also requests a new picture from the worker. */
+  /** Draws before the next repaint. If `isFresh`, also requests a new picture from the worker. */
   redraw(isFresh = false) {
     this.isDue = true;
     this.isWanted ||= isFresh;
@@ -282,7 +280,7 @@ class Live {
       this.drawnAt = now;
       this.draw(now);
     }
-    // Tests read this attribute, which lasts until the picture is up to date.
+    // Tests read this attribute. It is absent if the picture is up to date.
     const isDue = this.isDue || this.isWanted || this.isAsked || this.worker.askedAt !== undefined;
     document.getElementById("live").toggleAttribute("data-due", Boolean(isDue));
     this.watch();
@@ -302,7 +300,6 @@ class Live {
     }
   }
 
-  /** Updates the numbers beside the picture. */
   read(frame) {
     const { events, rate, stage, isLate, pace } = frame;
     const parts = [`${liveNumber(events)} ${events === 1 ? "event" : "events"}`];
@@ -323,7 +320,7 @@ class Live {
     }
   }
 
-  /** If the engine has been silent for long, shows a message and offers to start again. */
+  /** Shows a message if the engine has been silent for long. */
   watch() {
     const seconds = Math.floor(this.worker.silence() / 1000);
     if (seconds > 0 && seconds !== this.silence) {
@@ -338,7 +335,7 @@ class Live {
     this.silence = seconds;
   }
 
-  /** Ends a silent worker, and starts the scene in a new worker. */
+  /** Replaces a silent worker by a new one. */
   renew() {
     this.isAsked = false;
     this.hand.forget();

@@ -1,7 +1,6 @@
-/** Length of the end of a drag, which sets the velocity of the released particle `[ms]`. */
+/** At the end of a drag, the motion of the pointer in this time sets the velocity of the particle `[ms]`. */
 const FLICK = 80;
 
-/** Drags and flicks particles in the plane of the screen. */
 class Hand {
   constructor(live) {
     this.live = live;
@@ -10,7 +9,7 @@ class Hand {
     this.listen(live.picture.canvas);
   }
 
-  /** Listens to the pointer before the camera does, so that a drag of a particle does not move the camera. */
+  /** Handles pointer events before the camera does, so that a drag of a particle does not move the camera. */
   listen(canvas) {
     canvas.addEventListener("pointerdown", (event) => {
       if (this.grab(event)) {
@@ -36,7 +35,7 @@ class Hand {
         }
       });
     }
-    // The page does not scroll while a finger drags a particle.
+    // Prevents scrolling while a finger drags a particle.
     canvas.addEventListener("touchmove", (event) => {
       if (this.index >= 0 && event.cancelable) {
         event.preventDefault();
@@ -44,7 +43,6 @@ class Hand {
     }, { passive: false });
   }
 
-  /** Sets the index of the particle under the pointer; -1 for none. */
   hover(index) {
     if (this.over !== index) {
       this.over = index;
@@ -95,7 +93,7 @@ class Hand {
     }
   }
 
-  /** Releases the particle with the velocity of the pointer, converted to simulated time at the present speed. */
+  /** Releases the particle with the velocity of the pointer in simulated time. */
   release(event) {
     const { live, index } = this;
     this.index = -1;
@@ -110,7 +108,7 @@ class Hand {
     }
   }
 
-  /** Moves a particle, given by its index among the moving particles. The request waits for the previous answer. */
+  /** Moves a particle, given by its index among the moving particles. Requests are sent one at a time. */
   put(index, position, velocity) {
     const { live } = this;
     const id = live.head.moving[index];
@@ -139,7 +137,6 @@ class Hand {
     this.ask();
   }
 
-  /** Drops the open requests to a worker that was ended. */
   forget() {
     this.wanted = undefined;
     this.isAsking = false;

@@ -2,7 +2,7 @@
 
 const liveElement = (id) => document.getElementById(`live-${id}`);
 
-/** Radius of a bond relative to its smaller end, as in the player of reports. */
+/** Radius of a bond relative to its smaller particle, as in the player of reports. */
 const BOND_RADIUS = 0.36;
 
 function liveParticles(head) {
@@ -26,12 +26,10 @@ function liveParticles(head) {
   };
 }
 
-/** Available speeds, in simulated time per second: 1, 2 and 5 times powers of ten. */
+/** Speeds to choose from, in simulated time per second. */
 const liveSpeeds = [...Array(10).keys()].flatMap((k) => [1, 2, 5].map((digit) => digit * 10 ** (k - 5)));
 
-/**
- * Returns a speed that looks natural: a few diameters per second in a gas, a few seconds for a fall through the box.
- */
+/** Returns a natural speed. Particles move by a few diameters per second, or fall through the box in a few seconds. */
 function liveNaturalSpeed(head, { velocities }) {
   const { moving, species, particles, gravity, size } = head;
   let squares = 0;

@@ -1,6 +1,6 @@
 /**
- * Shortest and longest wall time from an announcement to its event `[s]`; time until an old announcement is removed
- * `[ms]`.
+ * Shortest and longest wall time between an announcement and its event `[s]`, and time until an announcement of a past
+ * event is removed `[ms]`.
  */
 const NOTICE = [0.5, 2.2];
 const AFTERWARDS = 700;
@@ -8,13 +8,12 @@ const AFTERWARDS = 700;
 /** Smallest wall time between announced events if there are many `[s]`. */
 const APART = 0.35;
 
-/** If fewer events than this are due, all of them are announced, even if they are close in time. */
+/** If fewer events than this are due, all of them are announced. */
 const SPARSE = 8;
 
-/** Largest number of simultaneous announcements. */
 const ANNOUNCED = 3;
 
-/** In slow motion: distance that particles move per second, in radii, and longest wait for the next event `[s]`. */
+/** Speed of particles in slow motion, in radii per second, and longest wait for the next event `[s]`. */
 const SLOW_WAY = 0.5;
 const SLOW_WAIT = 1.4;
 
@@ -22,7 +21,7 @@ const EVENT_WORDS = {
   core: "contact", capture: "capture", release: "escape", bounce: "bounce", wall: "wall", thermostat: "kick",
 };
 
-/** Announces the next events in slow motion: the particles that meet, and the remaining time. */
+/** Announces the next events in slow motion. */
 class Announcer {
   constructor(live) {
     this.live = live;
@@ -32,7 +31,6 @@ class Announcer {
     this.colours = ["var(--c1)", "var(--c0)", "var(--c2)"];
   }
 
-  /** Turns slow motion on, so that each event can be seen, or restores the previous speed. */
   turn(isOn) {
     const { live } = this;
     this.isOn = isOn;
@@ -65,7 +63,7 @@ class Announcer {
     liveElement("next").hidden = true;
   }
 
-  /** Returns a speed at which events can be seen: particles move slowly, but the next event comes soon. */
+  /** Returns a speed at which particles move slowly, but the next event comes soon. */
   speed({ velocities, time, announced }, natural) {
     let squares = 0;
     for (let k = 0; k < velocities.length; k += 1) {
@@ -78,7 +76,6 @@ class Announcer {
     return wanted > 0 ? Math.min(wanted, natural) : natural;
   }
 
-  /** Removes announcements of past events, and makes new ones. */
   note(frame, now) {
     const { announced = [], time } = frame;
     this.adapt(frame);
@@ -96,7 +93,7 @@ class Announcer {
         taken.add(event.a).add(event.b);
       }
     }
-    // If no announcement is shown, the next event is announced in any case.
+    // If no event meets these conditions, the next event is announced.
     if (this.shown.length === 0 && announced.length > 0) {
       this.shown.push({ ...announced[0], colour: free[0] });
     }

@@ -16,7 +16,7 @@ class Picture {
     return this.dark.matches ? SCHEMES.dark : SCHEMES.light;
   }
 
-  /** Begins a scene. If only its values have changed, the camera stays. */
+  /** Begins a scene. If only values have changed, the camera stays. */
   begin(head, isSame) {
     this.head = head;
     this.particles = liveParticles(head);
@@ -41,11 +41,11 @@ class Picture {
     this.renderer.setColours(speciesColours(this.head.species, this.scheme.fixed), scaleColours());
   }
 
-  /** Sets up the camera of a scene for its first positions. */
+  /** Points the camera at the initial positions of a scene. */
   aim(frame) {
     if (!this.isSameView) {
-      // The pointer controls refer to this camera object, so it is kept. A direction chosen by the user is kept if the
-      // upward axis is the same.
+      // The pointer controls refer to this camera object. If the upward axis is the same, a direction chosen by the
+      // user is kept.
       const camera = new Camera({ ...this.head, look: this.head.live?.view });
       const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(camera.up) ? this.camera : {};
       this.camera = Object.assign(this.camera ?? camera, camera);
@@ -67,7 +67,6 @@ class Picture {
     this.camera.reach = 1.2 * reach + 2 * this.camera.margin;
   }
 
-  /** Takes a new picture from the worker, and returns the previous one. */
   take(frame, now) {
     const last = this.frame;
     this.frame = frame;
@@ -81,10 +80,7 @@ class Picture {
     return last;
   }
 
-  /**
-   * Fades old flashes, and lights new ones at contacts. If many particles flash all the time, flashes are weak or
-   * absent.
-   */
+  /** Fades old flashes, and lights new ones at contacts. If many particles flash, the flashes are weak or absent. */
   fade({ hits, time }, now) {
     const { glow, flashes } = this;
     const spent = time === this.fadedTime ? 0 : Math.min(now - (this.fadedAt ?? now), 100);
@@ -96,8 +92,7 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    // In a small system, a collision lights a large share of the particles for a moment. The share is averaged over
-    // time.
+    // A single collision lights a large share of a small system, so the share is averaged over time.
     const settling = glow.length < FEW ? 1 - Math.exp(-spent / 1000) : 1;
     this.share += settling * (sum / Math.max(glow.length, 1) - this.share);
     const [most, least] = glow.length < FEW ? [0.5, 0.25] : [0.35, 0.1];
@@ -113,7 +108,6 @@ class Picture {
     this.renderer.load({ positions, tones, flashes, range: [0, 1], scale: [0, 1], box: head, displacement, growth, poses });
   }
 
-  /** Adds a particle chosen by hand to the particles with trails. */
   choose(index) {
     this.chosen = index;
     this.follow(this.trailCount);
@@ -163,10 +157,7 @@ class Picture {
     return { right, above, back, eye, focus: this.canvas.clientHeight / (2 * SLOPE) };
   }
 
-  /**
-   * Returns the position of a point in the picture, from the upper left, and the size of a unit of length there
-   * `[pixels]`.
-   */
+  /** Returns the position of a point in the picture, and the size of a unit of length there `[pixels]`. */
   project(point, { right, above, back, eye, focus } = this.sight()) {
     const way = subtract(point, eye);
     const depth = -dot(way, back);
@@ -178,7 +169,7 @@ class Picture {
     return [...this.frame.positions.subarray(3 * index, 3 * index + 3)];
   }
 
-  /** Returns the index, among the moving particles, of the nearest particle at a position in the picture, or -1. */
+  /** Returns the index of the nearest moving particle at a position in the picture, or -1. */
   pick(x, y) {
     const sight = this.sight();
     let [found, nearest] = [-1, Infinity];
@@ -192,9 +183,7 @@ class Picture {
     return found;
   }
 
-  /**
-   * Returns the point at a position in the picture, in the plane through the point `through` parallel to the screen.
-   */
+  /** Returns the point at a position in the picture. It lies in the plane through `through` parallel to the screen. */
   unproject(x, y, through) {
     const { right, above, back, eye, focus } = this.sight();
     const depth = -dot(subtract(through, eye), back);

@@ -1,5 +1,3 @@
-// Text and numbers below and over the picture.
-
 const COUNT_WORDS = {
   core: "contacts of cores", capture: "captures", release: "escapes", bounce: "bounces inside a well", bond: "bonds", wall: "walls", thermostat: "thermostat",
 };

@@ -25,15 +25,12 @@ class Observables {
     this.paths = has("positions") ? new Paths(system) : undefined;
   }
 
-  /** Selects the observables to report; all if `names` is missing. */
+  /** Selects the observables to report. The default is all. */
   want(names) {
     this.wanted = names;
   }
 
-  /**
-   * Samples a state: time; positions, velocities and images of all particles by id; kinetic and potential energy,
-   * virial, event counts and stage.
-   */
+  /** Samples a state: time, positions, velocities and images by id, energies, virial, event counts and stage. */
   sample(state) {
     const { time } = state;
     if (this.time !== undefined && time < this.time) {
@@ -62,7 +59,7 @@ class Observables {
     this.countEvents(time, state);
   }
 
-  /** Detects properties that are not in the head: a sheared or open box, and growing particles. */
+  /** Detects growing particles, and boxes that are sheared or open. */
   learn({ displacement, scale = 1, positions }) {
     const { system } = this;
     const isSheared = Boolean(displacement) && !system.isSheared;
@@ -75,7 +72,7 @@ class Observables {
         this[name] = offered.includes(name) ? this[name] : undefined;
       }
     }
-    // An average over different diameters is meaningless, so the average starts again when diameters change.
+    // An average over different diameters would be meaningless.
     if (this.radial && Math.abs(scale / this.radial.scale - 1) > 0.01) {
       this.radial = new RadialDistribution(system, { scale });
     }
@@ -109,10 +106,7 @@ class Observables {
     );
   }
 
-  /**
-   * Returns the selected results in new arrays. Always includes the available observables, the observables to show
-   * first, the time and the marks.
-   */
+  /** Returns the selected results in new arrays. */
   results() {
     const { offered, shown, time, marks, system } = this;
     const results = { offered, shown, time, marks: [...marks], count: system.count };
@@ -141,8 +135,7 @@ class Observables {
 
   energyResults() {
     const [t, kinetic, potential] = this.energy.read();
-    // Hard particles without gravity have kinetic energy only. Potential energy in gravity is relative to its initial
-    // value.
+    // The initial potential energy in gravity is set to zero.
     const hasPotential = potential.some((value) => value !== 0);
     const zero = this.system.isHeavy ? potential[0] : 0;
     const relative = potential.map((value) => value - zero);
@@ -150,7 +143,7 @@ class Observables {
     return hasPotential ? { t, kinetic, potential: relative, total, isRelative: this.system.isHeavy } : { t, kinetic };
   }
 
-  /** Returns the numbers of events by kind, or their rates if there are more than `FEW` particles. */
+  /** Returns the numbers of events by kind. For many particles, returns the rates. */
   eventResults() {
     const [t, ...counts] = this.counts.read();
     const last = t.length - 1;
@@ -181,7 +174,6 @@ function planesOf(system) {
   return planes.length > 0 ? planes : [{ name: "in the lowest tenth", axis: fall, at, sign }];
 }
 
-/** Recent coordinates and velocities of a few particles. */
 class Paths {
   constructor(system) {
     this.system = system;
@@ -201,8 +193,8 @@ class Paths {
   }
 
   /**
-   * Returns positions along the axis with the largest motion. Another axis takes over only if its range is more than
-   * 1.5 times as large.
+   * Returns positions along the axis with the largest range. The axis changes only if another range is 1.5 times as
+   * large.
    */
   results() {
     const { system } = this;

@@ -10,12 +10,9 @@ const DECADES = [-12, 12];
 const LAG_BINS = LAGS_PER_DECADE * (DECADES[1] - DECADES[0]);
 
 /**
- * Mean squared displacement and velocity autocorrelation by species, averaged over several time origins, along the axes
- * on which particles move without bound.
- *
+ * Mean squared displacement and velocity autocorrelation of each species, averaged over several time origins.
  * If the velocity of the centre of mass along an axis is conserved, displacements and velocities are relative to the
- * centre of mass. A factor corrects for the share m / M of each particle in the motion of the centre of mass. Origins
- * of the earlier part of the run are dropped with their sums.
+ * centre of mass.
  */
 class Displacement {
   constructor(system) {
@@ -24,8 +21,7 @@ class Displacement {
     const present = [...new Set(Array.from(moving, (id) => head.particles[id]))].sort((a, b) => a - b);
     this.names = present.length <= 3 ? present.map((index) => head.species[index].name) : ["all"];
     const stride = Math.ceil(count / MOST_TRACERS);
-    // In groups of fewer than 200 particles, all particles are tracers. The tracers of a group are contiguous in the
-    // arrays.
+    // The tracers of a group are contiguous in the arrays.
     const groups = present.length <= 3 ? present.map((index) => [index]) : [present];
     const members = groups.map((group) => moving.filter((id) => group.includes(head.particles[id])));
     const followed = members.map((ids) => ids.filter((_, n) => ids.length < 200 || n % stride === 0));
@@ -33,13 +29,12 @@ class Displacement {
     this.numbers = followed.map((ids) => ids.length);
     this.axes = freeAxes;
     this.isRelative = freeAxes.map((k) => conserved[k] && count > 1);
-    // Motion relative to the centre of mass is smaller than absolute motion. These factors, by group and axis, correct
-    // the averages.
+    // Relative to the centre of mass of mass M, a particle of mass m moves less. The factor is 1 / (1 - m / M).
     this.factors = followed.map((ids) => {
       const part = ids.reduce((sum, id) => sum + masses[id], 0) / ids.length / totalMass;
       return this.isRelative.map((is) => (is ? 1 / (1 - part) : 1));
     });
-    // For each bin of lag times: number of samples, sum of lag times, and two sums for each group.
+    // Columns of a bin: number of samples, sum of lag times, and two sums for each group.
     this.columns = 2 + 2 * this.names.length;
     this.sums = new LateSums(LAG_BINS * this.columns);
     this.origins = [];
@@ -49,7 +44,6 @@ class Displacement {
     this.shortest = Infinity;
   }
 
-  /** Returns unwrapped positions or velocities of the tracers along the free axes. */
   frame(numbers, images) {
     const { system, tracers, axes } = this;
     const { totalMass, size } = system;
@@ -65,7 +59,7 @@ class Displacement {
     return out;
   }
 
-  /** Returns the mass-weighted sum of a component over all moving particles. */
+  /** Returns the mass-weighted sum of a component over the moving particles. */
   moment(k, numbers, images) {
     const { moving, masses, size } = this.system;
     const edge = images ? size[k] : 0;
@@ -140,9 +134,8 @@ class Displacement {
   }
 
   /**
-   * Returns the diffusion coefficient: the slope divided by 2 d. Returns NaN if the slopes at shorter and longer lag
-   * times differ by a tenth or more.
-   *
+   * Returns the diffusion coefficient: the slope divided by 2 d. It is NaN if the slope still changes with the lag
+   * time.
    * Lag times longer than a third of the longest one have few origins and are excluded.
    */
   slope(t, values) {

@@ -1,16 +1,13 @@
 const MOST_INTERVALS = 120;
 
 /**
- * Pressure of a periodic box by the virial theorem, P V = N T + W / (D t), where W is the sum of r_ij . J over the pair
- * events in a time t.
- *
- * T is the kinetic temperature, 2 (K - P^2 / 2M) / (D N - c). `carom run` reports the same pressure, except that it
- * integrates T over time exactly; this class interpolates T linearly between samples.
+ * Pressure of a periodic box, P V = N T + W / (D t), where W is the sum of r_ij . J over the pair events in a time t.
+ * T is the kinetic temperature, 2 (K - P^2 / 2M) / (D N - c). T is interpolated linearly between samples.
  */
 class Pressure {
   constructor(system) {
     this.system = system;
-    // The two columns are the virial and the time integral of the temperature.
+    // Columns: the virial, and the time integral of the temperature.
     this.series = new TimeSeries(2);
     this.before = undefined;
     this.integral = 0;
@@ -47,7 +44,7 @@ class Pressure {
     return { t, p, mean, error: Pressure.scatter(p.subarray(half)), since: times[ends[half]], from: times[0], expected };
   }
 
-  /** Returns the standard error of the mean of values, from up to eight blocks; NaN for fewer than four blocks. */
+  /** Returns the standard error of the mean from up to eight blocks, or NaN for fewer than four blocks. */
   static scatter(values) {
     const number = Math.min(8, values.length);
     const blocks = Array.from({ length: number }, (_, k) => {
@@ -59,10 +56,7 @@ class Pressure {
     return number < 4 ? NaN : Math.sqrt(square / (number * (number - 1)));
   }
 
-  /**
-   * Returns the compressibility factor of a fluid of hard rods, disks or spheres; NaN if the fluid is not stable at
-   * this packing fraction.
-   */
+  /** Returns the compressibility factor of a fluid of hard rods, disks or spheres, or NaN for dense systems. */
   static compressibility(fraction, dimensions) {
     if (dimensions === 1) {
       // L. Tonks, Phys. Rev. 50, 955 (1936).
@@ -76,9 +70,7 @@ class Pressure {
     return fraction < 0.494 ? (1 + fraction + fraction ** 2 - fraction ** 3) / (1 - fraction) ** 3 : NaN;
   }
 
-  /**
-   * Returns the theoretical pressure of hard spheres; NaN unless there is one elastic species at constant temperature.
-   */
+  /** Returns the theoretical pressure of hard spheres, or NaN for any other system. */
   expected(counts, radial) {
     const { head, moving, count, dimensions, volume } = this.system;
     const species = new Set(Array.from(moving, (id) => head.particles[id]));
@@ -111,7 +103,6 @@ function intervalsOf(times) {
   return ends.reverse();
 }
 
-/** Returns whether the closest pairs are exactly one diameter apart. */
 function hasContactAt(radial, diameter) {
   if (!radial) {
     return false;

@@ -1,16 +1,14 @@
-/** Number of pair distances after which a sample stops; they take about a millisecond. */
+/** Number of pair distances in a sample. They take about a millisecond. */
 const MOST_DISTANCES = 80_000;
 
 const RADIAL_BINS = 160;
 
 /**
- * Expected number of points within a distance, for a uniform density in the part of the box that particle centres can
- * reach.
- *
- * The separation s of two points has the density prod_k (1 - |s_k| / L_k) / V along axes that are not periodic, and 1 /
- * V within half a period along periodic axes. Up to the shortest edge, its mean over the directions is a polynomial in
- * r, with the means of |u_x|, |u_x u_y| and |u_x u_y u_z| over the sphere or the circle. Walls keep centres half a
+ * Distances of points with a uniform density in the region of the particle centres. Walls keep the centres half a
  * diameter away.
+ * The density of the separation s is a product over the axes: (1 - |s_k| / L_k) / L_k, or 1 / L_k if the axis is
+ * periodic. Below the shortest edge, its average over all directions is a polynomial in |s|. The coefficients contain
+ * the averages of |u_x|, |u_x u_y| and |u_x u_y u_z| over unit vectors u.
  */
 class Room {
   constructor(system, diameter) {
@@ -46,11 +44,9 @@ class Room {
 }
 
 /**
- * g(r) = n(r) / n_ideal(r): number of pairs in a bin, divided by the number expected without correlations, averaged
- * over the later part of the run.
- *
- * Each sample takes some particles as centres and evaluates all their neighbours. The next sample takes the next
- * particles, so the cost per sample is bounded. Two moving species have three curves; more than two are treated as one.
+ * g(r) = n(r) / n_ideal(r), where n_ideal is the number of pairs in a bin without correlations.
+ * Each sample takes some particles as centres, and the next sample takes the next particles. This limits the cost of a
+ * sample. Two species have three curves; more species are treated as one.
  */
 class RadialDistribution {
   constructor(system, { cutoff = Infinity, width, most = MOST_DISTANCES, scale = 1 } = {}) {
@@ -75,7 +71,7 @@ class RadialDistribution {
     if (!Number.isFinite(this.cutoff)) {
       this.cutoff = reach;
     }
-    // One bin starts exactly at contact, because the bin width is a fraction of the smallest diameter.
+    // One bin starts exactly at contact.
     const core = Math.min(...diameters);
     const perCore = Math.max(8, Math.round((RADIAL_BINS * core) / this.cutoff));
     this.width = width ?? (core > 0 && core < this.cutoff ? core / perCore : this.cutoff / RADIAL_BINS);
@@ -93,7 +89,7 @@ class RadialDistribution {
       classes.length === 2 ? pair.map((number) => head.species[present[number]].name).join("–") : "g(r)",
     );
     this.probabilities = this.pairs.map(([a, b]) => this.shells(rooms[a], rooms[b]));
-    // Pair counts by curve and bin, then the number of centres in each class of species.
+    // Columns: pair counts by curve and bin, then the number of centres of each class.
     this.sums = new LateSums(this.pairs.length * this.bins + 2);
     this.next = 0;
     this.periods = Float64Array.from([0, 1, 2], (k) => (system.periodic[k] ? system.size[k] : Infinity));
@@ -105,9 +101,7 @@ class RadialDistribution {
     return Float64Array.from({ length: this.bins }, (_, k) => Math.sqrt(shell(rooms[0], k) * shell(rooms[1], k)));
   }
 
-  /**
-   * Sets up cells at least half as long as the largest distance. An axis with fewer than five such cells has one cell.
-   */
+  /** Sets up cells at least half as long as the cutoff. An axis with fewer than five such cells has one cell. */
   makeCells() {
     const { system, cutoff } = this;
     const most = Math.max(1, Math.floor((2 * system.count) ** (1 / system.dimensions)));
@@ -116,7 +110,7 @@ class RadialDistribution {
       const number = Math.min(Math.floor((2 * system.size[k]) / cutoff), most);
       this.cells[k] = number >= 5 ? number : 1;
     }
-    // Number of cells to search on each side of a particle, by axis.
+    // Number of cells to search on each side of a particle.
     this.steps = this.cells.map((number, k) =>
       number === 1
         ? 0
@@ -190,8 +184,7 @@ class RadialDistribution {
         if (row < 0 || row >= cells[1]) {
           continue;
         }
-        // Cells of a row are adjacent in memory. Along a periodic axis, the search continues at the other end of the
-        // row.
+        // Cells of a row are adjacent in memory. The search continues at the other end of a periodic axis.
         const first = cells[0] * (row + cells[1] * layer);
         distances += this.count(place, starts[first + Math.max(low, 0)], starts[first + Math.min(high, last) + 1]);
         if (periodic[0] && low < 0) {
@@ -205,10 +198,7 @@ class RadialDistribution {
     return distances;
   }
 
-  /**
-   * Counts the particles in a range of places within the cutoff of a particle. Returns the number of particles in the
-   * range.
-   */
+  /** Counts the particles in a range that are within the cutoff. Returns the length of the range. */
   count(place, first, end) {
     const { sorted, classOf, bins, periods } = this;
     const counts = this.sums.newer;
@@ -225,7 +215,7 @@ class RadialDistribution {
       let dx = Math.abs(sorted[3 * other] - x);
       let dy = Math.abs(sorted[3 * other + 1] - y);
       let dz = Math.abs(sorted[3 * other + 2] - z);
-      // Distance to the nearest periodic image. An axis that is not periodic has an infinite period.
+      // Distance to the nearest periodic image. The period of other axes is infinite.
       dx = Math.min(dx, Math.abs(periodX - dx));
       dy = Math.min(dy, Math.abs(periodY - dy));
       dz = Math.min(dz, Math.abs(periodZ - dz));
@@ -244,7 +234,7 @@ class RadialDistribution {
     const { bins, pairs, sums, counts } = this;
     const centres = [0, 1].map((number) => sums.total(pairs.length * bins + number));
     const g = pairs.map(([a, b], pair) => {
-      // For a pair of different species, particles of both species are centres.
+      // Particles of both species are centres.
       const partners = a === b ? centres[a] * (counts[a] - 1) : centres[a] * counts[b] + centres[b] * counts[a];
       return Float64Array.from(
         { length: bins },

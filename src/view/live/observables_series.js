@@ -11,7 +11,7 @@ class TimeSeries {
     this.last = undefined;
   }
 
-  /** Adds values. The last values are always kept. */
+  /** The last values are always kept. */
   add(time, values) {
     this.last = [time, ...values];
     if (this.passed % this.stride === 0) {
@@ -35,7 +35,6 @@ class TimeSeries {
     this.passed = this.length * this.stride;
   }
 
-  /** Returns the times and values so far in new arrays. */
   read() {
     const hasMore = this.length > 0 && this.last[0] > this.columns[0][this.length - 1];
     return this.columns.map((column, k) => {
@@ -49,7 +48,6 @@ class TimeSeries {
   }
 }
 
-/** The most recent points of a time series, at full resolution. */
 class RecentSeries {
   constructor(columns, most = MOST_POINTS) {
     this.most = most;
@@ -78,10 +76,9 @@ class RecentSeries {
 }
 
 /**
- * Sums over the later part of a run, without samples before equilibration.
- *
+ * Sums over the later part of a run.
  * There are two consecutive windows. Once the newer window is twice as long as the older one, the older one is dropped.
- * The sums then still cover at least half of the time so far.
+ * The sums always cover at least half of the time so far.
  */
 class LateSums {
   constructor(length) {
@@ -91,7 +88,7 @@ class LateSums {
     this.middle = undefined;
   }
 
-  /** Records the time of the next sample. Returns true if older sums were dropped. */
+  /** Records the time of the next sample. Returns true if the older window was dropped. */
   turn(time) {
     if (this.from === undefined) {
       this.from = time;

@@ -1,25 +1,24 @@
-/** Number of speed bins, and the largest speed in units of sqrt(T / m). */
+/** Number of speed bins, and largest speed in units of sqrt(T / m). */
 const SPEED_BINS = 50;
 const FASTEST = 5;
 
-/** Returns the Maxwell density of speeds in one to three dimensions, for velocity components of variance 1. */
+/** Returns the Maxwell density of speeds, for velocity components of variance 1. */
 function maxwellDensity(x, dimensions) {
   const power = [0, Math.sqrt(2 / Math.PI), x, Math.sqrt(2 / Math.PI) * x * x][dimensions];
   return power * Math.exp(-0.5 * x * x);
 }
 
 /**
- * The present distribution of speeds, its average over the later part of the run, and the kinetic temperature.
- *
- * Along axes with a conserved velocity of the centre of mass, speeds are relative to the centre of mass. Each speed is
- * divided by the standard deviation of a velocity component at equilibrium, sqrt((1 - m / M) T / m), with the
- * temperature of the sample. Different masses and cooling gases therefore have one curve.
+ * Present distribution of speeds, average distribution over the later part of the run, and kinetic temperature.
+ * Along axes with a conserved momentum, speeds are relative to the centre of mass. They are divided by the standard
+ * deviation of a velocity component at equilibrium, sqrt((1 - m / M) T / m). This scaling gives one curve for different
+ * masses, and for a gas that cools.
  */
 class Speeds {
   constructor(system) {
     this.system = system;
     this.now = new Float64Array(SPEED_BINS);
-    // Counts by speed bin, then the number of all speeds.
+    // The counts of the speed bins, followed by the number of all speeds.
     this.sums = new LateSums(SPEED_BINS + 1);
     this.scale = 1;
     this.speeds = new Float64Array(system.count);

@@ -1,11 +1,8 @@
 /**
- * The observed system: the moving particles, the axes that are not flat, and the meaningful observables.
- *
- * The head has species, particles, lower, size, periodic, flat, gravity (or the acceleration of species) and surfaces.
- * It may also have `walls` (for each axis, whether its lower and its upper side is a wall; by default, a side that is
- * neither periodic nor flat is a wall), `shearRate`, `conserved` (axes along which the momentum is conserved), `flows`
- * ([[measure.flow]]: name, axis 0 to 2, at), `isContained` (a closed surface contains the particles) and `hardSpheres`
- * (the scene is a single species of elastic hard spheres).
+ * The moving particles, the axes that are not flat, and the meaningful observables.
+ * Optional data in the head: `walls` (whether the lower and upper sides of each axis are walls), `shearRate`,
+ * `conserved` (axes along which the momentum is conserved), `flows` (name, axis and position of planes), `isContained`
+ * (a closed surface encloses the particles) and `hardSpheres` (a single species of elastic hard spheres).
  */
 class ObservedSystem {
   constructor(head) {
@@ -42,15 +39,15 @@ class ObservedSystem {
     );
   }
 
-  /** Records that the box is sheared, or that particles leave it. Some observables are then meaningless. */
+  /** Records that the box is sheared, or that particles leave it. */
   limit(isSheared, isOpen) {
     this.isSheared ||= isSheared;
     this.isOpen ||= isOpen;
     const isEven = !this.hasStatic && !this.hasSurfaces && !this.isHeavy && !this.isSheared;
     this.isHomogeneous = this.isPeriodic && isEven;
-    // g(r) can be divided by a single density, because the density is uniform apart from layers at walls.
+    // The density is uniform apart from layers at walls, so g(r) can be divided by a single density.
     this.isUniform = isEven && !this.isOpen && this.axes.every((k) => this.periodic[k] || this.isWalled(k));
-    // Diffusion is measured only along axes without walls or gravity, which limit displacements.
+    // Walls and gravity limit displacements, so diffusion is measured along other axes.
     this.freeAxes = this.isSheared ? [] : this.axes.filter((k) => this.periodic[k] && this.gravity[k] === 0);
   }
 
@@ -79,7 +76,7 @@ class ObservedSystem {
     return Math.max(1, this.dimensions * this.count - this.conserved.filter(Boolean).length);
   }
 
-  /** Returns the observables that are meaningful for this system, and which of them to show first. */
+  /** Returns the meaningful observables, and those to show first. */
   offer() {
     const { count } = this;
     const few = count > 0 && count <= FEW;
@@ -106,13 +103,11 @@ class ObservedSystem {
   }
 }
 
-/** Largest number of particles that are followed one by one. */
+/** Largest number of particles for plots of single particles. */
 const FEW = 12;
 
-/** Smallest number of particles for a meaningful distribution. */
 const MANY = 20;
 
-/** Returns whether a list, or a table of lists, is not empty. */
 function hasAny(surfaces) {
   return Array.isArray(surfaces) ? surfaces.length > 0 : Boolean(surfaces);
 }

@@ -9,7 +9,6 @@ use crate::view::report::base64;
 
 pub(super) fn letters(bytes: &[u8]) -> String {
     let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
-    // Writing to memory cannot fail.
     let packed: io::Result<Vec<u8>> = gzip.write_all(bytes).and_then(|()| gzip.finish());
     let mut letters = String::new();
     base64::encode(&packed.unwrap_or_default(), &mut letters);

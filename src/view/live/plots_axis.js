@@ -1,6 +1,6 @@
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
-/** Makes the text of a JavaScript number readable. */
+/** Replaces an exponent such as `e-5` by a power of ten. */
 function plainNumber(text) {
   const [digits, exponent] = text.split("e");
   const plain = digits.replace("-", "−");
@@ -16,9 +16,7 @@ function plotValue(value) {
   return plainNumber(size === 0 || (size >= 1e-3 && size < 1e6) ? String(Number(value.toPrecision(4))) : value.toExponential(3));
 }
 
-/**
- * A linear or logarithmic axis between two positions in pixels. Its limits stay while the data fit and fill most of it.
- */
+/** A linear or logarithmic axis in pixels. Its limits stay while the data fit and fill most of it. */
 class PlotAxis {
   constructor() {
     this.low = NaN;
@@ -26,7 +24,7 @@ class PlotAxis {
     this.isLogarithmic = false;
   }
 
-  /** Returns the step of a linear axis for about `number` steps: 1, 2 or 5 times a power of ten. */
+  /** Returns a step of 1, 2 or 5 times a power of ten, for about `number` steps. */
   static step(span, number) {
     const raw = span / number;
     const power = 10 ** Math.floor(Math.log10(raw));
@@ -34,8 +32,8 @@ class PlotAxis {
   }
 
   /**
-   * Fits the axis to a range of values. A limit that is `kept` is exact. If the axis `grows`, it extends beyond the
-   * upper value.
+   * Fits the axis to a range of values. If a limit is `kept`, it is exact. If the axis `grows`, it leaves room for
+   * later values.
    */
   show([low, high], { isLogarithmic = false, kept = [false, false], grows = false, fills = 0.5 } = {}) {
     if (isLogarithmic !== this.isLogarithmic) {
@@ -55,12 +53,11 @@ class PlotAxis {
     const room = isLogarithmic ? 0.06 * span : 0;
     const down = isLogarithmic ? least - room : Math.floor(least / step - 0.2) * step;
     const up = isLogarithmic ? most + room : Math.ceil(most / step + 0.2) * step;
-    // A quantity that is never negative has no axis below zero.
+    // The axis of a quantity that is never negative does not extend below zero.
     this.low = kept[0] ? least : !isLogarithmic && from >= 0 ? Math.max(0, down) : down;
     this.high = kept[1] ? most : grows ? Math.ceil((least + 1.25 * span) / step) * step : up;
   }
 
-  /** Places the axis between two positions in pixels. */
   between(from, to) {
     [this.from, this.to] = [from, to];
     this.factor = (to - from) / (this.high - this.low);

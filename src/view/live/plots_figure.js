@@ -1,8 +1,7 @@
 /**
  * A plot of growing curves, in the style of the report.
- *
- * Lines are {name, x, y, style}. The style is "line", "thin", "dashes" (theory), "steps" (a histogram: y over even bins
- * with centres x) or "level" (across the plot). If `time` is true, x is the simulated time; such plots share a cursor.
+ * Lines are {name, x, y, style}. The style is "line", "thin", "dashes" (theory), "steps" (a histogram) or "level"
+ * (across the plot). If `time` is true, x is the simulated time. Such plots share a cursor.
  */
 class Plot {
   constructor(
@@ -105,7 +104,6 @@ class Plot {
     this.figure.remove();
   }
 
-  /** Moves the cursor to a value of x. Without x, removes the cursor. */
   point(x) {
     this.cursor(x);
     this.onCursor(x);
@@ -237,7 +235,7 @@ class Plot {
     const isIn = isThere && place >= this.edge.left - 1 && place <= this.width - PLOT_EDGE.right + 1;
     this.hair.setAttribute("d", isIn ? `M${place.toFixed(1)} ${top}V${this.height - bottom}` : "");
     const dots = [];
-    // Values that are tiny on the scale of the axis are round-off, and are shown as zero.
+    // Tiny values are round-off, and are shown as zero.
     const [, up] = this.axes;
     const least = up.isLogarithmic ? 0 : 1e-9 * (up.high - up.low);
     for (const { name, value } of this.values ?? []) {
@@ -284,7 +282,7 @@ class Plot {
   }
 }
 
-/** Interpolates a curve linearly at x. Returns an empty array beyond its ends. */
+/** Interpolates a curve at x. Returns an empty array outside the curve. */
 function valueAt({ x: values, y, style, isLoose }, x) {
   let [low, high] = [0, values.length - 1];
   if (isLoose || !(x >= values[low] && x <= values[high])) {

@@ -20,13 +20,13 @@ function made(name, className, parent, text) {
 /** Margins of the plot area in pixels. The left margin depends on the labels. */
 const PLOT_EDGE = { top: 8, right: 12, bottom: 44 };
 
-/** Places the plot area, and draws the axes with grid, ticks and titles if they have changed. */
+/** Draws the axes with grid, ticks and titles if they have changed. */
 function drawPlotFrame(plot) {
   const { width, height, axes } = plot;
   const [x, y] = axes;
   const upright = y.marks(Math.max(3, height / 48));
   const longest = Math.max(1, ...upright.map(({ label }) => label?.length ?? 0));
-  // The width of the labels is rounded up to ten pixels, so that the plot area does not jitter.
+  // The width of the labels is rounded, so that the plot area does not jitter.
   const left = 34 + 10 * Math.ceil((7.2 * longest) / 10);
   plot.edge = { ...PLOT_EDGE, left };
   x.between(left, width - PLOT_EDGE.right);

@@ -9,10 +9,9 @@ function lastRate(t, values, part = 0.25) {
   return last > first && first >= 0 ? (values[last] - values[first]) / (t[last] - t[first]) : NaN;
 }
 
-/** Largest number of points of a path in a phase portrait; all are drawn. */
+/** Largest number of points of a path in a phase portrait. */
 const PORTRAIT_POINTS = 800;
 
-/** The available plots: their labels, and the conversion of results to curves. */
 const PLOT_KINDS = {
   speeds: {
     chip: "Speeds",
@@ -24,7 +23,7 @@ const PLOT_KINDS = {
     content({ speeds, time }) {
       const { centres, now, density, speed, maxwell, isReduced, temperature } = speeds;
       const highest = Math.max(...now, ...density);
-      // If all particles start with the same speed, the high peak is clipped, so that other parts remain visible.
+      // If all particles start with equal speeds, the high peak is clipped, so that other parts remain visible.
       const peak =
         maxwell.length > 0 ? Math.min(Math.max(highest, 1.15 * Math.max(...maxwell)), 2 * Math.max(...maxwell)) : highest;
       const lines = [
@@ -73,7 +72,7 @@ const PLOT_KINDS = {
       if (potential) {
         lines.push(line(energy.isRelative ? "potential from the start" : "potential", t, potential), line("total", t, total));
       }
-      // The energy of a cooling gas decays as a power of time and needs a logarithmic axis.
+      // The energy of a cooling gas decays as a power of time.
       const cools = !potential && kinetic[0] > 0 && kinetic[kinetic.length - 1] < 0.03 * Math.max(...kinetic);
       return { lines, marks, logarithmic: [false, cools] };
     },

@@ -2,9 +2,8 @@
 const pixel = (place) => Math.round(Math.min(Math.max(place, -1e4), 1e4) * 10) / 10;
 
 /**
- * Returns the SVG path of a curve. Of the points in a pixel column, the path keeps the first. If the curve leaves the
- * line between the first and last point by more than a pixel, the path also keeps the lowest, the highest and the last
- * point.
+ * Returns the SVG path of a curve. In a dense curve, a pixel column has at most four points: the first, lowest, highest
+ * and last.
  */
 function curvePath({ x, y, isLoose }, [across, up]) {
   const parts = [];
@@ -33,7 +32,6 @@ function curvePath({ x, y, isLoose }, [across, up]) {
         least = Math.min(least, last);
         most = Math.max(most, last);
       }
-      // Extremes less than a pixel beyond the ends are not drawn.
       const [low, high] = [Math.min(top, last) - 1, Math.max(top, last) + 1];
       if (least < low || most > high) {
         [least, most, last].forEach((place) => add(left, place));
@@ -43,7 +41,7 @@ function curvePath({ x, y, isLoose }, [across, up]) {
   return parts.join("");
 }
 
-/** Returns the path of the area of a histogram, or of the area between the curves `low` and `high`. */
+/** Returns the path of a histogram's area, or of the area between the curves `low` and `high`. */
 function stepsPath({ x, y, low, high }, [across, up]) {
   const bottom = up.from;
   const place = (value) => pixel(up.hasPlace(value) ? up.place(value) : bottom);
@@ -60,7 +58,6 @@ function stepsPath({ x, y, low, high }, [across, up]) {
   return `M${edge(x[0] - half)} ${pixel(bottom)}${steps.join("")}V${pixel(bottom)}Z`;
 }
 
-/** Properties that the style sheet of the page gives a plot. */
 const SAVED = [
   "fill",
   "stroke",

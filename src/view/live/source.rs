@@ -1,5 +1,3 @@
-//! Contents of a live page: the text of a scene, overrides, and input files.
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,14 +12,13 @@ use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
     pub(super) text: String,
-    /// Overrides of values in the text, by key.
     pub(super) changes: BTreeMap<String, String>,
     /// Input files, by their names in the scene.
     pub(super) files: BTreeMap<PathBuf, Vec<u8>>,
 }
 
 impl Source {
-    /// Reads the scene in a file, with overrides as in [`Scene::from_file_with`]. The files of a preceding run are not
+    /// Reads the scene in a file, with overrides as in [`Scene::from_file_with`]. Files of an earlier run are not
     /// included.
     ///
     /// # Errors

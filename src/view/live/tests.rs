@@ -43,7 +43,7 @@ fn text() -> String {
     TEXT.to_owned()
 }
 
-/// Returns the page of a scene; `packed` is its compressed engine.
+/// `packed` is the compressed engine.
 fn page_of(text: &str, packed: &[u8]) -> Page {
     let file = [format!("carom engine {}\n", env!("CAROM_FINGERPRINT")).as_bytes(), packed].concat();
     let source = Source { text: text.to_owned(), ..Source::default() };
@@ -137,7 +137,6 @@ fn page_contains_original_text_overrides_and_files() {
     assert_eq!(told["text"], text);
     assert_eq!(told["changes"], json!({ "species.disc.mass": "2.0" }));
     assert_eq!(told["files"][0]["name"], "at/start.xyz");
-    // A gzip header in base64.
     assert!(told["files"][0]["content"].as_str().unwrap().starts_with("H4sI"), "{}", told["files"][0]["content"]);
     assert_eq!(told["files"].as_array().unwrap().len(), 1);
     std::fs::remove_file(folder.path().join("at/start.xyz")).unwrap();

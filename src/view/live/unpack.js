@@ -1,8 +1,7 @@
-// Decompresses LZMA. It is a third smaller than gzip, but browsers support only gzip. The format is defined in
-// `lzma-specification.txt` of the LZMA SDK (Igor Pavlov, public domain): a header of 13 bytes, then a range-coded
-// stream.
+// Decompresses LZMA, which is a third smaller than gzip. Browsers support only gzip. The format is defined in
+// `lzma-specification.txt` of the LZMA SDK (Igor Pavlov, public domain).
 
-/** Number of bits of a probability, and its adaptation rate. */
+/** Number of bits of a probability, and adaptation rate. */
 const LZMA_ONE = 11;
 const LZMA_FOLLOW = 5;
 
@@ -28,7 +27,7 @@ class RangeDecoder {
   constructor(bytes, at) {
     this.bytes = bytes;
     this.at = at + 5;
-    // Range and code of the decoder. The typed array keeps them unsigned, with 32 bits.
+    // Range and code of the decoder, as unsigned numbers of 32 bits.
     this.registers = Uint32Array.of(0xffffffff, new DataView(bytes.buffer, bytes.byteOffset).getUint32(at + 1));
   }
 
@@ -126,8 +125,7 @@ class Unpacker {
     const context = ((at & ((1 << lp) - 1)) << lc) + (before >> (8 - lc));
     const place = LZMA_TABLES.literals + 0x300 * context;
     let symbol = 1;
-    // The byte that would have continued a match is a hint for the byte after the match, up to the first bit that
-    // differs.
+    // After a match, the next byte of its source is a hint, up to the first bit that differs.
     if (state >= 7) {
       let hint = out[at - this.distances[0] - 1];
       while (symbol < 0x100) {
@@ -214,7 +212,7 @@ class Unpacker {
     return base + (coder.direct(bits - 4) << 4) + coder.reverseTree(probabilities, LZMA_TABLES.align, 4);
   }
 
-  /** Copies earlier output. The source may overlap the copy. */
+  /** The source may overlap the copy. */
   copy(length) {
     const from = this.at - this.distances[0] - 1;
     if (from < 0 || this.at + length > this.out.length) {

@@ -1,4 +1,4 @@
-/** Wall time without a request for a picture after which the simulation pauses; the page is then hidden `[ms]`. */
+/** If the page requests no picture for this time, it is hidden, and the simulation pauses `[ms]`. */
 const UNSEEN = 400;
 
 /** Rest after the simulation has reached its target time `[ms]`. */
@@ -17,9 +17,7 @@ async function gunzipped(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/**
- * The simulation in its own thread. It receives messages from the page, runs in short slices, and delivers pictures.
- */
+/** The simulation in its own thread. It runs in short slices between messages from the page. */
 class Laboratory {
   constructor() {
     this.pace = new Pace();
@@ -43,7 +41,7 @@ class Laboratory {
     }
   }
 
-  /** Handles a trap of the engine. The instance is then unreliable, and the next start uses a new one. */
+  /** After a trap, the engine is unreliable. The next start uses a new instance. */
   fail(error, number) {
     this.state = this.frames = this.head = undefined;
     this.isRunning = false;
@@ -70,7 +68,7 @@ class Laboratory {
   }
 
   on_start({ text, changes = {} }) {
-    // A scene with an error leaves the running scene unchanged.
+    // If the new scene has an error, the running scene continues.
     const checked = this.head ? this.engine.check(text, changes) : {};
     if (checked.error) {
       this.post({ ...checked, kind: "error" });
@@ -185,10 +183,7 @@ class Laboratory {
     this.wake();
   }
 
-  /**
-   * Returns the upcoming events, which a copy of the simulation predicts. The copy runs again once fewer than a third
-   * of the events remain.
-   */
+  /** Returns the next events. A copy of the simulation predicts more events once two thirds of them have passed. */
   announce(count) {
     if (count === 0) {
       return undefined;
@@ -203,7 +198,7 @@ class Laboratory {
     return list;
   }
 
-  /** Runs for at most one slice while the simulation is behind its target time. Returns whether it is still behind. */
+  /** Runs for at most one slice. Returns whether the simulation is still behind its target time. */
   run(began) {
     let now = began;
     while (this.isRunning && now - began < SLICE) {
@@ -239,7 +234,7 @@ class Laboratory {
     }
   }
 
-  /** Returns the simulated time of the next sample. Samples are evenly spaced, about twenty per second of wall time. */
+  /** Returns the simulated time of the next sample. There are about twenty samples per second of wall time. */
   nextSample(now) {
     if (!this.observables || this.observed.length === 0) {
       return Infinity;
@@ -276,7 +271,7 @@ class Laboratory {
     }
   }
 
-  /** Runs a slice of work between messages. Without requests for pictures, the simulation stops. */
+  /** Runs a slice. Without requests for pictures, the simulation stops. */
   slice() {
     this.isAwake = false;
     const now = performance.now();

@@ -1,7 +1,7 @@
-/** Relative change of a velocity that counts as round-off. */
+/** Relative round-off of a velocity. */
 const ROUNDING = 1e-9;
 
-/** Picture data of a state: positions of the moving particles, contacts since the last picture, and colour tones. */
+/** Picture data: positions of the moving particles, contacts since the last picture, and colours. */
 class Frames {
   constructor(head, state) {
     this.head = head;
@@ -42,7 +42,7 @@ class Frames {
     return new Type(index < 0 ? new ArrayBuffer(bytes) : this.pool.splice(index, 1)[0]);
   }
 
-  /** Returns the picture data of a state, with tones for a channel: species, speed, neighbours or history. */
+  /** Returns the picture data of a state. The colours show a channel: species, speed, neighbours or history. */
   frame(state, channel) {
     const { moving } = this;
     const positions = this.room(Float32Array, 3 * moving.length);
@@ -60,9 +60,7 @@ class Frames {
     return Object.assign(frame, this.tones(state, channel));
   }
 
-  /**
-   * Marks the particles whose velocity a contact has changed since the last picture. Changes by gravity do not count.
-   */
+  /** Marks the particles whose velocity a contact has changed since the last picture. */
   hits(state) {
     const { moving, before } = this;
     const { velocities, time, events, acceleration } = state;
@@ -79,7 +77,7 @@ class Frames {
       hits[k] = isChanged(3 * moving[k]) ? 1 : 0;
       count += hits[k];
     }
-    // An event usually changes at most two velocities. If more have changed, contacts cannot be distinguished, and none
+    // An event usually changes at most two velocities. If more have changed, the contacts are unknown, and no particle
     // is marked.
     if (count > 2 * (events - this.beforeEvents)) {
       hits.fill(0);
@@ -90,7 +88,7 @@ class Frames {
     return hits;
   }
 
-  /** Ignores all changes of velocity up to a state, for example after a kick by the user. */
+  /** Ignores earlier changes of velocity, for example after a kick by the user. */
   skip(state) {
     this.before.set(state.velocities);
     this.beforeTime = state.time;
@@ -119,8 +117,7 @@ class Frames {
   }
 
   /**
-   * Computes the tones of speeds on a scale that slowly follows the root mean square. Returns the upper end of the
-   * scale.
+   * Computes the colours of speeds. The upper end of the scale slowly follows the root mean square, and is returned.
    */
   speedTones(velocities, tones) {
     const { moving } = this;

@@ -1,7 +1,5 @@
-//! Animated PNG: images in all colours, stored as changes to the previous image.
 //!
-//! Each image is compressed as a separate PNG, on any core. Its data are then written after a control chunk
-//! (<https://www.w3.org/TR/png-3/#11fcTL>).
+//! Animated PNG (<https://www.w3.org/TR/png-3/#11fcTL>). Each image is compressed as a separate PNG, in parallel.
 
 use std::io::{self, Write};
 
@@ -25,7 +23,6 @@ const OVER: u8 = 1;
 
 pub(super) struct ApngCodec;
 
-/// The changed part of an image, compressed.
 pub(super) struct Piece {
     rectangle: Rectangle,
     /// Content of the data chunks of a PNG.
@@ -68,7 +65,7 @@ impl<W: Write> ApngTrack<W> {
     pub fn begin(output: W, style: &Style, count: usize, per_second: u32) -> Result<Self, TrackError> {
         let mut writer = png_encoder(output, style.width, style.height).write_header().map_err(failed)?;
         let count = u32::try_from(count).map_err(io::Error::other)?;
-        // The animation repeats for ever.
+        // Zero repetitions repeat for ever.
         let animation = [count.to_be_bytes(), 0_u32.to_be_bytes()];
         writer.write_chunk(ANIMATION, animation.as_flattened()).map_err(failed)?;
         Ok(Self { writer, per_second: u16::try_from(per_second).map_err(io::Error::other)?, sequence: 0 })
@@ -91,7 +88,7 @@ impl<W: Write> Track for ApngTrack<W> {
             control.extend(u32::try_from(pixels).map_err(io::Error::other)?.to_be_bytes());
         }
         control.extend([1_u16.to_be_bytes(), self.per_second.to_be_bytes()].as_flattened());
-        // Disposal method 0 keeps the canvas for the next image.
+        // Disposal method 0 keeps the canvas.
         control.extend([0, if is_first { 0 } else { OVER }]);
         self.writer.write_chunk(CONTROL, &control).map_err(failed)?;
         if is_first {

@@ -1,6 +1,3 @@
-//! Differences between two images.
-
-/// A rectangle of at least one pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Rectangle {
     pub left: usize,
@@ -10,8 +7,8 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    /// Returns the smallest rectangle with all pixels that differ, or the first pixel if none does. Both images have
-    /// rows of length `width`.
+    /// Returns the smallest rectangle with all pixels that differ, or the first pixel. Both images have rows of length
+    /// `width`.
     fn around_changes<T: PartialEq>(previous: &[T], image: &[T], width: usize) -> Self {
         let rows = || previous.chunks(width).zip(image.chunks(width)).enumerate();
         let (mut left, mut right, mut top, mut bottom) = (width, 0, usize::MAX, 0);
@@ -28,8 +25,8 @@ impl Rectangle {
         Self { left, top, width: right - left + 1, height: bottom - top + 1 }
     }
 
-    /// Returns the rectangle in which an image differs from the previous one, and its pixels. Equal pixels are replaced
-    /// by `unchanged`. Without a previous image, the rectangle is the whole image.
+    /// Returns the changed rectangle and its pixels. Equal pixels are replaced by `unchanged`. Without a previous
+    /// image, the rectangle is the whole image.
     pub fn changes<T: PartialEq + Copy>(
         previous: Option<&[T]>,
         image: &[T],

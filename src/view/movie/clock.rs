@@ -1,11 +1,11 @@
 use super::index::Index;
 use crate::base::numbers::trunc_to_usize;
 
-/// Scientific notation is used for times of at least `LARGEST`, or with more than `MOST_DIGITS` decimals.
+/// Larger times, or times with more decimals, use scientific notation.
 const LARGEST: f64 = 1e9;
 const MOST_DIGITS: usize = 6;
 
-/// Format of the simulated time in all images of a movie. It has enough digits to distinguish successive images.
+/// Format of the simulated time. It has enough digits to distinguish successive images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Clock {
     /// Decimal notation with this number of decimals.
@@ -23,10 +23,9 @@ impl Clock {
         Self::with(mean, times().fold(0.0, |most, time| time.abs().max(most)))
     }
 
-    /// Returns the format for frames with a mean time step `step` and times up to `largest`.
     fn with(step: f64, largest: f64) -> Self {
         if !(step > 0.0 && step.is_finite()) {
-            // There is a single frame, or time does not advance.
+            // A single frame, or a time that does not advance.
             return if largest == 0.0 || (1e-2..LARGEST).contains(&largest) { Self::Plain(2) } else { Self::Powers(4) };
         }
         let is_enough = |digits: &usize| {

@@ -1,4 +1,4 @@
-//! MP4, written by the program `ffmpeg`, which receives uncompressed images through a pipe.
+//! MP4, written by the program `ffmpeg`.
 
 use std::ffi::OsString;
 use std::io;
@@ -14,7 +14,7 @@ use crate::view::render::{Image, Style};
 /// Time without progress after which ffmpeg is stopped. At the end of a large movie, ffmpeg pauses for a few seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Supported encoders, best first. Their options keep the edges of particles clean.
+/// Encoders, best first. Their options keep the edges of particles clean.
 const ENCODERS: [(&str, &[&str]); 3] =
     [("libx264", &["-preset", "medium", "-crf", "18"]), ("libopenh264", &["-b:v", "8M"]), ("mpeg4", &["-q:v", "3"])];
 
@@ -29,8 +29,7 @@ impl Ffmpeg {
     /// Searches `PATH` for ffmpeg, and chooses its best encoder.
     ///
     /// # Errors
-    /// [`ViewError::NoFfmpeg`] if ffmpeg cannot be started, [`ViewError::Ffmpeg`] if it does not answer or has no known
-    /// encoder.
+    /// [`ViewError::NoFfmpeg`] if ffmpeg cannot be started, [`ViewError::Ffmpeg`] if it has no known encoder or fails.
     pub fn find() -> Result<Self, ViewError> {
         Self::at("ffmpeg".into(), PATIENCE)
     }
@@ -46,13 +45,13 @@ impl Ffmpeg {
         Ok(Self { program, encoder, patience })
     }
 
-    /// Starts ffmpeg with an existing output file.
+    /// Starts ffmpeg. The file `file` exists and is overwritten.
     pub fn begin(&self, file: &Path, style: &Style, per_second: u32) -> Result<Process, ViewError> {
         let mut command = Command::new(&self.program);
         command.args(["-hide_banner", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", style.width, style.height)]);
         command.args(["-framerate", &per_second.to_string(), "-i", "pipe:0", "-an"]);
-        // Players assume the colour standard BT.709 for large images. Movies of all sizes declare it.
+        // Players assume the colour standard BT.709 only for large images.
         command.args(["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p"]);
         command.args([
             "-colorspace",
@@ -66,7 +65,7 @@ impl Ffmpeg {
         ]);
         command.args(["-c:v", self.encoder.0]).args(self.encoder.1);
         command.args(["-movflags", "+faststart", "-f", "mp4", "-y"]);
-        // The prefix keeps ffmpeg from reading the name as an option or a network address.
+        // Without the prefix, ffmpeg could read the name as an option or a network address.
         let mut name = OsString::from("file:");
         name.push(file);
         command.arg(name).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -74,7 +73,7 @@ impl Ffmpeg {
     }
 }
 
-/// Images as ffmpeg reads them: red, green and blue, row by row.
+/// Images as ffmpeg reads them.
 pub(super) struct Raw;
 
 impl Codec for Raw {
@@ -95,7 +94,6 @@ mod tests {
 
     const SHORT: Duration = Duration::from_millis(300);
 
-    /// Sends three images to a shell script in place of ffmpeg.
     fn with(script: &str, ask: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), TrackError> {
         let folder = tempfile::tempdir().unwrap();
         let (program, file) = (folder.path().join("ffmpeg"), folder.path().join("film.mp4"));
@@ -104,7 +102,7 @@ mod tests {
         fs::write(&file, "").unwrap();
         let ffmpeg = Ffmpeg { program: program.into(), encoder: ENCODERS[0], patience: SHORT };
         let style = Style { width: 256, height: 256, ..Style::default() };
-        // Another test that starts a process may hold the script open for a moment.
+        // A process of another test may hold the script open for a moment.
         let mut process = loop {
             match ffmpeg.begin(&file, &style, 25) {
                 Err(ViewError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
@@ -120,7 +118,7 @@ mod tests {
     #[test]
     fn hanging_ffmpeg_is_killed() {
         let mut go_on = || ControlFlow::Continue(());
-        // The last script starts a child process that outlives its shell.
+        // The last script starts a process that outlives the shell.
         for script in ["exec sleep 1000", "cat > /dev/null; exec sleep 1000", "sleep 20"] {
             let error = with(script, &mut go_on).unwrap_err();
             assert!(matches!(&error, TrackError::Ffmpeg(why) if why.contains("did nothing for 0.3 s")), "{error}");

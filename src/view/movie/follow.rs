@@ -7,14 +7,14 @@ use crate::view::ViewError;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Follow {
-    /// Centre of mass of all moving particles; unknown masses count as equal.
+    /// Centre of mass of all moving particles. Unknown masses are equal.
     CentreOfMass,
     /// A particle.
     Particle(ParticleId),
 }
 
 impl Follow {
-    /// Returns the unwrapped position of the followed point `[length]`; `None` if the point does not exist.
+    /// Returns the unwrapped position of the followed point, if it exists `[length]`.
     fn place(self, frame: &Frame) -> Option<Vector> {
         let particles = || frame.particles.iter().enumerate();
         match self {
@@ -32,8 +32,8 @@ impl Follow {
         }
     }
 
-    /// Wraps the particles so that the followed point is in the middle of the box along periodic axes. For the other
-    /// axes, returns the coordinate at which the camera should look.
+    /// Wraps the particles along periodic axes, with the followed point in the middle of the box. For other axes,
+    /// returns the coordinate at which the camera looks.
     ///
     /// # Errors
     /// [`ViewError::NoParticle`] if the frame does not contain the particle.
@@ -41,7 +41,7 @@ impl Follow {
         let place = match (self.place(&frame), self) {
             (Some(place), _) => place,
             (None, Self::Particle(id)) => return Err(ViewError::NoParticle(id)),
-            // No particle moves, so the frame has no centre of mass.
+            // No particle moves.
             (None, Self::CentreOfMass) => return Ok((frame, [None; 3])),
         };
         let middle = frame.lower + 0.5 * frame.size;
@@ -69,8 +69,7 @@ mod tests {
         assert_eq!(focus, [None, None, Some(2.0)]);
         let places: Vec<Vector> = shown.particles.iter().map(|particle| particle.position).collect();
         assert_eq!(places[..2], [Vector::new(5.0, 5.0, 2.0), Vector::new(7.0, 5.0, 4.0)]);
-        // Only moving particles contribute to the centre of mass. One of them has mass 3 and has crossed a periodic
-        // boundary.
+        // Of the two moving particles, one has mass 3 and has crossed a periodic boundary.
         scene.species[0].mass = Some(3.0);
         scene.images = vec![[-1, 0, 0], [0; 3], [0; 3]];
         let (shown, focus) = Follow::CentreOfMass.centred(scene.clone()).unwrap();

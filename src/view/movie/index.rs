@@ -1,4 +1,4 @@
-//! Index of a trajectory: the position of each frame of the movie, and data common to all images.
+//! Index of a trajectory: the position of each frame, and data common to all images.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -12,14 +12,13 @@ use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
 use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, fitted, reach, refuse_numbers};
 use crate::view::{Surfaces, ViewError};
 
-/// Number of frames in which the extent of the particles is examined.
+/// Number of frames from which the extent of the particles is determined.
 const PROBES: usize = 8;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Selection {
     pub first: u64,
     pub last: Option<u64>,
-    /// Step in frames from one image to the next.
     pub every: u64,
 }
 
@@ -51,12 +50,12 @@ pub(super) struct Index {
     /// First frame, without particles.
     stage: Frame,
     framing: Framing,
-    /// Lower corner and edges of the framed region, which contains the boxes of all frames, or all particles
-    /// `[length]`.
+    /// Lower corner and edges of the framed region `[length]`. It contains the boxes or the particles of all frames.
     region: Option<(Vector, Vector)>,
-    /// Largest radius of the particles in the framed region, by which they can extend beyond it `[length]`.
+    /// Largest radius of the particles in the framed region `[length]`. Particles may extend beyond the region by this
+    /// radius.
     margin: f64,
-    /// Lower and upper corner of the particles in a few frames `[length]`.
+    /// Corners of the region that the particles of a few frames occupy `[length]`.
     reach: Option<[Vector; 2]>,
     scale: SpeedScale,
 }
@@ -64,12 +63,12 @@ pub(super) struct Index {
 type Reader = FrameReader<BufReader<File>>;
 
 impl Index {
-    /// Scans a file once. Particle data are read only for a scale of speeds, or if there is no box.
+    /// Scans a file once. Particles are read only for a scale of speeds, or if there is no box.
     ///
     /// # Errors
     /// [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::NoSuchFrame`] or [`ViewError::Frame`] if no
     /// frame can be drawn, [`ViewError::EmptyMovie`] if no frame has a particle, [`ViewError::Interrupted`] if `watch`
-    /// breaks.
+    /// returns `Break`.
     pub fn of(path: &Path, selection: Selection, style: &Style, watch: &mut Watch) -> Result<Self, ViewError> {
         let unreadable = ViewError::trajectory(path);
         let file = open(path)?;
@@ -93,7 +92,6 @@ impl Index {
             match found {
                 Ok(true) => count += 1,
                 Ok(false) => break,
-                // All frames before a truncated frame are complete.
                 Err(ViewError::Trajectory { source: ReadError::Truncated { .. }, .. }) if count > 0 => {
                     survey.is_truncated = true;
                     break;
@@ -113,7 +111,7 @@ impl Index {
         }
     }
 
-    /// Determines from a few frames how far the particles extend.
+    /// Determines the extent of the particles from a few frames.
     fn completed(mut self, path: &Path) -> Result<Self, ViewError> {
         if self.most_particles == 0 {
             return Err(ViewError::EmptyMovie(path.to_owned()));
@@ -160,7 +158,7 @@ impl Index {
         }
     }
 
-    /// Returns evenly spaced frames from the first to the last.
+    /// Returns evenly spaced frames.
     pub fn spread(&self, count: usize) -> impl Iterator<Item = usize> {
         let last = self.places.len() - 1;
         let count = count.min(self.places.len());
@@ -244,12 +242,12 @@ impl Survey<'_> {
     }
 }
 
-/// Joins two boxes, given by their lower and upper corners.
+/// Returns the smallest box that contains two boxes, given by their corners.
 fn joined_corners([a, b]: &[Vector; 2], [c, d]: &[Vector; 2]) -> [Vector; 2] {
     [a.inf(c), b.sup(d)]
 }
 
-/// Joins two boxes, given by their lower corners and edges.
+/// Returns the smallest box that contains two boxes, given by their lower corners and edges.
 fn joined(one: Option<(Vector, Vector)>, other: Option<(Vector, Vector)>) -> Option<(Vector, Vector)> {
     let (Some((lower_1, size_1)), Some((lower_2, size_2))) = (one, other) else { return one.or(other) };
     let (lower, upper) = (lower_1.inf(&lower_2), (lower_1 + size_1).sup(&(lower_2 + size_2)));

@@ -1,23 +1,21 @@
-//! Colours of a GIF: the same in all images, to avoid flicker.
+//! Colours of a GIF. They are the same in all images, to avoid flicker.
 
 use color_quant::NeuQuant;
 
 use crate::base::numbers::trunc_to_u32;
 use crate::view::render::{BACKGROUND, INK, Image, Style};
 
-/// Number of trial images from which the colours of a GIF are chosen.
+/// Number of images from which the colours of a GIF are chosen.
 pub(super) const PILOTS: usize = 8;
 
-/// Largest width and height of a trial image, in pixels.
 const PILOT_SIZE: f64 = 320.0;
 
-/// Colour index of pixels that have not changed.
 pub(super) const UNCHANGED: u8 = 0;
 
-/// Colours that the palette contains exactly, after the entry for unchanged pixels.
+/// Colours that the palette contains exactly.
 const EXACT: [[u8; 3]; 2] = [BACKGROUND, INK];
 
-/// Neurons of the neural network that chooses the other colours, one per colour.
+/// Number of neurons of the network that chooses the other colours.
 const NEURONS: usize = 256 - 1 - EXACT.len();
 
 /// Bits per component in the lookup table of nearest colours.
@@ -32,7 +30,7 @@ pub(super) fn pilot_style(style: &Style) -> Style {
 #[derive(Debug, Clone)]
 pub(super) struct Palette {
     colours: Vec<[u8; 3]>,
-    /// Index of the nearest colour of the palette, by the upper bits of red, green and blue.
+    /// Index of the nearest colour, by the upper bits of red, green and blue.
     nearest: Vec<u8>,
 }
 
@@ -46,7 +44,7 @@ impl Palette {
         let network = NeuQuant::new(1, NEURONS, &pixels);
         let chosen = network.color_map_rgb();
         let chosen = chosen.chunks_exact(3).map(|colour| [colour[0], colour[1], colour[2]]);
-        // The first entry stands for unchanged pixels and has no visible colour.
+        // The first entry stands for unchanged pixels.
         let colours: Vec<[u8; 3]> = [[0; 3]].into_iter().chain(EXACT).chain(chosen).collect();
         let nearest = nearest(&colours);
         Self { colours, nearest }
@@ -74,7 +72,8 @@ fn cell(colour: [u8; 3]) -> usize {
     colour.into_iter().fold(0, |cell, component| cell << BITS | usize::from(component) >> (8 - BITS))
 }
 
-/// Returns the index of the colour nearest to the centre of each cell of the lookup table. The first entry is excluded.
+/// Returns the index of the colour nearest to the centre of each cell of the lookup table. The first colour is
+/// excluded.
 fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
     let squares = |component: usize| -> Vec<Vec<i32>> {
         let middles = (0..1 << BITS).map(|step: i32| (step << (8 - BITS)) + (1 << (7 - BITS)));
@@ -86,8 +85,7 @@ fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
     let mut nearest = Vec::with_capacity(1 << (3 * BITS));
     for red in &reds {
         for green in &greens {
-            // A key is the squared distance of two colours, shifted by a byte, plus the colour index. The nearest
-            // colour has the smallest key.
+            // A key is the squared distance of two colours, shifted by a byte, plus the index of the colour.
             let keys: Vec<i32> = (1..).zip(red.iter().zip(green)).map(|(index, (r, g))| (r + g) << 8 | index).collect();
             let index = |blue: &Vec<i32>| keys.iter().zip(blue).map(|(key, b)| key + (b << 8)).min();
             nearest.extend(blues.iter().map(|blue| index(blue).map_or(1, |key| key.to_le_bytes()[0])));

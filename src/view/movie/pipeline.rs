@@ -2,8 +2,7 @@
 //!
 //! A *place* is the index of an image in the movie. Each worker takes the next place, draws its image, and compresses
 //! it against the previous image, which another worker may still be drawing. Workers are at most a few places ahead of
-//! the delivered images, which limits the memory. Neither the result nor the place of a reported error depends on the
-//! number of workers.
+//! the delivered images, which limits the memory. Results and errors do not depend on the number of workers.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -16,13 +15,10 @@ use std::time::Duration;
 use crate::view::ViewError;
 use crate::view::render::Image;
 
-/// Longest time between two calls of `watch`.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Draws an image, given its place.
 type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, ViewError> + Sync);
 
-/// Compresses an image, given its place and the previous image.
 type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, ViewError> + Sync);
 
 pub(super) struct Pipeline<'a, P> {
@@ -33,20 +29,18 @@ pub(super) struct Pipeline<'a, P> {
     pub is_stopped: &'a AtomicBool,
 }
 
-/// An image to draw and compress. Tasks are taken in order, so another worker draws the previous image or has drawn it.
+/// An image to draw and compress.
 struct Task {
     place: usize,
-    /// Receives the previous image.
     before: Option<Receiver<Arc<Image>>>,
-    /// Sends this image to the next task.
     next: Sender<Arc<Image>>,
 }
 
 type Piece<P> = (usize, Result<P, ViewError>);
 
 impl<P: Send> Pipeline<'_, P> {
-    /// Draws and compresses all images. `take` receives the compressed images in order. `watch` receives the number of
-    /// delivered images, and can stop the work.
+    /// Draws and compresses all images. `take` receives the images in order. `watch` receives the number of delivered
+    /// images, and can stop the work.
     ///
     /// # Errors
     /// The error of the first image that fails, [`ViewError::Interrupted`] if `watch` breaks, [`ViewError::Threads`] if
@@ -61,13 +55,13 @@ impl<P: Send> Pipeline<'_, P> {
         thread::scope(|scope| {
             for _ in 0..self.crew {
                 let (tasks, tell) = (&tasks, tell.clone());
-                // If a worker cannot be started, the other workers do its share.
+                // If a worker cannot be started, other workers draw its images.
                 let _ = thread::Builder::new().spawn_scoped(scope, move || self.work(tasks, &tell));
             }
             drop(tell);
             let result = self.collect(&issue, &pieces, take, watch);
             self.is_stopped.store(true, Ordering::Relaxed);
-            // Workers that wait for a task end when the channel closes.
+            // The workers end when the channel closes.
             drop(issue);
             result
         })
@@ -85,7 +79,7 @@ impl<P: Send> Pipeline<'_, P> {
         while done < self.count {
             while issued < self.count.min(done + 2 * self.crew) {
                 let (next, image) = channel();
-                // Sending fails if all workers have ended, which the receiver below reports.
+                // Sending fails if all workers have ended. The receiver below reports the error.
                 let _ = issue.send(Task { place: issued, before: before.replace(image), next });
                 issued += 1;
             }
@@ -109,16 +103,16 @@ impl<P: Send> Pipeline<'_, P> {
     fn work(&self, tasks: &Mutex<Receiver<Task>>, tell: &Sender<Piece<P>>) {
         let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).recv().ok();
         while let Some(task) = next().filter(|_| !self.is_stopped.load(Ordering::Relaxed)) {
-            // Sending fails if the results are no longer needed.
+            // Sending fails if the work has ended.
             let _ = tell.send((task.place, self.piece(task)));
         }
     }
 
     fn piece(&self, Task { place, before, next }: Task) -> Result<P, ViewError> {
         let image = Arc::new((self.draw)(place)?);
-        // Sending fails if no task needs the image.
+        // Sending fails if no later image is drawn.
         let _ = next.send(Arc::clone(&image));
-        // Receiving fails if the previous image could not be drawn. The previous error is then reported.
+        // Receiving fails if the previous image could not be drawn. The error of the previous image is then reported.
         let previous = before.map(|before| before.recv()).transpose().map_err(|_| ViewError::Interrupted)?;
         if self.is_stopped.load(Ordering::Relaxed) {
             return Err(ViewError::Interrupted);
@@ -132,7 +126,6 @@ mod tests {
     use super::*;
     use std::sync::atomic::AtomicUsize;
 
-    /// Returns an image of one pixel; its colour is its place.
     fn image(place: usize) -> Image {
         Image::new(1, 1, vec![[u8::try_from(place).unwrap(); 4]])
     }
@@ -140,8 +133,7 @@ mod tests {
     /// Place of an image, colour of the previous image, and own colour.
     type Compressed = (usize, Option<u8>, u8);
 
-    /// Returns the compressed images of a movie of 40 images. Some images take longer. Drawing fails from the image
-    /// `failing` on.
+    /// Compresses 40 images. Some images take longer. Drawing fails from the image `failing` on.
     fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Compressed>, Result<(), ViewError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
         let pipeline = Pipeline {

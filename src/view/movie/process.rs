@@ -1,5 +1,5 @@
-//! A program that receives images through a pipe and writes a file. The caller waits as long as the program reads bytes
-//! or changes its file, and can stop meanwhile. Each call that may block runs in its own thread.
+//! A program that receives images through a pipe and writes a file. The program is stopped if it makes no progress.
+//! Calls that may block run in their own threads.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -13,31 +13,29 @@ use std::time::{Duration, SystemTime};
 use super::track::{Ask, Track, TrackError};
 use crate::view::ViewError;
 
-/// Largest part of the error messages that is kept `[bytes]`.
 const MOST_MESSAGE: usize = 4096;
 
-/// Bytes written at a time. Progress is counted in these pieces, so a slow reader makes progress.
+/// Bytes written at a time. Progress is counted in pieces, so a slow reader makes progress.
 const PIECE: usize = 1 << 14;
 
 const TICK: Duration = Duration::from_millis(20);
 
-/// Time limit for reading the messages of a program that has ended. Its child processes may keep the pipe open.
+/// Time limit for reading the messages of a program that has ended. Child processes may keep the pipe open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
-/// A running program, killed when dropped.
+/// A running program. It is killed when dropped.
 pub(super) struct Process {
     child: Child,
-    /// Channel to the thread that writes to the program.
     images: Option<SyncSender<Vec<u8>>>,
     written: Receiver<io::Result<()>>,
-    /// Pieces of at most `PIECE` bytes that the program has read.
+    /// Number of pieces that the program has read.
     taken: Arc<AtomicU64>,
     message: Receiver<String>,
     file: PathBuf,
     patience: Duration,
 }
 
-/// Progress of a program: pieces read, length of its file, and time of the file's last change.
+/// Number of pieces that the program has read, and length and last change of its output file.
 type Done = (u64, Option<(u64, SystemTime)>);
 
 /// Detects a program that makes no progress. Time is counted in ticks, so a sleep of the machine does not count.
@@ -48,7 +46,7 @@ struct Idleness {
 }
 
 impl Idleness {
-    /// Records the progress after a tick. Returns an error after `patience` without progress.
+    /// Returns an error after `patience` without progress.
     fn tick(&mut self, now: Done) -> Result<(), TrackError> {
         let is_something = now != self.before;
         self.waited = if is_something { Duration::ZERO } else { self.waited + TICK };
@@ -62,7 +60,7 @@ fn hung(patience: Duration) -> TrackError {
 }
 
 impl Process {
-    /// Starts a program that writes a file. Its input and its error messages go through pipes.
+    /// Starts a program that writes a file.
     ///
     /// # Errors
     /// [`ViewError::NoFfmpeg`] if the program cannot be started, [`ViewError::Threads`] if no thread can be started.
@@ -147,7 +145,7 @@ impl Track for Process {
             Err(io::ErrorKind::BrokenPipe.into())
         };
         match result {
-            // The program has ended early, and its messages give the reason.
+            // The program has ended early. Its messages give the reason.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(match self.end(ask) {
                 Err(reason) => reason,
                 Ok(()) => TrackError::Ffmpeg("it ended before the last image".to_owned()),
@@ -163,13 +161,12 @@ impl Track for Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // Errors are ignored: the program may already have ended.
+        // The program may have ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Runs a program and returns its output.
 ///
 /// # Errors
 /// [`ViewError::NoFfmpeg`] if the program cannot be started, [`ViewError::Ffmpeg`] if it does not finish within
@@ -193,7 +190,7 @@ pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<St
     printed
 }
 
-/// Returns the exit status of a program that has ended. Otherwise, sleeps for one tick and returns `None`.
+/// Returns the exit status of a program that has ended. Otherwise, sleeps for one tick.
 fn ended(child: &mut Child) -> Result<Option<ExitStatus>, TrackError> {
     let ended = child.try_wait()?;
     if ended.is_none() {

@@ -33,7 +33,6 @@ impl Place {
         write(&trajectory, &self.path(name), movie, Existing::Keep, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// Returns the displayed images of a movie in order, with their durations in seconds.
     fn seen(&self, name: &str, movie: &Movie) -> Vec<Seen> {
         self.write(name, movie).unwrap();
         let seen = if name.ends_with("gif") { gif_images(&self.path(name)) } else { apng_images(&self.path(name)) };
@@ -56,7 +55,6 @@ impl Seen {
         &self.pixels[..rows * self.width]
     }
 
-    /// Whether the first row and the outer columns are background.
     fn is_within(&self) -> bool {
         let is_free = |pixel: &[u8; 4]| pixel[..3] == BACKGROUND;
         let mut rows = self.scene().chunks(self.width);
@@ -108,7 +106,7 @@ fn put(canvas: &mut [[u8; 4]], width: usize, [left, top, columns]: [usize; 3], p
     }
 }
 
-/// Returns a frame at time `number / 4`: a cubic box of edge 8, a small ball in each corner, and one moving ball.
+/// Returns a frame at time `number / 4` of a cubic box of edge 8, with a small ball in each corner and a moving ball.
 fn frame(number: u32, speed: f64) -> Frame {
     let ball = |id, species, position: [f64; 3], radius, speed| FrameParticle {
         id: ParticleId(id),
@@ -161,7 +159,7 @@ fn movie_frames_equal_single_images() {
     for (first, image) in (0..).zip(&apng) {
         assert!(alone(first) == image.pixels, "image {first}");
     }
-    // The mean error of a GIF's colours is less than two steps per component.
+    // The mean error of the colours is less than two steps per component.
     let gif = place.seen("film.gif", &still());
     assert_eq!(gif.len(), 7);
     for (image, exact) in gif.iter().zip(&apng) {
@@ -210,7 +208,7 @@ fn resting_scene_changes_only_if_the_camera_moves() {
         let seen = place.seen(name, &Movie { turn: 40.0, ..still() });
         assert!(seen.windows(2).all(|pair| pair[0].scene() != pair[1].scene()));
         let round = place.seen(name, &Movie { turn: 360.0, ..still() });
-        // After a full turn, the first and last image differ only by the rounding of angles.
+        // After a full turn, images differ only by the rounding of angles.
         let off = |k: usize| round[0].scene().iter().zip(round[k].scene()).filter(|(a, b)| a != b).count();
         assert!(off(3) < 50 && off(1) > 200, "{} {}", off(3), off(1));
     }
@@ -226,7 +224,7 @@ fn nothing_leaves_the_image_from_any_direction() {
         let seen = place.seen("film.apng", &Movie { turn, ..still() });
         assert!(seen.iter().all(Seen::is_within), "{turn}");
     }
-    // Without a box, a particle leaves the extent of the first frame.
+    // There is no box, and one particle leaves the region of the first frame.
     let flight = |x: f64| format!("2\n\nball 0 0 0\nball {x} 0 {x}\n");
     let text: String = [1.0, 5.0, 20.0, -30.0].map(flight).concat();
     let place = Place::of(text.as_bytes());
@@ -264,7 +262,7 @@ fn particles_may_come_and_go() {
     for colour_by in [ColourBy::Species, ColourBy::Speed] {
         let style = Style { colour_by, ..still().style };
         let seen = place.seen("film.gif", &Movie { style, ..still() });
-        // The caption and the scale of speeds are in the lower half of the image.
+        // The lower half of the image contains the caption and the scale of speeds.
         let above = |image: usize| &seen[image].pixels[..seen[image].pixels.len() / 2];
         assert!(seen.len() == 5 && above(0) == above(3) && above(0) != above(4));
     }

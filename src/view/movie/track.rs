@@ -1,5 +1,4 @@
-//! Movie files in two steps. First, several cores compress the images. To compress an image, a core needs only this
-//! image and the previous one. Then the compressed images are added to the file in order.
+//! Movie files. Images are compressed in parallel, and added to the file in order.
 
 use std::io;
 use std::ops::ControlFlow;
@@ -8,7 +7,7 @@ use thiserror::Error;
 
 use crate::view::render::Image;
 
-/// Compressor for the images of a movie format, used by several threads at once.
+/// Compressor for the images of a movie, used by several threads at once.
 pub(super) trait Codec: Sync {
     type Piece: Send;
 
@@ -29,13 +28,10 @@ pub(super) trait Track {
 
 #[derive(Debug, Error)]
 pub(super) enum TrackError {
-    /// Error of the system or of an encoder.
     #[error(transparent)]
     Output(#[from] io::Error),
-    /// An error of ffmpeg, with its output.
     #[error("{0}")]
     Ffmpeg(String),
-    /// The callback has stopped the movie.
     #[error("interrupted")]
     Interrupted,
 }

@@ -11,7 +11,7 @@ use crate::model::ParticleId;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
-/// Radius of a bond relative to its smaller end.
+/// Radius of a bond, relative to its smaller particle.
 const BOND_RADIUS: f64 = 0.36;
 
 #[derive(Debug, Clone, Copy)]
@@ -33,10 +33,8 @@ pub(super) struct Rod {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bodies {
     pub balls: Vec<Ball>,
-    /// Translucent spheres.
     pub veil: Vec<Ball>,
     pub rods: Vec<Rod>,
-    /// Translucent triangles.
     pub sheets: Sheets,
 }
 
@@ -82,8 +80,8 @@ impl Bodies {
                 radius: camera.length(particle.radius),
                 colour: colour_of(particle),
             };
-            // A static particle with a bond is a pivot. It is opaque, so that translucent static particles do not hide
-            // it.
+            // A static particle with a bond is a pivot. It is opaque, so that it remains visible among translucent
+            // particles.
             let is_veil = style.static_opacity < 1.0 && frame.is_static(particle) && !holds_bond.contains(&particle.id);
             if is_veil { &mut bodies.veil } else { &mut bodies.balls }.push(ball);
         }
@@ -91,7 +89,7 @@ impl Bodies {
     }
 }
 
-/// Returns the colours of the species: the palette for moving species, a pale colour for static species.
+/// Moving species have the colours of the palette, and static species a pale colour.
 fn species_colours(frame: &Frame, style: &Style) -> Vec<Colour> {
     let mut palette = style.palette.iter().cycle();
     let colour = |is_static: bool| match is_static {

@@ -1,8 +1,8 @@
 //! Conversion of positions to image coordinates.
 //!
-//! Everything is drawn in camera space: lengths in units of half the diagonal of the framed region, the camera at the
-//! origin, `x` to the right, `y` up, `z` into the image. The *window* coordinates of a point are `(x/z, y/z)` in
-//! perspective, and `(x, y)` otherwise.
+//! Bodies are drawn in camera space, where lengths are in units of half the diagonal of the framed region. The camera
+//! is at the origin, `x` points right, `y` up, and `z` into the image. In perspective, the *window* coordinates of a
+//! point are `(x/z, y/z)`. Otherwise, they are `(x, y)`.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -13,23 +13,21 @@ use crate::trajectory::Frame;
 
 pub(super) type Point = Vector3<f32>;
 
-/// Tangent of half the field of view: 30 degrees along the shorter side of the largest image.
+/// Tangent of half the field of view: 30 degrees along the shorter side of the image.
 const HALF_VIEW: f32 = 0.267_949_2;
 
-/// Free margin around the framed region, relative to the shorter side of the largest image.
+/// Margin around the framed region, relative to the shorter side of the image.
 const RIM: f32 = 0.035;
 
-/// Largest angle between neighbouring directions in which a moving camera must see the whole framed region `[degrees]`.
-/// Between these directions, the region extends further by at most a thousandth of its distance from the axis of
-/// rotation, far less than the margin.
+/// The framed region must fit the image from all directions of a moving camera. Checked directions are at most this
+/// angle apart `[degrees]`. Between them, the region extends further by at most a thousandth of its distance from the
+/// axis of rotation, which is much less than the margin.
 const LARGEST_STEP: f64 = 4.0;
 
-/// Smallest depth that is drawn, in half diagonals of the framed region. The region itself begins well behind this
-/// depth.
+/// Smallest depth that is drawn, in half diagonals of the framed region.
 pub(super) const NEAREST: f32 = 0.05;
 
-/// Direction to the sun in the first image: right, up, and horizontally into the image. The sun is behind the viewer,
-/// above and to the left.
+/// Direction to the sun in the first image. The components point right, up, and horizontally into the image.
 const SUN: [f64; 3] = [-0.5, 0.78, -0.52];
 
 /// A sphere that the image must contain. A corner of the box has radius 0.
@@ -41,9 +39,8 @@ pub(in crate::view) struct Extent {
 
 #[derive(Debug, Clone)]
 pub(super) struct Camera {
-    /// Rotation from the scene to camera space. The rows are right, up and into the image.
+    /// Rotation to camera space. The rows point right, up and into the image.
     rotation: Matrix3<f64>,
-    /// Upward direction in the scene, and direction to the sun.
     up: Vector,
     sun: Vector,
     centre: Vector,
@@ -54,7 +51,6 @@ pub(super) struct Camera {
     pub is_perspective: bool,
     /// Window coordinates of the upper left corner of the image.
     corner: [f32; 2],
-    /// Pixels per unit of window coordinates.
     scale: f32,
     /// Size of the image, at most the size in the style.
     pub width: u32,
@@ -62,8 +58,8 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// Positions the camera so that the framed region fills the image, above `footer` rows. Crops the image if the
-    /// style says so. `None` if the region has no extent, or is too large for floating-point numbers.
+    /// Positions the camera so that the framed region fills the image above `footer` rows. Crops the image if
+    /// `style.is_cut`. Returns `None` if the region has no extent or is too large for floating-point numbers.
     pub fn facing(frame: &Frame, style: &Style, framed: &[Extent], footer: f32) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
         let spheres = camera.spheres(framed);
@@ -75,11 +71,9 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// Positions the camera so that the framed region stays in the image while the camera moves around it by `turn`
-    /// degrees. The image has the size in `style`.
+    /// Positions the camera so that the framed region stays in the image while the camera moves by `turn` degrees.
     pub fn walking(frame: &Frame, style: &Style, framed: &[Extent], footer: f32, turn: f64) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
-        // Beyond a full turn, the directions repeat.
         let round = turn.abs().min(360.0);
         let steps = if camera.is_perspective { trunc_to_u32((round / LARGEST_STEP).ceil()) } else { 0 };
         let mut spheres = Vec::new();
@@ -93,7 +87,7 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// Returns the same view, enlarged by `zoom` about the middle of the image above the footer.
+    /// Returns the view, enlarged about the middle of the image above the footer.
     fn zoomed(mut self, zoom: f64, footer: f32) -> Self {
         let half = [0.5 * self.width as f32, 0.5 * (self.height as f32 - footer)];
         let middle = self.window(half);
@@ -102,7 +96,7 @@ impl Camera {
         self
     }
 
-    /// Returns the view with the middle of the image at the given coordinates. Other coordinates are unchanged.
+    /// Returns the view with the middle of the image at the given coordinates. `None` leaves a coordinate unchanged.
     pub fn looking_at(mut self, focus: [Option<f64>; 3]) -> Self {
         for (own, focus) in self.centre.iter_mut().zip(focus) {
             *own = focus.filter(|focus| focus.is_finite()).unwrap_or(*own);
@@ -114,8 +108,7 @@ impl Camera {
         Self { rotation: orientation(frame, style).0, ..self.clone() }
     }
 
-    /// Returns a camera that looks at the middle of the framed region. `None` if the region has no extent, or is too
-    /// large for floating-point numbers.
+    /// Returns a camera that looks at the middle of the framed region.
     fn around(frame: &Frame, style: &Style, framed: &[Extent]) -> Option<Self> {
         let reach = |extent: &Extent| Vector::repeat(extent.radius);
         let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b))?;
@@ -152,18 +145,18 @@ impl Camera {
         RIM * (self.width as f32).min(self.height as f32)
     }
 
-    /// Chooses the position of the camera and the scale so that the spheres fit the image. Returns the bounds of the
-    /// spheres in window coordinates.
+    /// Chooses the position and the scale so that the spheres fit the image. Returns the bounds of the spheres in
+    /// window coordinates.
     fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) -> [f32; 4] {
         let (width, height) = (self.width as f32, self.height as f32);
         let rim = self.rim();
-        // `room` is the usable area in pixels; `border` is half its size in window coordinates.
+        // `room` is the usable width and height in pixels. `border` is half of `room` in window coordinates.
         let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
         let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
         let mut distance = 0.0_f32;
         for axis in 0..2 {
-            // The window coordinate of a point is `(x - x_c) / (z + d)`, with the position `x_c` and the distance `d`
-            // of the camera. It is at most `t` if `x - t z <= t d + x_c`, and at least `-t` if `x + t z >= x_c - t d`.
+            // Let the camera be at position `x_c` and distance `d`. The window coordinate `(x - x_c) / (z + d)` of a
+            // point is at most `t` if `x - t z <= t d + x_c`, and at least `-t` if `x + t z >= x_c - t d`.
             let t = if self.is_perspective { border[axis] } else { 0.0 };
             let edge = (1.0 + t * t).sqrt();
             let most = spheres.iter().map(|(c, r)| c[axis] - t * c.z + r * edge).fold(f32::MIN, f32::max);
@@ -202,12 +195,10 @@ impl Camera {
         self.corner = [0.5 * (left + right) - half[0], 0.5 * (low + high) + half[1]];
     }
 
-    /// Converts a position to camera space.
     pub fn place(&self, position: &Vector) -> Point {
         (self.rotation * ((position - self.centre) / self.unit)).cast::<f32>() + self.offset
     }
 
-    /// Converts a direction to camera space.
     pub fn turn(&self, direction: &Vector) -> Point {
         (self.rotation * direction).cast::<f32>()
     }
@@ -232,30 +223,30 @@ impl Camera {
         single(length / self.unit)
     }
 
-    /// Returns the number of pixels per length at the focus of the camera `[1 / length]`.
+    /// Returns the number of pixels per length in the middle of the framed region `[1 / length]`.
     pub fn pixels_per_length(&self) -> f64 {
         self.pixels_per_unit() / self.unit
     }
 
-    /// Returns the number of pixels per half diagonal of the framed region at the focus of the camera.
+    /// Returns the number of pixels per half diagonal in the middle of the framed region.
     pub fn pixels_per_unit(&self) -> f64 {
         let depth = if self.is_perspective { self.offset.z } else { 1.0 };
         f64::from(self.scale / depth)
     }
 
-    /// Converts a position in pixels, from the upper left corner, to window coordinates.
+    /// Converts pixels from the upper left corner to window coordinates.
     pub fn window(&self, [column, row]: [f32; 2]) -> [f32; 2] {
         [self.corner[0] + column / self.scale, self.corner[1] - row / self.scale]
     }
 
-    /// Returns the position in pixels, from the upper left corner, of a point in front of the camera.
+    /// Returns the pixels from the upper left corner to a point.
     pub fn pixel(&self, point: &Point) -> [f32; 2] {
         let depth = if self.is_perspective { point.z } else { 1.0 };
         [(point.x / depth - self.corner[0]) * self.scale, (self.corner[1] - point.y / depth) * self.scale]
     }
 
-    /// Returns the pixels around a sphere: first and last column, first and last row. `None` if the sphere reaches the
-    /// camera or is not finite.
+    /// Returns the pixels around a sphere: first and last column, first and last row. Returns `None` if the sphere
+    /// reaches the camera or is not finite.
     pub fn rectangle(&self, centre: &Point, radius: f32) -> Option<[f32; 4]> {
         let [left, right, low, high] = self.outline(centre, radius)?;
         let columns = [left, right].map(|x| (x - self.corner[0]) * self.scale);
@@ -263,8 +254,7 @@ impl Camera {
         Some([columns[0], columns[1], rows[0], rows[1]])
     }
 
-    /// Returns the left, right, lower and upper end of a sphere in window coordinates. `None` if the sphere reaches the
-    /// camera or is not finite.
+    /// Returns the left, right, lower and upper end of a sphere in window coordinates.
     fn outline(&self, centre: &Point, radius: f32) -> Option<[f32; 4]> {
         let is_in_front = centre.z - radius > NEAREST && centre.iter().all(|x| x.is_finite()) && radius.is_finite();
         if !is_in_front {
@@ -283,7 +273,7 @@ impl Camera {
     }
 }
 
-/// Returns the upward direction in the image: from the style, or against gravity, or z (y if z is flat).
+/// Returns the upward direction from the style, or against gravity, or z (y if z is flat).
 fn upwards(frame: &Frame, style: &Style) -> Vector {
     let is_y = frame.is_flat(2) && !frame.is_flat(0) && !frame.is_flat(1);
     let against = style.gravity.and_then(|gravity| (-gravity).try_normalize(0.0));
@@ -297,13 +287,13 @@ fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
         return [azimuth, style.elevation.to_radians()];
     };
     let [aside, behind, above] = [right.dot(&from), -up.cross(right).dot(&from), up.dot(&from)];
-    // Straight from above or below, `right` is the direction at azimuth 0.
+    // If the camera is exactly above or below the scene, `right` defines azimuth 0.
     let around = if aside.abs() + behind.abs() > 1e-9 { libm::atan2(aside, behind) } else { 0.0 };
     [azimuth + around, libm::asin(above.clamp(-1.0, 1.0))]
 }
 
-/// Returns the rotation to camera space, with the rows right, up and into the image, and whether the view is in
-/// perspective. Flat scenes are seen from the front.
+/// Returns the rotation to camera space, and whether the view is in perspective. The rows of the rotation point right,
+/// up and into the image.
 fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
     let axis = |k: usize| Vector::from_fn(|i, _| f64::from(u8::from(i == k)));
     let flat: Vec<usize> = (0..3).filter(|&k| frame.is_flat(k)).collect();
@@ -323,7 +313,7 @@ fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
         [flat] => {
             let up = up - axis(flat) * up[flat];
             let up = if up.norm() > 0.1 { up.normalize() } else { axis(if flat == 2 { 1 } else { 2 }) };
-            // In a view of a flat scene, the first axis in its plane points right.
+            // The first axis of a flat scene points right.
             let right = up.cross(&axis(flat));
             let is_mirrored = right.iter().find(|x| x.abs() > 0.1).is_some_and(|&x| x < 0.0);
             (rows(if is_mirrored { -right } else { right }, up), false)

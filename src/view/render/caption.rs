@@ -1,4 +1,4 @@
-//! Caption below an image of a movie: simulated time and scale bar.
+//! Caption of an image of a movie: simulated time and scale bar.
 
 use super::camera::Camera;
 use super::colour::{self, Colour};
@@ -8,10 +8,8 @@ use super::stroke::Stroke;
 use super::{ColourBy, Style};
 use crate::base::numbers::{single, trunc_to_i32};
 
-/// Smallest height of a readable caption row, in pixels.
 const LEAST_ROW: f32 = 32.0;
 
-/// Largest height of a caption row, relative to the image.
 const LARGEST_ROW: f32 = 0.2;
 
 /// Largest width of the scale bar, relative to the image.
@@ -19,23 +17,20 @@ const LONGEST_BAR: f64 = 0.16;
 
 #[derive(Debug, Clone)]
 pub(super) struct Caption {
-    /// Height of all rows in pixels.
     pub height: f32,
-    /// Height of a row in pixels.
     pub row: f32,
-    /// Scale bar: its length, a round number, and its width in pixels.
+    /// Length of the scale bar, and its width in pixels.
     bar: Option<(f64, f32)>,
 }
 
 impl Caption {
-    /// Creates a caption without a scale bar.
     pub fn of(style: &Style) -> Self {
         let row = (STRIP * style.width.min(style.height) as f32).max(LEAST_ROW).min(LARGEST_ROW * style.height as f32);
         let rows = if style.colour_by == ColourBy::Speed { 2.0 } else { 1.0 };
         Self { height: rows * row, row, bar: None }
     }
 
-    /// Chooses the scale bar. In perspective, it applies at the middle of the scene.
+    /// Chooses the scale bar. In perspective, its length is correct in the middle of the scene.
     pub fn measure(&mut self, camera: &Camera) {
         let scale = camera.pixels_per_length();
         let length = round_length(LONGEST_BAR * f64::from(camera.width) / scale);
@@ -45,7 +40,7 @@ impl Caption {
     pub fn draw(&self, pixels: &mut [Colour], width: usize, time: &str) {
         let ink = colour::linear(colour::INK);
         let bottom = pixels.len() as f32 / width as f32;
-        // The text is in the middle of its row, or slightly higher if the row is at the border of the image.
+        // In a single row at the border of the image, the text is slightly higher than the middle.
         let middle = bottom - self.height + (if self.height > self.row { 0.5 } else { 0.4 }) * self.row;
         let (size, rim) = (0.25 * self.row, 0.5 * self.row);
         write(pixels, width, &format!("time {time}"), [rim, middle], size, ink);
@@ -68,8 +63,8 @@ fn round_length(most: f64) -> Option<f64> {
         return None;
     }
     let power = trunc_to_i32(most.log10().floor());
-    // Parsing a decimal text gives the nearest floating-point number. Round-off in the logarithm may give the wrong
-    // power of ten, so neighbouring powers are tried too.
+    // Parsing a decimal text gives the nearest floating-point number. Neighbouring powers are tried because of
+    // round-off in the logarithm.
     let candidates = (power - 1..=power + 1).flat_map(|power| [1, 2, 5].map(|digit| format!("{digit}e{power}")));
     candidates.filter_map(|text| text.parse().ok()).rfind(|length| *length <= most)
 }

@@ -1,4 +1,4 @@
-//! Colours: linear for mixing, sRGB for names and files.
+//! Colours. They are linear for mixing, and sRGB in files.
 
 use std::sync::LazyLock;
 
@@ -28,7 +28,7 @@ pub(in crate::view) const BACKGROUND: [u8; 3] = [247, 248, 250];
 
 pub(in crate::view) const INK: [u8; 3] = [70, 76, 86];
 
-/// The colour map viridis (Smith and van der Walt, matplotlib) at even intervals. All steps look equally large.
+/// The colour map viridis (Smith and van der Walt, matplotlib) at even intervals.
 const VIRIDIS: [[u8; 3]; 11] = [
     [68, 1, 84],
     [72, 36, 117],
@@ -43,7 +43,7 @@ const VIRIDIS: [[u8; 3]; 11] = [
     [253, 231, 37],
 ];
 
-/// Returns the colour for a value, which is clamped to 0 to 1.
+/// Returns the colour for a value from 0 to 1.
 pub(super) fn viridis(value: f32) -> Colour {
     let place = value.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f32;
     let index = trunc_to_usize(place).min(VIRIDIS.len() - 2);
@@ -52,21 +52,19 @@ pub(super) fn viridis(value: f32) -> Colour {
     Colour::from_fn(|k, _| to_linear(mix(k) / 255.0))
 }
 
-/// Converts sRGB bytes to linear light.
 pub(super) fn linear(colour: [u8; 3]) -> Colour {
     Colour::from(colour.map(|byte| to_linear(f32::from(byte) / 255.0)))
 }
 
-/// Converts linear light to sRGB bytes of an opaque pixel.
+/// Converts linear light to an opaque sRGB pixel.
 pub(super) fn encode(colour: &Colour) -> [u8; 4] {
     let steps = &*STEPS;
     let byte = |x: f32| steps.byte(x.clamp(0.0, 1.0));
     [byte(colour.x), byte(colour.y), byte(colour.z), 255]
 }
 
-/// Lookup table from linear light to sRGB bytes. Without the table, the conversion takes as long as the shadows.
-/// `least` has the smallest intensity of each byte value. `begins` has the byte value at the start of each of many
-/// equal steps of intensity.
+/// Lookup table from linear light to sRGB bytes, which saves much time. `least` contains the smallest intensity of each
+/// byte value, and `begins` the byte value at the start of each step of intensity.
 struct Steps {
     least: [f32; 256],
     begins: Vec<u8>,
@@ -81,7 +79,7 @@ static STEPS: LazyLock<Steps> = LazyLock::new(|| {
     Steps { least, begins: (0..=STEP_COUNT).map(begin).collect() }
 });
 
-/// Number of steps of intensity. At most a few byte values begin within a step.
+/// Number of equal steps of intensity. Only a few byte values begin in each step.
 const STEP_COUNT: usize = 2048;
 
 impl Steps {

@@ -1,4 +1,4 @@
-//! The region of a scene that an image contains, and the edges of the box.
+//! The region of a scene that an image shows, and the edges of the box.
 
 use super::camera::Extent;
 use super::style::{Framing, Style};
@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Empty space in the box is cropped along an axis only if the particles fill at least this fraction of the axis.
+/// Empty space along an axis is cropped only if the particles fill at least this fraction of the axis.
 const FILLED: f64 = 0.34;
 
 pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<Extent> {
@@ -26,7 +26,6 @@ pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<E
     with_surfaces(framed, surfaces)
 }
 
-/// Adds surfaces that do not extend far beyond the framed spheres.
 pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surfaces) -> Vec<Extent> {
     let reach = |extent: &Extent| Vector::repeat(extent.radius);
     let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b));
@@ -37,14 +36,13 @@ pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surface
     framed
 }
 
-/// Returns the corners of a box, given by its lower corner and edges. Bit `k` of an index selects the side along axis
-/// `k`.
+/// Returns the corners of a box. Bit `k` of an index selects the side along axis `k`.
 pub(in crate::view) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
     std::array::from_fn(|index| Vector::from_fn(|k, _| lower[k] + if index >> k & 1 == 1 { size[k] } else { 0.0 }))
 }
 
-/// Returns the lower and upper corner around the particles in the box, and around the surfaces that do not extend far
-/// beyond the box.
+/// Returns the corners of the region that contains the particles in the box, and surfaces that do not extend far beyond
+/// the box.
 pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
@@ -59,8 +57,7 @@ pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] 
         .fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
 }
 
-/// Crops a box to its content. The box and the result are lower corner and edges; the content is lower and upper
-/// corner.
+/// Crops a box to the content between the corners `from` and `to`. A box consists of its lower corner and edges.
 pub(in crate::view) fn fitted(
     (lower, size): (Vector, Vector),
     periodic: [bool; 3],
@@ -69,7 +66,6 @@ pub(in crate::view) fn fitted(
 ) -> (Vector, Vector) {
     let (mut first, mut last) = (lower, lower + size);
     if style.has_box && size.iter().any(|edge| *edge == 0.0) {
-        // A visible box of a flat scene is not cropped.
         return (lower, size);
     }
     for axis in (0..3).filter(|&axis| !periodic[axis] && size[axis] > 0.0) {
@@ -78,8 +74,7 @@ pub(in crate::view) fn fitted(
         if high - low < FILLED * size[axis] {
             continue;
         }
-        // Along gravity, only the top is cropped, so that a heap has a floor. Along other axes, a visible box is not
-        // cropped.
+        // Along gravity, only the top is cropped, so that a heap has a floor.
         if down > 0.0 || down == 0.0 && !style.has_box {
             first[axis] = low;
         }
@@ -90,8 +85,7 @@ pub(in crate::view) fn fitted(
     (first, last - first)
 }
 
-/// Returns the edges of the box that have a length, each once, with the outward normals of the adjacent sides. A flat
-/// box has no normals.
+/// Returns the edges of the box with the outward normals of their two sides. Edges of a flat box have no normals.
 pub(super) fn box_edges(frame: &Frame) -> Vec<([Vector; 2], Vec<Vector>)> {
     let corners = corners(&frame.lower, &frame.size);
     let is_solid = (0..3).all(|axis| !frame.is_flat(axis));

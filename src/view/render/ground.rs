@@ -1,4 +1,4 @@
-//! The ground below the scene: shadows on the colour of the background.
+//! Shadows on the ground.
 
 use super::Style;
 use super::bodies::Bodies;
@@ -9,30 +9,28 @@ use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Shares of the sun and of the sky in the light of the ground. The rest of the light casts no shadows.
+/// Shares of the sun and the sky in the light of the ground. The rest casts no shadows.
 const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 
 /// Opacity of translucent spheres in shadows, relative to their opacity in the image.
 const VEIL: f32 = 1.2;
 
-/// Heights at which spheres cast half a shadow and no shadow. Without this decrease, high spheres would darken the
-/// whole ground.
+/// The opacity of a shadow decreases with height by two factors. One is 1/2 at `HALF_HEIGHT`, the other 0 at
+/// `MOST_HEIGHT`. Without the decrease, high spheres would darken the whole ground.
 const HALF_HEIGHT: f32 = 0.28;
 const MOST_HEIGHT: f32 = 0.7;
 
 #[derive(Debug)]
 pub(super) struct Ground {
-    /// Upward normal in camera space.
     normal: Point,
-    /// Coordinate of the plane along its normal in camera space.
     offset: f32,
     lights: GroundLights,
 }
 
 impl Ground {
-    /// Returns the ground below a frame. `None` without gravity or in a style without ground, for flat scenes, and for
-    /// boxes that are periodic along gravity.
+    /// Returns the ground below a frame. There is no ground in flat scenes, without gravity, or in boxes that are
+    /// periodic along gravity.
     pub fn of(frame: &Frame, surfaces: &Surfaces, style: &Style, camera: &Camera, bodies: &Bodies) -> Option<Self> {
         let level = level(frame, surfaces, style)?;
         let normal = camera.up();

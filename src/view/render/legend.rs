@@ -1,17 +1,15 @@
-//! The scale of speeds below an image.
-
 use super::colour::{self, Colour};
 use super::letters::{label, text_width, write};
 use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 
-/// Height of the caption and of the scale of speeds, relative to the shorter side of the uncropped image.
+/// Height of a caption row or of the scale of speeds, relative to the shorter side of the image before it is cropped.
 pub(super) const STRIP: f32 = 0.085;
 
-/// Share in the sum of squared speeds that may lie above the scale.
+/// Fraction of the sum of squared speeds that may lie above the scale.
 const FASTER: f64 = 0.05;
 
-/// Returns the upper end of the scale, with two digits `[length / time]`. The scale shows a few falling particles while
-/// all others rest, but also shows all colours in a thermal fluid.
+/// Returns the upper end of the scale, with two significant digits `[length / time]`. If only a few particles move, the
+/// scale includes their speeds.
 pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     speeds.sort_by(f64::total_cmp);
     let highest = speeds.last().copied().unwrap_or(0.0);
@@ -30,7 +28,7 @@ pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     format!("{:.1e}", (speed / step).ceil() * step).parse().unwrap_or(speed)
 }
 
-/// Draws the scale from 0 to `fastest` into the lowest `height` rows. An arrow marks higher speeds.
+/// Draws the scale into the lowest `height` rows. An arrow marks higher speeds.
 pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, fastest: f64, is_exceeded: bool) {
     let ink = colour::linear(colour::INK);
     let size = 0.25 * height;
@@ -65,7 +63,7 @@ mod tests {
             [vec![], vec![0.0; 3], vec![f64::MAX], vec![0.314_15], vec![1e-9]].map(fastest),
             [1.0, 1.0, 1.0, 0.32, 1e-9]
         );
-        // The sum of squared speeds is 916. The particle with speed 4 contributes 16, less than 5 %.
+        // The particle with speed 4 contributes less than 5 % to the sum of squared speeds.
         assert_eq!(fastest([vec![3.0; 100], vec![4.0]].concat()), 3.0);
         assert_eq!(fastest([vec![0.01; 100], vec![4.0, 4.5]].concat()), 4.5);
     }

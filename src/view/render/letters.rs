@@ -1,7 +1,7 @@
-//! Text in an image: filled outlines of a font.
+//! Text in an image.
 //!
 //! The font is a part of Inter, under the SIL Open Font License: `letters/OFL.txt`. All digits have the same width, so
-//! a number does not shift when it changes.
+//! that changing numbers do not shift.
 
 use std::sync::LazyLock;
 
@@ -12,7 +12,7 @@ use crate::base::numbers::trunc_to_usize;
 
 static FONT: &[u8] = include_bytes!("letters/letters.ttf");
 
-/// Outlines of all letters, parsed once; empty if the font is damaged, which a test excludes.
+/// Outlines of all letters; empty if the font is damaged.
 static LETTERS: LazyLock<Vec<Letter>> = LazyLock::new(|| letters(FONT));
 
 /// Line segments per curve of an outline, and scan lines per row of pixels.
@@ -27,7 +27,7 @@ const COUNT: u32 = 95;
 #[derive(Debug, Default)]
 struct Letter {
     advance: f32,
-    /// Straight pieces of the outline, each with start and end. `y` points up from the base line.
+    /// Line segments of the outline. `y` points up from the base line.
     lines: Vec<[[f32; 2]; 2]>,
 }
 
@@ -35,7 +35,7 @@ pub(super) fn label(number: f64) -> String {
     if number == 0.0 || (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
 
-/// Returns the width of a text. `size` is the height of capitals.
+/// `size` is the height of capitals.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {
     text.chars().map(|letter| of(letter).map_or(0.0, |letter| letter.advance * size)).sum()
 }
@@ -135,7 +135,7 @@ impl Outline {
         self.last = to;
     }
 
-    /// Approximates a curve with a parameter from 0 to 1 by straight pieces.
+    /// Approximates a curve by line segments. The parameter of `curve` runs from 0 to 1.
     fn follow(&mut self, curve: impl Fn(f32) -> [f32; 2]) {
         (1..=PIECES).for_each(|piece| self.add(curve(piece as f32 / PIECES as f32)));
     }
@@ -197,12 +197,11 @@ mod tests {
         let ink = |pixels: &[Colour]| pixels.iter().map(|pixel| pixel.x).sum::<f32>();
         let bar = ink(&written("I", 30.0));
         assert!((60.0..300.0).contains(&bar), "{bar}");
-        // The letter O has an empty centre and strokes above and below it.
         let ring = written("O", 30.0);
         let place = trunc_to_usize(10.0 + 0.5 * text_width("O", 30.0));
         assert_eq!(ring[30 * 60 + place].x, 0.0);
         assert!(ring[16 * 60 + place].x > 0.9 && ring[44 * 60 + place].x > 0.9);
-        // Letters far larger than the image leave no pixel.
+        // Letters that are far larger than the image are not drawn.
         assert_eq!(ink(&written("mmmm", 1e9)), 0.0);
     }
 

@@ -1,9 +1,8 @@
-//! The light at a point: from the sky, brighter above, and from the sun.
+//! Light at a point from the sky and the sun.
 //!
-//! The sun is a disc, so shadows have soft edges, which widen with the distance from the object. A sphere that covers a
-//! fraction of the disc blocks this fraction of the sun's light. Each nearby sphere dims the sky by its form factor,
-//! the fraction of the hemisphere above the surface that the sphere covers. Objects above a point also dim the sky.
-//! There are no shadow maps and no random numbers.
+//! The sun is a disc, so shadows have soft edges. If a sphere covers a fraction of the disc, it blocks this fraction of
+//! the sunlight. A nearby sphere dims the sky by the fraction of the hemisphere above the surface that it covers.
+//! Objects above a point also dim the sky. There are no shadow maps and no random numbers.
 
 use super::bodies::Ball;
 use super::camera::{Camera, Point};
@@ -11,30 +10,29 @@ use super::lists::{Lists, numbered};
 use super::raster::NOTHING;
 use crate::base::numbers::single;
 
-/// Tangents of half the angular width of two round lights: the sun, and the overhead part of the sky.
+/// Tangents of half the angular width of the sun, and of the overhead part of the sky.
 const SUN_WIDTH: f32 = 0.16;
 const ZENITH_WIDTH: f32 = 0.75;
 
 /// Largest half-width of a shadow's soft edge, relative to the radius of the sphere.
 const WIDEST_EDGE: f32 = 1.3;
 
-/// Largest distance from the centre of a sphere at which it dims the sky, and distance at which the dimming starts to
-/// fade, relative to the radius.
+/// A sphere dims the sky at distances from its centre of up to `REACH` times its radius. Beyond `FADE` times its
+/// radius, the dimming decreases to zero.
 const REACH: f32 = 3.2;
 const FADE: f32 = 2.0;
 
-/// Brightness of the sky on a vertical surface, and its increase on a surface that faces up. The decrease on a surface
-/// that faces down is equal.
+/// Brightness of the sky on a vertical surface, and its increase on a surface that faces up.
 const LEVEL: f32 = 0.68;
 const SLOPE: f32 = 0.32;
 
-/// Largest fraction of the sky's light that objects above a point block.
+/// Largest fraction of the light from the sky that overhead objects can block.
 const ZENITH_SHARE: f32 = 0.5;
 
-/// Smaller fractions of light count as darkness.
+/// Smaller fractions of light are dark.
 const DARK: f32 = 0.004;
 
-/// Cell widths of the grids for shadows and for nearby spheres, relative to the mean radius of the spheres.
+/// Cell widths of the grids, relative to the mean radius of the spheres.
 const SHADOW_CELL: f32 = 0.7;
 const NEAR_CELL: f32 = 1.6;
 
@@ -45,8 +43,8 @@ pub(super) struct SurfacePoint {
     pub body: u32,
 }
 
-/// Light at a point. Without obstacles, `sky` is 1 on a surface that faces up, and `sun` is 1 on a surface that faces
-/// the sun.
+/// Light at a point. In the open, `sky` is 1 on a surface that faces up, and `sun` is 1 on a surface that faces the
+/// sun.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received {
     pub sky: f32,
@@ -65,7 +63,7 @@ pub(super) struct Lights {
 }
 
 impl Lights {
-    /// Sets up the lights. Spheres outside the grid around the framed region cast no shadow.
+    /// Spheres outside the grid around the framed region cast no shadow.
     pub fn on(balls: &[Ball], camera: &Camera) -> Self {
         let (up, sun_direction) = (camera.up(), camera.sun());
         let occluders: Vec<(Ball, f32)> = balls.iter().map(|ball| (*ball, 1.0)).collect();
@@ -103,7 +101,6 @@ pub(super) struct GroundLights {
 }
 
 impl GroundLights {
-    /// Sets up the shadows of spheres with their opacities.
     pub fn on(occluders: &[(Ball, f32)], camera: &Camera) -> Self {
         Self {
             sun: Shadows::of(occluders, camera.sun(), SUN_WIDTH, camera),
@@ -111,7 +108,7 @@ impl GroundLights {
         }
     }
 
-    /// Returns the fractions of the sun's and the sky's light at a point.
+    /// Returns the fractions of sunlight and of light from the sky at a point.
     pub fn at(&self, point: &Point) -> [f32; 2] {
         [self.sun.passing(point, NOTHING), self.zenith.passing(point, NOTHING)]
     }
@@ -121,7 +118,7 @@ impl GroundLights {
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     place: [f32; 2],
-    /// Coordinate of the centre along the direction to the light.
+    /// Coordinate of the centre towards the light.
     height: f32,
     radius: f32,
     opacity: f32,
@@ -129,7 +126,7 @@ struct Disc {
 
 #[derive(Debug)]
 struct Shadows {
-    /// Directions right, up and towards the light, as seen from the light.
+    /// Directions right, up and towards the light.
     axes: [Point; 3],
     centre: Point,
     /// Tangent of half the angular width of the light.
@@ -137,7 +134,7 @@ struct Shadows {
     /// Half-width of the sharpest shadow edge: half a pixel.
     narrowest: f32,
     discs: Vec<Disc>,
-    /// Spheres by their position in the plane normal to the light. Spheres nearest to the light come first.
+    /// Spheres by their position normal to the light. Spheres nearest to the light come first.
     lists: Lists<2>,
 }
 
@@ -164,7 +161,7 @@ impl Shadows {
         Self { axes, centre, width, narrowest, discs, lists }
     }
 
-    /// Returns the fraction of the light at a point of a body, 0 to 1.
+    /// Returns the fraction of the light that reaches a point of a body.
     fn passing(&self, point: &Point, own: u32) -> f32 {
         let arm = point - self.centre;
         let [x, y, height] = self.axes.map(|axis| arm.dot(&axis));
@@ -196,7 +193,6 @@ impl Shadows {
     }
 }
 
-/// Spheres that hide a part of the sky from nearby points.
 #[derive(Debug)]
 struct Near {
     centre: Point,
@@ -222,7 +218,7 @@ impl Near {
             let Some((centre, radius)) = self.balls.get(*number as usize).filter(|_| *number != own) else { continue };
             let arm = centre - point;
             let along = normal.dot(&arm);
-            // Spheres below the horizon of the surface hide nothing. Distant spheres are negligible.
+            // Spheres below the horizon hide nothing.
             if along <= -radius {
                 continue;
             }

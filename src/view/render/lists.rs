@@ -1,21 +1,20 @@
-//! Lists of bodies by position: for each cell of a grid, the bodies that extend into the cell.
+//! Lists of the bodies that extend into each cell of a grid.
 
 use crate::base::numbers::{id, index, trunc_to_usize};
 
-/// Largest number of bodies in a cell. If there are more, the first ones are kept.
+/// Maximum number of bodies in a cell. Further bodies are ignored.
 const MOST_PER_CELL: u32 = 128;
 
-/// Largest number of entries in all cells: `MOST_PER_BODY` for each body, plus `MOST_BESIDES`.
+/// The maximum number of entries is `MOST_PER_BODY` for each body, plus `MOST_BESIDES`.
 const MOST_PER_BODY: usize = 160;
 const MOST_BESIDES: usize = 1 << 14;
 
-/// Lower and upper end of a body along each axis.
+/// Lower and upper ends of a body along each axis.
 pub(super) type Reach<const D: usize> = [[f32; 2]; D];
 
-/// Lists for a grid over `[-1, 1]` along each axis, with equal numbers of cells.
+/// Lists for a grid over `[-1, 1]` along each axis.
 #[derive(Debug, Default)]
 pub(super) struct Lists<const D: usize> {
-    /// Number of cells along each axis.
     size: usize,
     /// Index in `items` of the first entry of each cell, then the number of all entries.
     starts: Vec<u32>,
@@ -23,7 +22,7 @@ pub(super) struct Lists<const D: usize> {
 }
 
 impl<const D: usize> Lists<D> {
-    /// Creates lists with cells of about the given width, or wider if there would be too many entries.
+    /// Creates lists with cells of about the given width. If there would be too many entries, the cells are wider.
     pub fn of(bodies: &[(u32, Reach<D>)], width: f32) -> Self {
         let most = if D == 3 { 64 } else { 512 };
         let mut size = trunc_to_usize(2.0 / width.max(1e-6)).clamp(1, most);
@@ -55,7 +54,7 @@ impl<const D: usize> Lists<D> {
         Self { size, starts, items }
     }
 
-    /// Returns the bodies in the cell at a position; none outside the grid.
+    /// Returns the bodies in the cell at a position.
     pub fn at(&self, place: [f32; D]) -> &[u32] {
         let mut cell = 0;
         for x in place {
@@ -101,8 +100,7 @@ impl<const D: usize> Lists<D> {
 
 /// Returns the cells that overlap a range: the first, and one past the last.
 fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
-    // A range outside the grid, or with a NaN, has no cells. A range that begins below the grid starts at cell 0,
-    // because conversions to integers saturate.
+    // A range outside the grid, or with a NaN, has no cells. Conversions to integers saturate.
     let place = |x: f32| (x + 1.0) * (0.5 * size as f32);
     if !(place(*to) >= 0.0 && place(*from) < size as f32) {
         return [0, 0];

@@ -1,4 +1,4 @@
-//! Parallel drawing of parts of an image. The image does not depend on the number of cores.
+//! Parallel drawing of an image. The result does not depend on the number of cores.
 
 use std::num::NonZero;
 use std::sync::Mutex;
@@ -9,7 +9,7 @@ use std::thread;
 #[derive(Debug, Clone, Copy)]
 pub(in crate::view) struct Team<'a> {
     pub threads: usize,
-    /// Flag that stops all threads. The image is then unfinished.
+    /// Stops all threads. The image is then unfinished.
     pub is_stopped: Option<&'a AtomicBool>,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn for_each<P: Send>(team: &Team, parts: impl Iterator<Item = P> + Se
     };
     thread::scope(|scope| {
         for _ in 1..team.threads {
-            // If a thread cannot be started, the other threads do its work.
+            // If a thread cannot be started, other threads do its work.
             let _ = thread::Builder::new().spawn_scoped(scope, worker);
         }
         worker();

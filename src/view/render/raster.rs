@@ -1,10 +1,10 @@
-//! A depth buffer: the body that each sample of the image sees.
+//! A depth buffer: the visible body at each sample of an image.
 
 use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};
 use crate::base::numbers::trunc_to_usize;
 
-/// Samples per pixel along each axis. A pixel is the mean of `SAMPLES * SAMPLES` samples.
+/// Samples per pixel along each axis.
 pub(super) const SAMPLES: usize = 3;
 
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -15,16 +15,15 @@ pub(super) struct Rays {
     /// Window coordinate x of each column of samples, and y of each row.
     columns: Vec<f32>,
     rows: Vec<f32>,
-    /// The ray through window coordinates `(x, y)` begins at `shift * (x, y, 0)` and has the direction
-    /// `(slope * x, slope * y, 1)`.
+    /// The ray through window coordinates `(x, y)` begins at `shift * (x, y, 0)`.
+    /// The direction is `(slope * x, slope * y, 1)`.
     shift: f32,
     slope: f32,
 }
 
-/// The bodies seen by the samples in a range of rows, and their depths, row by row.
+/// The visible body and its depth for each sample in a range of rows, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
-    /// Index of the first row in the image.
     pub first: usize,
     pub width: usize,
     pub depth: Vec<f32>,
@@ -32,7 +31,6 @@ pub(super) struct Layer {
     pub body: Vec<u32>,
 }
 
-/// Which body a layer keeps if a ray hits several bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Keep {
     Nearest,
@@ -46,7 +44,7 @@ enum Shape<'a> {
     Rod(&'a Rod),
 }
 
-/// A shape with the range of columns and rows of samples that it may cover.
+/// A shape with the range of samples that it may cover.
 struct Stamp<'a> {
     shape: Shape<'a>,
     body: u32,
@@ -65,7 +63,7 @@ impl<'a> Stamps<'a> {
 }
 
 impl Layer {
-    /// Draws the shapes, or only the parts in front of the layer `before`.
+    /// Draws the shapes. If `before` is given, only parts in front of this layer are drawn.
     pub fn of(stamps: &Stamps, rays: &Rays, rows: [usize; 2], keep: Keep, before: Option<&Layer>) -> Self {
         let (width, first) = (rays.columns.len(), rows[0]);
         let count = width * (rows[1] - rows[0]);
@@ -77,7 +75,6 @@ impl Layer {
         layer
     }
 
-    /// Returns the index of a sample in the layer.
     pub fn place(&self, row: usize, column: usize) -> usize {
         (row - self.first) * self.width + column
     }
@@ -163,27 +160,26 @@ impl Rays {
         [self.columns[column], self.rows[row]]
     }
 
-    /// Returns the columns with window coordinates in a range: the first, and one past the last.
+    /// Returns the columns in a range of window coordinates: the first, and one past the last.
     pub fn columns_between(&self, [low, high]: [f64; 2]) -> [usize; 2] {
         let (Some(first), Some(last)) = (self.columns.first(), self.columns.last()) else { return [0, 0] };
         let (first, last) = (f64::from(*first), f64::from(*last));
         let step = (last - first) / (self.columns.len() - 1).max(1) as f64;
         let place = |x: f64| (x - first) / step;
-        // A range far outside the image has no columns, because conversions to integers saturate.
         [trunc_to_usize(place(low) - 1.0), trunc_to_usize(place(high) + 2.0).min(self.columns.len())]
     }
 
-    /// Returns the origin and direction of the ray through a sample. The direction has `z = 1`, so distances along the
-    /// ray are depths.
+    /// Returns the origin and direction of the ray through a sample. Distances along the ray are depths, because the
+    /// direction has `z = 1`.
     pub fn through(&self, row: usize, column: usize) -> (Point, Point) {
         let (x, y) = (self.columns[column], self.rows[row]);
         (Point::new(self.shift * x, self.shift * y, 0.0), Point::new(self.slope * x, self.slope * y, 1.0))
     }
 }
 
-/// Computes the distances at which rays of a row, from column `left` on, enter a sphere; NaN for a miss. Distances from
-/// the point of the ray nearest to the centre avoid cancellation. The loop has no branches, so the compiler can
-/// vectorise it.
+/// Computes the distances at which the rays of a row enter a sphere, from column `left` on; NaN for a miss. The
+/// distances start at the point nearest to the centre, to avoid cancellation. There are no branches, so the loop is
+/// vectorised.
 fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [f32]) {
     let Rays { columns, rows, shift, slope } = rays;
     let (centre, radius_square) = (ball.centre, ball.radius * ball.radius);
@@ -197,8 +193,8 @@ fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [
     }
 }
 
-/// Returns the distance at which a ray enters the curved side of a cylinder, or NaN for a miss. The flat ends are
-/// inside spheres.
+/// Returns the distance at which a ray enters the curved side of a cylinder, or NaN for a miss. The flat ends are not
+/// visible: they are inside spheres or between the halves of a bond.
 fn rod_depth(rod: &Rod, (origin, direction): (Point, Point)) -> f32 {
     let axis = rod.end - rod.start;
     let length = axis.norm();

@@ -1,7 +1,7 @@
-//! Shading: colours from bodies and lights.
+//! Colours from bodies and lights.
 //!
-//! An image is drawn in bands of a few rows. A pixel is the mean of its samples. Samples of a pixel that see the same
-//! body share one colour, so the light is computed once for each body in a pixel.
+//! An image is drawn in bands of a few rows. A pixel is the mean of its samples. All samples of a body in a pixel share
+//! one colour.
 
 mod memory;
 
@@ -18,11 +18,9 @@ use super::sheets::{Fragment, Fragments};
 use super::stroke::{Edge, draw_edges, draw_outline};
 use memory::{Memory, Seen};
 
-/// Brightness of the light from the sky and from the sun.
 const SKY: f32 = 0.62;
 const SUN: f32 = 0.62;
 
-/// Brightness and sharpness of the sun's reflection.
 const SHINE: f32 = 0.13;
 const SHININESS: i32 = 32;
 
@@ -32,10 +30,10 @@ const LAST_SIDE: f32 = 2.2;
 /// Largest additional opacity of a translucent surface, at its rim.
 const RIM: f32 = 0.35;
 
-/// Opacity of the haze at the far end of the scene, in the colour of the background.
+/// Opacity of the haze at the far end of the scene.
 const HAZE: f32 = 0.2;
 
-/// Order of the samples of a pixel, from the centre outwards. The first sample that sees a body determines its colour.
+/// Order of the samples of a pixel, from the centre outwards. The colour of a body is computed at its first sample.
 const ORDER: [usize; SAMPLES * SAMPLES] = [4, 1, 3, 5, 7, 0, 2, 6, 8];
 
 pub(super) struct Scenery<'a> {
@@ -47,13 +45,11 @@ pub(super) struct Scenery<'a> {
     pub background: Colour,
     /// Opacity of static spheres seen straight on.
     pub opacity: f32,
-    /// Edges of surfaces, and edges of the box.
     pub outline: Vec<Edge>,
     pub edges: Vec<Edge>,
 }
 
 struct Band<'a> {
-    /// Opaque bodies.
     solid: Layer,
     /// The nearest and the farthest static sphere in front of the opaque bodies.
     veil: Option<[Layer; 2]>,
@@ -70,7 +66,7 @@ struct Film<'a> {
     opacity: f32,
 }
 
-/// Returns the additional opacity of a translucent surface by the angle of view. It is largest at the rim, as in glass.
+/// Returns the additional opacity of a translucent surface. It is largest at the rim, as in glass.
 fn density(normal: &Point, view: &Point) -> f32 {
     let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
     RIM * rim * rim * rim
@@ -144,7 +140,6 @@ impl Scenery<'_> {
         colour
     }
 
-    /// Returns the colour of the ground or the background.
     fn behind(&self, ray: (Point, Point)) -> Colour {
         let Some(ground) = &self.ground else { return self.background };
         match ground.depth(ray) {
@@ -196,8 +191,7 @@ impl Band<'_> {
         } else {
             memory.recall(Seen::Solid(body), || (self.solid(body, ray, place), 1.0)).0
         };
-        // Blends from back to front: both sides of a static surface, and the translucent triangles behind, between and
-        // in front of them.
+        // Blends both sides of a static surface with the translucent triangles, from back to front.
         let mut left = sheets;
         for side in veil.map(|veil| self.sides(veil, place)).into_iter().flatten().flatten() {
             let farther = left.partition_point(|sheet| sheet.depth > side.depth);
@@ -218,12 +212,12 @@ impl Band<'_> {
         self.scenery.shade(&surface, &-ray.1.normalize(), &own, self.scenery.lights.at(&surface))
     }
 
-    /// Returns the far and the near side of a static surface, or only the near side if both belong to the same wall.
+    /// Returns the far and the near side of a static surface. If both sides are one wall, returns only the near side.
     fn sides(&self, [near, far]: &[Layer; 2], place: usize) -> [Option<Film<'_>>; 2] {
         let scenery = self.scenery;
         let ball_of = |layer: &Layer| scenery.bodies.veil.get(layer.body[place] as usize);
         let (Some(nearest), Some(farthest)) = (ball_of(near), ball_of(far)) else { return [None; 2] };
-        // Overlapping spheres of one wall count as one side.
+        // Overlapping spheres form one wall.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
         let last = scenery.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
         let film =

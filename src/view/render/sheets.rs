@@ -1,4 +1,4 @@
-//! Translucent triangles of surfaces in camera space.
+//! Translucent triangles of surfaces.
 
 #[cfg(test)]
 mod tests;
@@ -10,12 +10,11 @@ use super::raster::{Layer, Rays, SAMPLES};
 use crate::base::numbers::{single, trunc_to_usize};
 use crate::view::Surfaces;
 
-/// Largest number of triangles drawn per sample; the nearest are drawn. At the default opacity, this many triangles
-/// transmit about a thousandth of the light.
+/// Largest number of triangles per sample. The nearest ones are drawn. At the default opacity, 16 triangles transmit
+/// about a thousandth of the light.
 const MOST_SHEETS: usize = 16;
 
-/// A triangle: the indices of its corners, and the rows and columns of samples around it (the first, and one past the
-/// last).
+/// A triangle, and the ranges of rows and columns around it (the first, and one past the last).
 #[derive(Debug, Clone)]
 struct Triangle {
     corners: [u32; 3],
@@ -47,8 +46,7 @@ pub(super) struct Fragment {
 ///
 /// In perspective, the ray `t w` meets the plane of a triangle with corners `a, b, c` where
 /// `t = a . (b x c) / (e_a + e_b + e_c)`. Here `e_a = w . (b x c)`, and `e_b` and `e_c` follow by cyclic permutation
-/// (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997). Corners may be behind the
-/// camera.
+/// (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997).
 struct Plane {
     edges: [[f64; 3]; 3],
     depth: [f64; 3],
@@ -107,7 +105,7 @@ impl Sheets {
     }
 }
 
-/// Returns the rows and columns of samples around a triangle; `None` if it is not visible.
+/// Returns the rows and columns around a triangle, if it may be visible.
 fn surroundings(points: &[Point; 3], camera: &Camera, size: [usize; 2]) -> Option<[[usize; 2]; 2]> {
     if points.iter().all(|point| point.z <= NEAREST) || !points.iter().all(|point| point.iter().all(|x| x.is_finite()))
     {
@@ -135,8 +133,7 @@ impl Plane {
         let flat =
             points.map(|point| if is_perspective { point } else { nalgebra::Vector3::new(point.x, point.y, 1.0) });
         let [a, b, c] = flat;
-        // Triangles with a common edge compute the same numbers for the edge, with opposite signs, so no ray passes
-        // between them.
+        // Two triangles compute the same numbers for a common edge, with opposite signs, so no ray passes between them.
         let edges = [b.cross(&c), c.cross(&a), a.cross(&b)];
         let volume = a.dot(&edges[0]);
         let edges = edges.map(|edge| edge * volume.signum());
@@ -150,12 +147,11 @@ impl Plane {
         is_seen.then(|| Self { edges: edges.map(Into::into), depth: depth.into(), total: total.into() })
     }
 
-    /// Returns the depth at which the ray through a window position hits the triangle; `None` if the ray misses, or
-    /// hits behind the camera.
+    /// Returns the depth at which the ray through a window position hits the triangle in front of the camera.
     fn depth(&self, x: f64, y: f64) -> Option<f32> {
         let is_within = |edge: &[f64; 3]| {
             let side = value(edge, x, y);
-            // A ray through a common edge of two triangles belongs to exactly one of them.
+            // A ray through a common edge hits exactly one of the triangles.
             side > 0.0 || side == 0.0 && (edge[0] > 0.0 || edge[0] == 0.0 && edge[1] > 0.0)
         };
         if !self.edges.iter().all(is_within) {
@@ -183,7 +179,7 @@ impl Plane {
     }
 }
 
-/// Translucent triangles seen by each sample of some rows, from farthest to nearest.
+/// The triangles that the ray of each sample hits, from farthest to nearest.
 pub(super) struct Fragments {
     /// Index of the first fragment of each sample, then the number of all fragments.
     starts: Vec<usize>,
@@ -226,7 +222,7 @@ impl Fragments {
     }
 }
 
-/// Calls `visit` with the index of a sample and the fragment, for each hit of a triangle in front of the opaque bodies.
+/// Visits all hits of triangles in front of the opaque bodies. `visit` receives the index of the sample.
 fn for_each_hit(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2], mut visit: impl FnMut(usize, Fragment)) {
     for (number, triangle) in (0..u32::MAX).zip(&sheets.triangles) {
         if triangle.rows[0] >= rows[1] || triangle.rows[1] <= rows[0] {

@@ -1,5 +1,3 @@
-//! Settings common to all frames of a movie.
-
 use super::camera::{Camera, Extent};
 use super::caption::Caption;
 use super::legend;
@@ -36,7 +34,7 @@ impl SpeedScale {
 #[derive(Debug, Clone)]
 pub(in crate::view) struct Shot {
     style: Style,
-    /// Box and flat axes of the frames, without particles.
+    /// A frame without particles.
     stage: Frame,
     surfaces: Surfaces,
     camera: Camera,
@@ -45,7 +43,7 @@ pub(in crate::view) struct Shot {
 }
 
 impl Shot {
-    /// Chooses a camera that keeps everything in `framed` in sight while it moves around by `turn` degrees.
+    /// Chooses a camera that keeps `framed` in sight while it moves around by `turn` degrees.
     ///
     /// # Errors
     /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style is invalid,
@@ -65,8 +63,8 @@ impl Shot {
         Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
-    /// Draws a frame with `time` below it. The camera is at `azimuth` `[degrees]` and looks at `focus`. The image is
-    /// unfinished if the team has been stopped.
+    /// Draws a frame with `time` below it. The camera is at `azimuth` `[degrees]` and looks at `focus`. If the team has
+    /// been stopped, the image is unfinished.
     pub fn draw(
         &self,
         frame: &Frame,

@@ -1,5 +1,3 @@
-//! Thin lines: edges of the box and of surfaces, and scale bars.
-
 use std::ops::Range;
 
 use super::camera::{Camera, NEAREST, Point};
@@ -25,8 +23,7 @@ impl Stroke {
         });
     }
 
-    /// Calls `visit` for each pixel of the line, with the column, the row, the position along the line from 0 to 1, and
-    /// the opacity.
+    /// Calls `visit` for each pixel of the line: column, row, position along the line from 0 to 1, and opacity.
     fn cover(&self, width: usize, rows: Range<usize>, mut visit: impl FnMut(usize, usize, f32, f32)) {
         let [a, b] = self.ends;
         if width == 0 || !a.iter().chain(&b).all(|x| x.is_finite()) {
@@ -60,11 +57,10 @@ impl Stroke {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pen {
-    /// Width of the line in pixels.
     pub width: f32,
     pub colour: Colour,
     pub opacity: f32,
-    /// Whether the edge is drawn behind all bodies, even behind bodies that are farther away.
+    /// Whether the edge is drawn behind all bodies, even if it is in front of them.
     pub is_behind: bool,
 }
 
@@ -85,8 +81,7 @@ impl Edge {
         Some(Self { stroke, depths: [a.z, b.z], is_behind })
     }
 
-    /// Calls `visit` for each pixel of the edge in some rows, with the index of the pixel in these rows and the
-    /// opacity.
+    /// Calls `visit` for each pixel of the edge, with the index of the pixel in `rows` and the opacity.
     fn cover(&self, solid: &Layer, rows: &Range<usize>, is_perspective: bool, mut visit: impl FnMut(usize, f32)) {
         let width = solid.width / SAMPLES;
         let [near, far] = self.depths;
@@ -122,7 +117,7 @@ pub(super) fn draw_edges(
     }
 }
 
-/// Draws edges. The image is not darker where edges meet.
+/// The image is not darker where edges meet.
 pub(super) fn draw_outline(
     pixels: &mut [Colour],
     solid: &Layer,

@@ -5,7 +5,7 @@ use crate::Vector;
 use crate::view::ViewError;
 use crate::view::gravity::gravity_beside;
 
-/// Largest number of pixels in an image, enough for 3840 x 2160.
+/// Maximum number of pixels in an image, enough for 3840 x 2160.
 const MOST_PIXELS: u32 = 1 << 23;
 
 /// What the colours of particles show.
@@ -19,22 +19,21 @@ pub enum ColourBy {
     Speed,
 }
 
-/// Region that the image shows. Visible particles outside the region are drawn too.
+/// Region that the image shows. Visible particles outside the region are drawn, too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
-    /// The box without some of its empty parts. An axis is cropped only if it is not periodic, and if the particles and
-    /// surfaces extend over at least a third of it. Along gravity, only the top is cropped. Along other axes, a visible
-    /// box is not cropped, and a hidden box is cropped at both ends. A flat box is not cropped if it is visible.
+    /// The box without some of its empty parts. Periodic axes are not cropped, nor axes that are mostly empty. Along
+    /// gravity, only the top is cropped. A visible box is not cropped along other axes, or if it is flat.
     #[default]
     Fitted,
     /// The box, and the spheres with centres in the box.
     Box,
-    /// All particles, wherever they are.
+    /// All particles, inside and outside the box.
     Particles,
 }
 
-/// Style of a rendered image: size, colours, view direction.
+/// Style of an image: size, colours and direction of view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Style {
     /// Columns of pixels.
@@ -45,9 +44,9 @@ pub struct Style {
     pub is_cut: bool,
     /// What the colours of particles show.
     pub colour_by: ColourBy,
-    /// Colours of moving species in sRGB. If there are more species, the colours repeat.
+    /// Colours of moving species in sRGB. The colours repeat if there are more species.
     pub palette: Vec<[u8; 3]>,
-    /// Speed at the upper end of the scale `[length / time]`; `None` derives it from the particles.
+    /// Speed at the upper end of the scale `[length / time]`. The default depends on the speeds of the particles.
     pub top_speed: Option<f64>,
     /// Opacity of static particles, 0 to 1. Static particles with a bond are opaque.
     pub static_opacity: f64,
@@ -57,20 +56,20 @@ pub struct Style {
     pub framing: Framing,
     /// Whether to draw the edges of the box.
     pub has_box: bool,
-    /// Direction that points up in the image; `None` for the direction against gravity. Without gravity, z is up, or y
-    /// if z is flat.
+    /// Direction that points up in the image. The default is against gravity. Without gravity, z is up, or y if z is
+    /// flat.
     pub up: Option<Vector>,
     /// Angle by which the camera has moved around the scene to the right `[degrees]`.
     pub azimuth: f64,
     /// Elevation of the camera above the horizon `[degrees]`.
     pub elevation: f64,
-    /// Direction from the middle of the scene to the camera, at azimuth 0. It replaces the elevation. Flat and
-    /// one-dimensional scenes are seen from the front.
+    /// Direction from the middle of the scene to the camera at azimuth 0, instead of an elevation. Flat and
+    /// one-dimensional scenes are always seen from the front.
     pub from: Option<Vector>,
     /// Magnification about the middle of the image, 0.01 to 100.
     pub zoom: f64,
-    /// Direction of gravity; `None` without gravity. [`of_trajectory`](super::of_trajectory) takes it from the scene
-    /// beside the trajectory.
+    /// Direction of gravity, if any. [`of_trajectory`](super::of_trajectory) reads it from the scene beside the
+    /// trajectory.
     pub gravity: Option<Vector>,
     /// Whether shadows fall on the ground. They need gravity and a box with a floor.
     pub has_ground: bool,

@@ -7,8 +7,7 @@ use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// Returns a frame with a box of these edges (0 along flat axes) and balls, given by species, position and radius.
-/// Species 0 and 1 move; species 2 is static.
+/// Returns a frame with balls, given by species, position and radius. Species 0 and 1 move, and species 2 is static.
 pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
     let species = [("a", false), ("b", false), ("static", true)];
     Frame {
@@ -37,7 +36,7 @@ pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> 
     }
 }
 
-/// Style for red and green balls, seen from the front: x to the right, y into the image, z up.
+/// Front view: x points right, y into the image, and z up.
 pub(super) fn level() -> Style {
     Style {
         width: 240,
@@ -71,7 +70,7 @@ fn area(image: &Image) -> f64 {
     image.pixels().iter().filter(|&&pixel| !is_background(pixel)).count() as f64
 }
 
-/// Checks that an area is the area of a disc. The tolerance is the circumference in pixels.
+/// The tolerance is the circumference in pixels.
 fn assert_disc(area: f64, radius: f64) {
     let (disc, ring) = (std::f64::consts::PI * radius * radius, std::f64::consts::TAU * radius);
     assert!((area - disc).abs() < ring, "{area} pixels, expected {disc} up to {ring}");
@@ -241,7 +240,7 @@ fn camera_looks_from_the_given_direction() {
     let above = Style { from: Some(Vector::z()), ..level() };
     let image = draw(&frame([10.0; 3], &[(0, [8.0, 8.0, 5.0], 1.0), (1, [2.0, 2.0, 5.0], 1.0)]), &above).unwrap();
     assert!(is_red(pixel(&image, 0.76, 0.24)) && is_green(pixel(&image, 0.24, 0.76)));
-    // The azimuth starts at the direction `from`.
+    // The azimuth is measured from the direction `from`.
     let turned = Style { from: Some(-Vector::y()), azimuth: 90.0, ..level() };
     assert!(is_red(pixel(&draw(&frame([10.0; 3], &balls), &turned).unwrap(), 0.5, 0.5)));
 }
@@ -265,11 +264,11 @@ fn shadows_fall_on_the_ground_where_there_is_gravity() {
     let without = drawn(&Style { has_ground: false, ..raised.clone() }, &scene);
     assert!(area(&with) > 1.4 * area(&without), "{} {}", area(&with), area(&without));
     assert_eq!(without, drawn(&Style { gravity: None, ..raised.clone() }, &scene));
-    // The soft shadow has many shades between the background and the darkest pixel.
+    // A soft shadow has many shades.
     let shades: std::collections::BTreeSet<u8> =
         with.pixels().iter().zip(without.pixels()).filter(|(a, b)| a != b).map(|(a, _)| a[1]).collect();
     assert!(shades.len() > 20, "{shades:?}");
-    // The shadow almost vanishes if the ball is far above the ground, and is missing if the vertical is periodic.
+    // The shadow almost vanishes if the ball is far above the ground. There is none if the box is periodic along z.
     scene.particles[0].position.z = 9.0;
     let above = [&raised, &Style { has_ground: false, ..raised.clone() }].map(|style| area(&drawn(style, &scene)));
     assert!(above[0] < 1.2 * above[1], "{above:?}");
@@ -293,8 +292,7 @@ fn sphere_shades_what_is_below_but_not_beside() {
     let alone = brightness(&[lower]);
     let shaded = brightness(&[lower, (0, [3.6, 4.0, 5.2], 1.0)]);
     assert!(shaded < alone * 95 / 100, "{shaded} {alone}");
-    // The red ball is straight above, too far to be a neighbour and not in front of the sun, but it still blocks the
-    // sky.
+    // The red ball is far above the green ball and not in front of the sun, but it blocks the sky.
     let below = brightness(&[lower, (0, [5.0, 5.0, 8.5], 1.0)]);
     assert!(below < alone * 98 / 100, "{below} {alone}");
     let beside = brightness(&[lower, (0, [9.5, 5.0, 3.0], 0.5)]);
@@ -303,7 +301,7 @@ fn sphere_shades_what_is_below_but_not_beside() {
 
 #[test]
 fn box_edges_do_not_cover_particles() {
-    // From a corner, some edges of the box run in front of the ball.
+    // Some edges of the box are in front of the ball.
     let scene = frame([10.0; 3], &[(0, [5.0; 3], 4.9)]);
     let style = Style { azimuth: 45.0, elevation: 35.0, ..level() };
     let [without, with] = [false, true].map(|has_box| draw(&scene, &Style { has_box, ..style.clone() }).unwrap());

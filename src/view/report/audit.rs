@@ -1,5 +1,3 @@
-//! The section of a page on the audit of the run.
-
 use super::html::{escape, number, numbers, table};
 use crate::analysis::observables::{Answer, Equilibrium};
 use crate::io::Summary;
@@ -24,7 +22,7 @@ pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     format!("{verdict}{state}<details>\n<summary>The audit in numbers</summary>\n{table}</details>\n")
 }
 
-/// Describes whether the measurement was in equilibrium. The audit checks only individual events.
+/// Describes the test of equilibrium, which is not a part of the audit.
 fn state(equilibrium: &Equilibrium) -> String {
     let reasons: Vec<String> = equilibrium.reasons.iter().map(|reason| escape(&number(reason))).collect();
     let reasons = reasons.join(", ");

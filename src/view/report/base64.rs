@@ -1,4 +1,4 @@
-//! Base64 encoding of the data in a page (RFC 4648).
+//! Base64 encoding (RFC 4648).
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 

@@ -1,5 +1,4 @@
-//! The page of a replica exchange: averages and acceptances by temperature or window, energies, populations, the
-//! potential of mean force, and replica paths.
+//! The page of a replica exchange.
 
 mod mean_force;
 mod paths;
@@ -22,19 +21,16 @@ use crate::exchange::{
 use crate::model::ExchangeEnsemble;
 use paths::{drawn, paths};
 
-/// Largest number of curves in the plot of populations.
 const MOST_CURVES: usize = 24;
 
 /// Largest ratio of temperatures on a linear axis.
 const LONG: f64 = 10.0;
 
-/// Name and unit of the heat capacity, which follows from fluctuations. Tables list it with the observables.
+/// The heat capacity follows from fluctuations.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
-/// Caption of a plot with a curve between the simulated temperatures.
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
 
-/// Quantities that come first in tables and plots.
 const FIRST: [&str; 4] = [DISTANCE.0, "temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
 /// Makes the page of a completed replica exchange from its files.
@@ -85,7 +81,7 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     Ok(Page { html: shell(&summary.scene, &heading, &above, &sections), notes })
 }
 
-/// Whether replicas swap temperatures or windows. In a multicanonical ensemble, each replica visits all energies.
+/// In a multicanonical ensemble, each replica visits all energies.
 fn is_swapped(summary: &ExchangeSummary) -> bool {
     summary.results.ensemble != ExchangeEnsemble::Multicanonical
 }
@@ -110,7 +106,7 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
 }
 
-/// Returns the quantities with a mean at some temperature, and their units. Quantities of instruments come last.
+/// Returns the measured quantities and their units. Quantities of instruments come last.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let mut all: Vec<_> = OBSERVABLES
@@ -162,7 +158,7 @@ fn named(at: &TemperatureResult) -> String {
     at.window.map_or_else(|| given(at.temperature), |[lower, upper]| format!("{} to {}", given(lower), given(upper)))
 }
 
-/// Formats a number without error.
+/// Formats a number without a standard error.
 fn given(number: f64) -> String {
     escape(&html::number(&digits(number)))
 }
@@ -272,7 +268,7 @@ fn dot(x: f64, it: Estimate) -> Option<Dot> {
 
 fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_logarithmic: bool) -> Option<String> {
     let means = || summary.results.temperatures.iter().map(|at| measured(at, name));
-    // A quantity that is equal at all temperatures, such as the energy of hard spheres, is only in the table.
+    // A quantity that is equal at all temperatures is only in the table.
     let mut all = means().flatten().map(|it| it.mean);
     let first = all.next()?;
     if all.all(|mean| mean == first) {
@@ -292,7 +288,7 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     curves_figure(&curves.label, &curves, TOGETHER)
 }
 
-/// Returns the points of the curve between the simulated temperatures; none if the quantity has no such curve.
+/// Returns the curve between the simulated temperatures, if the quantity has one.
 fn between(summary: &ExchangeSummary, name: &str) -> Vec<Option<Dot>> {
     let point = |point: &ThermalPoint| {
         let (_, it) = point.quantities().into_iter().find(|(own, _)| *own == name)?;

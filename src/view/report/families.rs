@@ -1,4 +1,4 @@
-//! Families of curves: a function measured by several runs or stages, with one curve per value of a parameter.
+//! Families of curves: measured functions with one curve for each value of a parameter.
 
 use super::figures::curves_figure;
 use super::html::{escape, quantity, symbols};
@@ -11,22 +11,19 @@ const MOST_CURVES: usize = 24;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameter {
-    /// Name of the quantity, with its unit.
     pub title: String,
     pub is_logarithmic: bool,
 }
 
-/// The curves for one value of the parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Member {
     pub value: f64,
-    /// Name shown at the pointer, such as the name of a stage; empty to show only the value.
+    /// Name shown at the pointer, such as the name of a stage; may be empty.
     pub name: String,
     pub curves: Vec<Curve>,
 }
 
-/// Returns a figure for each function of one variable that at least two members have measured. `files` tells where the
-/// numbers are, such as "in the folder of each temperature".
+/// Returns a figure for each function that at least two members have measured. `files` describes where the numbers are.
 pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) -> Vec<String> {
     let mut members: Vec<&Member> = members.iter().filter(|member| member.value.is_finite()).collect();
     members.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -36,8 +33,8 @@ pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) ->
             names.push(&curve.name);
         }
     }
-    // A function that is also measured at logarithmic times spans too many decades for a linear axis. The version at
-    // linear times is left out.
+    // A function may have been measured at both linear and logarithmic times. Only the logarithmic times are then
+    // shown.
     let all = names.clone();
     names.retain(|name| !all.contains(&format!("{name}_logarithmic").as_str()));
     names.iter().flat_map(|name| of_name(parameter, &members, name, files)).collect()
@@ -107,8 +104,7 @@ fn line(key: &Key, member: &Member, curve: &Curve, series: &Series) -> Line {
     }
 }
 
-/// Averages the curves of several runs with equal weights. A curve with different points in some runs is taken from the
-/// first run.
+/// Averages the curves of several runs. If the runs have different points, the first curve is returned.
 pub(super) fn mean(runs: &[Vec<Curve>]) -> Vec<Curve> {
     let Some((first, others)) = runs.split_first() else { return Vec::new() };
     let mean = |curve: &Curve| {
@@ -133,8 +129,7 @@ fn is_like(one: &Curve, other: &Curve) -> bool {
         && one.series.iter().zip(&other.series).all(|(a, b)| a.name == b.name && a.values.len() == b.values.len())
 }
 
-/// Replaces a series by the mean of this and other series. If one of the series has no value at a point, the mean has
-/// none.
+/// Replaces a series by its mean with `others`. Points where any series has no value have no mean.
 fn pool(series: &mut Series, others: &[&Series]) {
     let count = (others.len() + 1) as f64;
     for row in 0..series.values.len() {
@@ -169,7 +164,7 @@ mod tests {
         let pooled = &mean(&runs)[0].series[0];
         assert_eq!(pooled.values, [Some(2.0), Some(3.0)]);
         assert!(pooled.standard_errors.iter().all(|error| (error.unwrap() - 0.25).abs() < 1e-15));
-        // A curve with different points is not averaged.
+        // Curves with different points are not averaged.
         let other = Curve::new("g", "", "").variable("r", "length", vec![1.0, 3.0]).series("g(r)", "1", &[None, None]);
         assert_eq!(mean(&[vec![curve([1.0, 2.0], 0.3)], vec![other]])[0].series[0].values, [Some(1.0), Some(2.0)]);
     }

@@ -1,6 +1,6 @@
 /** A figure with a plot. It shows the value at the pointer, and saves the plot as a file. */
 class Figure {
-  /** Largest distance from the pointer to a point whose value is shown `[pixels of the plot]`. */
+  /** Largest distance from the pointer to the point whose value is shown `[pixels of the plot]`. */
   static REACH = 40;
 
   constructor(element) {
@@ -66,7 +66,7 @@ class Figure {
     if (nearest) this.show(nearest); else this.leave();
   }
 
-  /** Moves by an arrow key: left and right along a line, up and down to another line. */
+  /** The left and right keys move along a line. The up and down keys change the line. */
   key(event) {
     const along = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     const across = { ArrowDown: 1, ArrowUp: -1 }[event.key];
@@ -97,7 +97,7 @@ class Figure {
     if (typeof deviation === 'number') rows.push(`Δ / σ: ${Figure.digits(deviation, 3)}`);
     this.note.textContent = rows.filter((row) => row).join('\n');
     this.note.hidden = false;
-    // The note is beside the point, on the side with more space, and inside the figure.
+    // The note is beside the point, on the side with more space.
     const scale = this.plot.clientWidth / this.plot.viewBox.baseVal.width;
     const [left, top] = place.map((coordinate) => coordinate * scale);
     const [room, width] = [this.plot.clientWidth, this.note.offsetWidth];
@@ -127,7 +127,7 @@ class Figure {
     return Figure.sign(String(Number(value.toPrecision(count))));
   }
 
-  /** Formats a value and its error with as many decimals as two digits of the error need. */
+  /** Formats a value with two digits of its error. */
   static estimate(value, error) {
     const decimals = 1 - Math.floor(Math.log10(error));
     if (decimals < 0 || decimals > 8) return `${Figure.digits(value)} ± ${Figure.digits(error, 2)}`;
@@ -140,7 +140,6 @@ class Figure {
     saveFile(`${name}.svg`, 'image/svg+xml', this.file());
   }
 
-  /** Returns the plot as an SVG file without a style sheet. */
   file() {
     const image = Figure.styled(this.plot);
     const { width, height } = this.plot.viewBox.baseVal;
@@ -193,7 +192,7 @@ for (const element of document.querySelectorAll('figure')) {
   if (element.querySelector('svg.plot')) new Figure(element);
 }
 
-/** Folded parts of the page, which are open in print. */
+/** Folded parts of the page are open in print. */
 const folded = [];
 addEventListener('beforeprint', () => {
   for (const details of document.querySelectorAll('details:not([open])')) {

@@ -37,7 +37,7 @@ fn with_values(svg: &str, values: &str) -> String {
     format!("{svg}\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(values))
 }
 
-/// Returns `None` if there are no points to draw.
+/// Returns `None` if there are no points.
 pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
     let entry = |(number, class, line): &(usize, String, &Line)| {
         let mark = if line.style == LineStyle::Published { String::new() } else { mark(*number, [13.0, 5.0]) };
@@ -54,7 +54,7 @@ pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<
     Some(figure(title, &plot, &format!("{}{text}", strip(curves))))
 }
 
-/// Describes the strip of deviations below a plot; empty without a strip.
+/// Describes the strip of deviations below a plot.
 fn strip(curves: &Curves) -> String {
     let compared = curves.lines.iter().filter(|line| line.deviations.iter().any(Option::is_some)).count();
     let published: Vec<&Line> = curves.lines.iter().filter(|line| line.style == LineStyle::Published).collect();
@@ -67,7 +67,7 @@ fn strip(curves: &Curves) -> String {
     format!("Below: Δ / σ, the measured minus the published value{which} over its standard error; shaded: ±2. ")
 }
 
-/// Returns the figures of a measured function: one for all series with the same unit, or a map for each series.
+/// Returns the figures of a function: one figure for all series with the same unit, or a map for each series.
 fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     let folder = stage.map_or_else(String::new, |stage| format!("{stage}/"));
     let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&(folder + &curve.name)));
@@ -93,7 +93,7 @@ fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     }
 }
 
-/// Splits a curve by units, because a density and a temperature cannot share an axis.
+/// A density and a temperature cannot share an axis.
 fn by_unit(curve: &Curve) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for series in &curve.series {
@@ -132,7 +132,7 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         sources.push_str(&format!("{}: {} ", escape(&published.label), escape(&published.source)));
     }
     // If there are as many published curves as series, each series is compared with its own curve. Otherwise, all
-    // series are compared with the first published curve.
+    // series are compared with the first curve.
     let (lines, published) = lines.split_at_mut(measured);
     for (number, line) in lines.iter_mut().enumerate() {
         let own = published.get(if published.len() == measured { number } else { 0 });
@@ -176,7 +176,6 @@ fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
     }
 }
 
-/// Plots the columns of `thermo.csv` against time.
 fn courses(results: &Results<'_>) -> Vec<String> {
     let find = |name: &str| results.thermo.iter().find(|trace| trace.name == name);
     let mut figures = Vec::new();
@@ -198,7 +197,7 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     figures
 }
 
-/// Whether a time series is constant within round-off. A plot with constant series only is left out.
+/// Whether a time series is constant within round-off.
 fn is_constant(trace: &Trace) -> bool {
     let extent = extent(trace.points().into_iter().flatten().map(|[_, y]| y));
     extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))

@@ -1,9 +1,6 @@
-//! Escapes and formats text for a page.
-
 use std::fmt::Display;
 
-/// Escapes text for the content or the quoted attributes of a page. Markup is shown as text. Control characters, which
-/// pages cannot contain, become replacement characters.
+/// Escapes text for the content or the quoted attributes of a page. Control characters become replacement characters.
 pub(in crate::view) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -22,7 +19,7 @@ pub(in crate::view) fn escape(text: &str) -> String {
     safe
 }
 
-/// Returns a table cell. `content` must be escaped. On a narrow page, the head of the column precedes the content.
+/// Returns a table cell. `content` must be escaped. A narrow page shows the title of the column in the cell.
 pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> String {
     let scope = if element == "th" { " scope=\"row\"" } else { "" };
     let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
@@ -33,8 +30,7 @@ pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> Str
 /// Largest number of columns of a table on paper. Longer rows are printed as lists.
 const MOST_PRINTED: usize = 6;
 
-/// Returns a table that scrolls if it is too wide. `heads` are the class and title of each column. Titles and rows must
-/// be escaped.
+/// Returns a table. `heads` are the class and title of each column. Titles and rows must be escaped.
 pub(super) fn table<'c, N: Display>(
     class: &str,
     caption: &str,
@@ -55,7 +51,7 @@ pub(super) fn table<'c, N: Display>(
     )
 }
 
-/// Returns an HTML document. `body` must be escaped.
+/// `body` must be escaped.
 pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -67,12 +63,12 @@ pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &s
     )
 }
 
-/// Escapes JSON so that nothing in it ends the script element.
+/// Escapes JSON in a script element.
 pub(in crate::view) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026").replace('\'', "\\u0027")
 }
 
-/// Raises the exponents of a unit: `energy / length^3` becomes `energy / length³`. The result is not escaped for HTML.
+/// Raises the exponents of a unit: `energy / length^3` becomes `energy / length³`. The result is not escaped.
 pub(super) fn unit(unit: &str) -> String {
     let mut text = String::with_capacity(unit.len());
     let mut is_raised = false;
@@ -87,7 +83,7 @@ pub(super) fn unit(unit: &str) -> String {
     text
 }
 
-/// Greek letters, which replace their names if these are separate words.
+/// Greek letters, which replace their names in separate words.
 const GREEK: [(&str, char); 14] = [
     ("alpha", 'α'),
     ("beta", 'β'),
@@ -105,7 +101,7 @@ const GREEK: [(&str, char); 14] = [
     ("sigma", 'σ'),
 ];
 
-/// Replaces plain text by symbols: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`. The result is not escaped for HTML.
+/// Replaces plain text by symbols: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`. The result is not escaped.
 pub(super) fn symbols(text: &str) -> String {
     let mut symbols = String::with_capacity(text.len());
     let mut rest = text;
@@ -118,7 +114,7 @@ pub(super) fn symbols(text: &str) -> String {
                 Some((_, letter)) => symbols.push(*letter),
                 None => symbols.push_str(word),
             },
-            // Between spaces, `<` and `>` are comparisons and not averages.
+            // A space after `<` or before `>`, or a following `=`, indicates a comparison instead of an average.
             '<' if !after.is_whitespace() && after != '=' => symbols.push('⟨'),
             '>' if !before.is_whitespace() && after != '=' => symbols.push('⟩'),
             c => symbols.push(c),
@@ -128,13 +124,13 @@ pub(super) fn symbols(text: &str) -> String {
     unit(&symbols)
 }
 
-/// Returns a unit in brackets after a space; empty for a pure number. The result is not escaped for HTML.
+/// Returns a unit in brackets after a space, or nothing for a pure number. The result is not escaped.
 pub(super) fn brackets(of: &str) -> String {
     if of.is_empty() || of == "1" { String::new() } else { format!(" [{}]", unit(of)) }
 }
 
-/// Returns the name of a quantity with its unit in brackets, unless the name contains the unit, as in `time`. The
-/// result is not escaped for HTML.
+/// Returns a quantity with its unit in brackets. If the name contains the unit, as in `time`, there are no brackets.
+/// The result is not escaped.
 pub(super) fn quantity(name: &str, unit: &str) -> String {
     let is_told = name.split(|c: char| !c.is_alphanumeric()).any(|word| word.eq_ignore_ascii_case(unit));
     if is_told { symbols(name) } else { format!("{}{}", symbols(name), brackets(unit)) }
@@ -162,7 +158,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     unit(&format!("10^{exponent}"))
 }
 
-/// Formats a number with a raised exponent and a true minus sign: `1.2e-5` becomes `1.2×10⁻⁵`. Words are unchanged.
+/// Formats a number: `1.2e-5` becomes `1.2×10⁻⁵`. Words are unchanged.
 pub(super) fn number(text: &str) -> String {
     let parts = text.split_once('e').and_then(|(digits, exponent)| Some((digits, exponent.parse::<i32>().ok()?)));
     match parts {

@@ -1,4 +1,4 @@
-//! Reads the files of a run. Missing or damaged files are noted and left out; only `summary.json` is required.
+//! Reads the files of a run. Only `summary.json` is required. Missing or damaged files are noted and left out.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -26,13 +26,12 @@ pub(super) struct Inputs {
     pub scene: Option<Scene>,
     pub thermo: Vec<Trace>,
     pub measured: Measured,
-    /// Results of the measured stages, in the order of the summary.
     pub stages: Vec<StageInputs>,
     pub recording: Option<Recording>,
     pub notes: Vec<String>,
 }
 
-/// Results of a measured stage that `summary.json` does not contain.
+/// Results of a measured stage in files other than `summary.json`.
 #[derive(Debug)]
 pub(super) struct StageInputs {
     pub thermo: Vec<Trace>,
@@ -105,7 +104,7 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     let stages = summary.stages.iter().map(|stage| {
         let measured = measurements.stages.iter_mut().find(|measured| measured.name == stage.name);
         StageInputs {
-            // Errors in the table were noted when it was first read.
+            // Errors of this table are in `notes`.
             thermo: thermo
                 .as_ref()
                 .and_then(|_| self::thermo(run, &stage.name, units, &mut Vec::new()))
@@ -120,7 +119,7 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
         let size = fs::metadata(&path).map_or(0, |file| file.len());
         if size > most_bytes {
             return Err(format!(
-                "{} are too many for a small page; carom report makes one with the player",
+                "a size of {} is too large for a small page; carom report makes a page with the player",
                 text::size(size as f64)
             ));
         }
@@ -191,7 +190,6 @@ fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) ->
     })
 }
 
-/// Reads the results of instruments. Runs without instruments have none.
 fn measurements(run: &Path, notes: &mut Vec<String>) -> Measurements {
     let read = noted("measurements.json", notes, || Measurements::read(run).map_err(|error| error.to_string()));
     let mut measurements = read.flatten().unwrap_or_default();

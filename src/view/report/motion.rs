@@ -1,10 +1,10 @@
-//! The player of the trajectory: its controls, scripts and data.
+//! The player of the trajectory.
 
 use super::base64;
 use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
-/// Scripts that draw particles and surfaces, in the order of loading, for the player and for pages that run a scene.
+/// Scripts that draw particles and surfaces. Pages that run a scene use the same scripts.
 pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/matrix.js"),
     include_str!("player/colours.js"),
@@ -17,7 +17,6 @@ pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/pointer.js"),
 ];
 
-/// The other scripts of the player, loaded after `RENDERER`.
 const PROGRAM: [&str; 4] = [
     include_str!("player/recording.js"),
     include_str!("player/poses.js"),
@@ -39,7 +38,7 @@ pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("edge.frag", include_str!("player/edge.frag")),
 ];
 
-/// Controls of the player. Its script adds controls that depend on the data.
+/// The script of the player adds controls that depend on the data.
 const CONTROLS: &str = include_str!("player/controls.html");
 
 /// Size of a text element with frames `[bytes]`. A few large elements open faster than many small ones.

@@ -1,6 +1,6 @@
 //! Plots as SVG: curves with error bars or bands, and maps.
 //!
-//! The style sheet of the page sets colours and fonts, so a plot follows the light or dark scheme of the page.
+//! The style sheet of the page sets colours and fonts.
 
 mod axis;
 mod curve;
@@ -21,24 +21,23 @@ pub(super) use mark::mark;
 
 use super::html::escape;
 
-/// Width of a plot with text of normal size `[pixels]`.
 const WIDTH: f64 = 480.0;
 /// Sides of the plot area `[pixels]`. Labels of nine letters fit beside the vertical axis.
 const LEFT: f64 = 90.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 268.0;
-/// Top and bottom of the strip of deviations below a plot `[pixels]`.
+/// Top and bottom of the strip of deviations `[pixels]`.
 const STRIP: [f64; 2] = [284.0, 348.0];
-/// Height below a plot for the labels and the title of the horizontal axis `[pixels]`.
+/// Height for the labels and the title of the horizontal axis `[pixels]`.
 const FOOT: f64 = 52.0;
 
-/// Formats a coordinate to a tenth of a pixel. Short numbers keep pages small.
+/// Formats a coordinate to a tenth of a pixel.
 fn px(x: f64) -> String {
     let text = format!("{:.1}", x.clamp(-1e5, 1e5));
     text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
-/// Opens a plot. `foot` is the lower end of the plot area or of its strip. `label` is for screen readers.
+/// Opens a plot. `foot` is the lower end of the plot area or of its strip, and `label` is for screen readers.
 fn open(label: &str, foot: f64) -> String {
     format!(
         "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">",
@@ -53,7 +52,6 @@ fn frame(svg: &mut String, [x, y]: [&Axis; 2], titles: [&str; 2], right: f64, fo
         let at = px(x.place(place));
         if is_labelled {
             let text = escape(&x.label(place));
-            // Writing to a string cannot fail.
             let _ = write!(svg, "<path class=\"grid\" d=\"M{at} {TOP}V{BOTTOM}\"/>");
             let _ = write!(svg, "<text x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{text}</text>", foot + 18.0);
         }
@@ -103,8 +101,7 @@ fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f6
     name(svg, [14.0, 0.5 * (top + bottom)], "Δ / σ", bottom - top, true);
 }
 
-/// Writes the title of an axis around its middle. A title longer than `room` pixels is compressed. The title of a
-/// vertical axis is rotated.
+/// Writes the title of an axis. A title longer than `room` pixels is compressed.
 fn name(svg: &mut String, middle: [f64; 2], title: &str, room: f64, is_upright: bool) {
     let [x, y] = middle.map(px);
     let turn = if is_upright { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };

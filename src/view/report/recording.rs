@@ -2,13 +2,12 @@
 //!
 //! Constants (radii, species, static particles, bonds) are stored once. A frame stores three coordinates of 16 bits and
 //! one byte per scalar for each moving particle. Coordinates are wrapped into the box along periodic axes, and rounded
-//! to the nearest of 65,534 steps of the *field*: the box plus particles outside along open axes, up to three edge
-//! lengths on each side. Particles outside the field are left out. The error of a coordinate is at most 1/131,068 of
-//! the field. Scalars are rounded to the nearest of 255 steps between the smallest and the largest value in the frame.
-//! Counts up to 255 are exact.
+//! to 65,534 steps of the *field*. The field is the box, extended along open axes to particles up to three edge lengths
+//! outside. Farther particles are left out. The error of a coordinate is at most 1/131,068 of the field. Scalars are
+//! rounded to 255 steps between the smallest and the largest value in the frame. Counts up to 255 are exact.
 //!
 //! Each frame ends with one bit per particle: whether the particle flies freely until the next frame. Frames are read
-//! one at a time. If all frames become too large for the page, every second frame is dropped.
+//! one at a time. If the frames become too large for the page, every second frame is dropped.
 
 mod channel;
 mod flight;
@@ -34,22 +33,22 @@ use flight::{FlightFinder, Flights};
 use frame::Encoded;
 pub(in crate::view) use surface::{MOST_TRIANGLES, SurfaceData, SurfaceHead};
 
-/// Largest total size of all frames `[bytes]`. Base64 makes this about 39 MB.
+/// Maximum total size of all frames `[bytes]`. In base64, the size is about 39 MB.
 const MOST_BYTES: usize = 29_000_000;
 
 const MOST_FRAMES: usize = 2_000;
 
-/// Radius of a bond relative to its smaller end.
+/// Radius of a bond relative to its smaller particle.
 const BOND_RADIUS: f64 = 0.36;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recording {
     pub head: Head,
-    /// Data of all frames, little-endian: radii (f32, moving particles first), positions of static particles (f32),
-    /// indices of bonded particles (u32), radii of bonds (f32) and species (u8).
+    /// Constants, little-endian: radii (f32, moving particles first), positions of static particles (f32), indices of
+    /// bonded particles (u32), radii of bonds (f32) and species (u8).
     pub constants: Vec<u8>,
-    /// Bytes of each frame: coordinates (u16), padded to a multiple of four bytes, each scalar (u8), then one bit per
-    /// particle for free flights, lowest bit first.
+    /// Bytes of each frame: coordinates (u16), padded to a multiple of four bytes, each scalar (u8), and free flights
+    /// (a bit per particle, lowest bit first).
     pub frames: Vec<Vec<u8>>,
     /// Bytes of the surfaces in the layout of [`SurfaceData`].
     pub surfaces: Option<Vec<u8>>,
@@ -57,7 +56,7 @@ pub(super) struct Recording {
     pub notes: Vec<String>,
 }
 
-/// Description of the numbers in a recording, as JSON for the player.
+/// Description of a recording, as JSON for the player.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Head {
@@ -66,9 +65,9 @@ pub(super) struct Head {
     pub bonds: usize,
     pub species: Vec<SpeciesHead>,
     pub channels: Vec<ChannelHead>,
-    /// Lower and upper corner of the first view.
+    /// Corners of the first view.
     pub view: [[f64; 3]; 2],
-    /// Index of the vertical axis of the picture, which points down if `is_upside_down` is set.
+    /// Vertical axis of the picture. The axis points down if `is_upside_down` is set.
     pub up: usize,
     pub is_upside_down: bool,
     /// Azimuth and elevation of the first view, if the scene sets them `[degrees]`.
@@ -79,11 +78,10 @@ pub(super) struct Head {
     pub colour: Option<i64>,
     pub flat: [bool; 3],
     pub periodic: [bool; 3],
-    /// Possible accelerations of each species between frames `[length / time^2]`: of the scene, then of stages with
-    /// their own gravity.
+    /// Possible accelerations of each species between frames `[length / time^2]`: first those of the scene, then those
+    /// of each stage with its own gravity.
     pub falls: Vec<Vec<[f64; 3]>>,
-    /// In a sheared box, velocity along x of a particle relative to its periodic image one period up along y
-    /// `[length / time]`.
+    /// Shear: velocity along x of a particle relative to its next image along y `[length / time]`.
     pub slide: f64,
     pub frames_in_file: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -104,7 +102,6 @@ pub(super) struct SpeciesHead {
 pub(super) struct ChannelHead {
     pub name: String,
     pub unit: String,
-    /// Ends of the colour scale.
     pub low: f64,
     pub high: f64,
     pub is_exceeded: bool,
@@ -115,14 +112,13 @@ pub(super) struct ChannelHead {
 #[serde(rename_all = "camelCase")]
 pub(super) struct FrameHead {
     pub time: f64,
-    /// Lower corner and edges of the box.
     pub lower: [f64; 3],
     pub size: [f64; 3],
-    /// Displacement along x of the periodic image of the box one period up along y.
+    /// Displacement along x of the next image of the box along y.
     pub displacement: f64,
     /// Lower corner and edges of the field.
     pub field: [[f64; 3]; 2],
-    /// For each channel, the values of the bytes 0 and 255.
+    /// Values of the bytes 0 and 255 for each channel.
     pub ranges: Vec<[f64; 2]>,
     /// Number of particles outside the field.
     pub beyond: usize,
@@ -138,7 +134,7 @@ pub(super) struct FrameHead {
 }
 
 impl Recording {
-    /// Adds surfaces to the recording and, unless they are far too large, to the view.
+    /// Adds surfaces to the recording. Surfaces that are far too large do not extend the view.
     pub fn add_surfaces(&mut self, surfaces: &Surfaces) {
         let Some(SurfaceData { head, bytes }) = SurfaceData::of(surfaces) else { return };
         for frame in &mut self.head.frames {
@@ -155,7 +151,7 @@ impl Recording {
 }
 
 /// Reads a trajectory for the player. The scene provides gravity and the ranges of wells. The error is the reason why
-/// there is nothing to play.
+/// there is no player.
 pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
     let mut notes = Vec::new();
     let mut recorder: Option<Recorder> = None;
@@ -187,9 +183,9 @@ struct Recorder {
     channels: Channels,
     flight_finder: FlightFinder,
     up: (usize, bool),
-    /// Frames of the recording, with the free flights until the next recorded frame.
+    /// Recorded frames, with the free flights until the next recorded frame.
     kept: Vec<(Encoded, Option<Flights>)>,
-    /// Last frame that was read, if thinning left it out.
+    /// Last frame of the file so far, if it is not recorded.
     last: Option<Encoded>,
     stride: usize,
     seen: usize,
@@ -296,7 +292,7 @@ impl Recorder {
     }
 }
 
-/// Joins flights. `None` stands for an empty interval.
+/// Joins the flights of two successive intervals. `None` stands for an empty interval.
 fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     match (first, second) {
         (Some(first), Some(second)) => Some(first.then(&second)),
@@ -304,8 +300,8 @@ fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     }
 }
 
-/// Returns the index of the vertical axis, and whether up is its negative direction. Up is against gravity; without
-/// gravity, z, or y if z is flat.
+/// Returns the vertical axis, and whether it points down. Up is against gravity. Without gravity, up is z, or y if z is
+/// flat.
 pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize, bool) {
     let falls = |scene: &Scene| scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
     match scene.and_then(falls) {
@@ -315,7 +311,8 @@ pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize
     }
 }
 
-/// Returns the lower and upper corner of the first frame's box or, without a box, of all particles in all frames.
+/// Returns the corners of the box in the first frame. Without a box, returns the corners of all particles in all
+/// frames.
 fn view(first: &Frame, heads: &[FrameHead]) -> [[f64; 3]; 2] {
     if first.size.iter().any(|edge| *edge > 0.0) {
         return [first.lower.into(), (first.lower + first.size).into()];
@@ -329,7 +326,7 @@ fn axes(value: impl Fn(usize) -> f64) -> [f64; 3] {
     [0, 1, 2].map(value)
 }
 
-/// Returns the data of all frames as bytes, and the number of bonds.
+/// Returns the constants as bytes, and the number of bonds.
 fn constants(first: &Frame) -> (Vec<u8>, usize) {
     let (fixed, moving): (Vec<&FrameParticle>, Vec<&FrameParticle>) =
         first.particles.iter().partition(|particle| first.is_static(particle));
@@ -348,7 +345,7 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
     for [(_, a), (_, b)] in &bonds {
         bytes.extend(single(BOND_RADIUS * a.radius.min(b.radius)).to_le_bytes());
     }
-    // The recorder rejects more than 255 species, so every index fits into a byte.
+    // There are at most 255 species.
     bytes.extend(all().map(|particle| u8::try_from(particle.species.0).unwrap_or(u8::MAX)));
     (bytes, bonds.len())
 }

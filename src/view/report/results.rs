@@ -9,7 +9,7 @@ use crate::io::rates::{Rate, told_apart};
 use crate::io::summary::Observable;
 use crate::view::describe;
 
-/// Describes how an observable is computed; empty for the observables of later versions.
+/// Describes how an observable is computed. Observables of later versions of Carom are unknown.
 fn method_of(observable: &str) -> &'static str {
     match observable {
         "temperature" => "2 (K - P^2 / 2 M) / (D N - c), where the momentum P has c conserved components",
@@ -84,7 +84,7 @@ fn sources(results: &Results<'_>) -> String {
     }
 }
 
-/// Returns a table of event rates by kind and species; empty for core events of a single species.
+/// Returns a table of event rates, unless there are only core events of a single species.
 fn rates(results: &Results<'_>) -> String {
     let rates = told_apart(results.rates);
     if rates.is_empty() {
@@ -116,7 +116,7 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     };
     let dimensions = results.dimensions;
     let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |d| text::unit(unit, d));
-    // Known observables come first, in their usual order. Observables of later versions follow.
+    // Known observables come first, then observables of later versions of Carom.
     let known = OBSERVABLES.iter().map(|(name, _)| *name);
     let others = results
         .observables
@@ -151,7 +151,7 @@ fn lines<'a>(rows: &'a [Row<'a>], has_published: bool) -> impl Iterator<Item = S
     rows.iter().enumerate().map(move |(index, row)| line(row, if index == 0 { rows.len() } else { 0 }, has_published))
 }
 
-/// The cell of the method spans `span` rows; 0 if an earlier cell covers this row.
+/// Returns a table row whose method cell spans `span` rows. If `span` is 0, the row has no method cell.
 fn line(row: &Row, span: usize, has_published: bool) -> String {
     let brackets = brackets(&row.unit);
     let method = escape(&symbols(row.method));
@@ -198,8 +198,7 @@ pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String 
     words(name, observable, events).map_or_else(plain, |words| with_signs(&words))
 }
 
-/// Returns the text for a conserved observable, a pressure without events, or an untouched wall; `None` for any other
-/// observable.
+/// Returns the number with a remark, for example for a conserved observable.
 fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
     let Observable { mean, standard_error, stationarity } = *observable;
     let plain = Estimate { mean, standard_error };

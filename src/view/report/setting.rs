@@ -1,5 +1,3 @@
-//! The section of a page on the simulated system.
-
 use super::html::{brackets, escape, numbers};
 use super::inputs::Inputs;
 use crate::base::numbers::trunc_to_u64;
@@ -73,7 +71,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// Adds the volume and the densities, if the box has them. `when` is appended to their labels.
+/// Adds the volume and the densities. `when` is appended to their labels.
 fn of_system(list: &mut Pairs, system: &System, when: &str) {
     let dimensions = system.dimensions;
     let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];
@@ -89,7 +87,7 @@ fn of_system(list: &mut Pairs, system: &System, when: &str) {
     }
 }
 
-/// `factor` is the growth of the diameters before the measurement.
+/// The diameters have grown by `factor` before the measurement.
 fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     let mut scene = scene.clone();
     let has_grown = factor.is_finite() && factor > 0.0 && factor != 1.0;
@@ -108,7 +106,7 @@ fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     }
 }
 
-/// Groups the digits of a number of more than four digits by three, with narrow spaces: `12 345`.
+/// Groups the digits of a number by three, with narrow spaces: `12 345`.
 fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();

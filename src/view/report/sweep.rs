@@ -1,4 +1,4 @@
-//! The page of a sweep: all quantities against the varied value, published values, and the state of all runs.
+//! The page of a sweep.
 
 mod curves;
 mod pages;
@@ -57,7 +57,7 @@ fn settings<'s>(sweep: &'s Sweep, group: &Group) -> Vec<(String, &'s str)> {
     sweep.state_point_names().into_iter().zip(values).collect()
 }
 
-/// Style class and text of a column's head.
+/// Style class and text of a column heading.
 type Head = (&'static str, String);
 
 fn table(caption: &str, heads: &[Head], rows: &[String]) -> String {

@@ -1,10 +1,10 @@
-//! Rows of a stage of `thermo.csv`, thinned while they are read, so that any number of rows fits into a plot.
+//! Reads a stage of `thermo.csv`. Long tables are thinned while they are read.
 
 use std::io::{self, BufRead};
 
 use crate::io::summary::Column;
 
-/// Number of spans in a trace at which they are merged in pairs: about two spans per pixel of a plot.
+/// At this number of spans, neighbouring spans are merged. A plot is only about 500 pixels wide.
 const MOST_SPANS: usize = 1024;
 
 /// A column of `thermo.csv` as a time series.
@@ -17,7 +17,7 @@ pub(super) struct Trace {
     open: Span,
 }
 
-/// Lowest and highest point of neighbouring rows.
+/// A group of neighbouring rows, with the lowest and the highest point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Span {
     rows: usize,
@@ -77,8 +77,8 @@ impl Trace {
     }
 }
 
-/// Reads the rows of a stage from a table. Each column except the time and the stage becomes a trace. Units are in
-/// brackets after the names, or else in `units`.
+/// Reads the rows of a stage as one trace per column. The columns for time and stage are left out. A column name
+/// without a unit in brackets has the unit in `units`.
 pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, String> {
     let unreadable = |error: io::Error| format!("cannot read it: {error}");
     let mut line = String::new();
@@ -92,7 +92,6 @@ pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Re
         None => Trace::new(head, units.iter().find(|column| column.name == **head).map_or("1", |column| &column.unit)),
     };
     let columns = heads.len();
-    // The last column may be `stage`, with words instead of numbers.
     let has_stage = heads.last() == Some(&"stage");
     let mut traces: Vec<Trace> = heads[..columns - usize::from(has_stage)].iter().skip(1).map(named).collect();
     for number in 2.. {
@@ -109,7 +108,7 @@ pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Re
 
 fn row(text: &str, line: usize, columns: usize, stage: &str, traces: &mut [Trace]) -> Result<(), String> {
     let has_stage = columns > traces.len() + 1;
-    // The last cell is the stage, whose name may contain commas.
+    // Names of stages may contain commas.
     let cells: Vec<&str> = text.splitn(if has_stage { columns } else { usize::MAX }, ',').collect();
     if cells.len() != columns {
         return Err(format!("line {line}: expected {columns} cells, found {}", cells.len()));

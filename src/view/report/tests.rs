@@ -130,8 +130,7 @@ fn keep_measured(run: &Path) {
     fs::write(run.join("measurements.json"), serde_json::to_string(&measured()).unwrap()).unwrap();
 }
 
-/// Checks that the elements of an XML text are closed in order, that attributes are quoted, and that entities are
-/// known.
+/// Checks that XML elements are closed in order, attributes are quoted, and entities are known.
 fn well_formed(xml: &str) -> Result<(), String> {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = xml;
@@ -262,8 +261,7 @@ fn energies_that_are_plotted_add_up() {
     let mut rows = 0;
     for line in lines.filter(|line| line.ends_with(",measurement")) {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap_or(0.0)).collect();
-        // For hard spheres without dissipation, kinetic minus supplied energy equals the column
-        // `energy_and_dissipated`. The bound allows for the round-off of a thousand terms.
+        // Hard spheres have no potential energy. The bound allows for a thousand rounded terms.
         assert!((cells[kinetic] - cells[supplied] - cells[sum]).abs() < 1e-10, "{line}");
         assert!(cells[supplied] != 0.0);
         rows += 1;
@@ -306,9 +304,8 @@ fn plots_are_well_formed_and_finite() {
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
     let plots = plots(&html);
-    // Four of the six functions have a plot. Three plots are curves, and one is a map. The function of the map has two
-    // series, but data for one series only. The other two functions have no plot: one has no data, and one has three
-    // variables. Five more plots show the energies, three columns of `thermo.csv`, and the region.
+    // Of the six functions, three are drawn as curves and one as a map. The other two have no data or three variables.
+    // Five more plots show the energies, three columns of `thermo.csv`, and the region.
     assert_eq!(plots.len(), 4 + 5);
     for plot in plots {
         let svg = format!("<svg{plot}");
@@ -365,7 +362,7 @@ fn missing_or_damaged_optional_files_give_one_note() {
         }
         fs::remove_file(&path).unwrap();
         let page_without = page(run.path()).unwrap();
-        // Only runs with instruments have `measurements.json`, so no note reports its absence.
+        // A missing `measurements.json` is not noted, because only runs with instruments write this file.
         assert_eq!(page_without.notes.len(), usize::from(file != "measurements.json"), "{file}");
         assert_ne!(page_without, sound);
         fs::write(&path, whole).unwrap();

@@ -10,8 +10,7 @@ use crate::view::render::corners;
 /// Cosine of 35 degrees, the largest angle between adjacent triangles of a smooth surface.
 const SMOOTH: f64 = 0.819;
 
-/// Largest number of edges that are drawn. With more sharp edges, the outline is left out, because it would cover the
-/// surface.
+/// Largest number of edges that are drawn. More edges would cover the surface, so they are left out.
 const MOST_EDGES: usize = 20_000;
 
 /// A mesh with a normal at each corner of each triangle. Normals vary smoothly where triangles meet at small angles.
@@ -22,25 +21,25 @@ pub(in crate::view) struct Skin {
     pub vertices: Vec<Vector>,
     pub normals: Vec<Vector>,
     pub triangles: Vec<[u32; 3]>,
-    /// Ends of the edges at a rim or between triangles at a sharp angle.
+    /// End points of rims and of sharp edges.
     pub edges: Vec<[Vector; 2]>,
     /// Lower and upper corner of the bounding box.
     pub bounds: [Vector; 2],
     /// Index of the surface in the scene, if known.
     pub number: Option<usize>,
-    /// Motion of the surface, if any. All other fields apply before the motion.
+    /// Motion of the surface, if any. All other fields describe the surface before the motion.
     pub timeline: Option<Timeline>,
 }
 
 impl Skin {
-    /// Makes a skin of the triangles that have an area.
+    /// Leaves out triangles without area.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let normal =
             |corners: &[Vector; 3]| twice_area(corners).try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite()));
         let normals: Vec<Option<Vector>> = mesh.all_corners().map(|corners| normal(&corners)).collect();
         let around = corners_around(mesh, &normals);
         let mut skin = Self { bounds: mesh.bounds(), edges: sharp_edges(mesh, &normals), ..Self::default() };
-        // Copies of each vertex of the mesh, one for each of its normals.
+        // A vertex is copied for each different normal.
         let mut copies: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
         for (triangle, own) in mesh.triangles.iter().zip(&normals) {
             let Some(own) = own else { continue };
@@ -72,12 +71,12 @@ impl Skin {
         skin
     }
 
-    /// Whether the surface is present, given the presence of each surface of the scene.
+    /// Returns whether this surface is present, given the presence of each surface of the scene.
     pub fn is_among(&self, surfaces: &[bool]) -> bool {
         self.number.and_then(|number| surfaces.get(number)).copied().unwrap_or(true)
     }
 
-    /// Returns a box around the moved bounding box at a time.
+    /// Returns a box that contains the surface at this time.
     pub fn bounds_at(&self, time: f64) -> [Vector; 2] {
         let Some(timeline) = &self.timeline else { return self.bounds };
         let (pose, [lower, upper]) = (timeline.at(time).pose, self.bounds);
@@ -109,8 +108,7 @@ impl Skin {
     }
 }
 
-/// Returns the normals of the triangles around each vertex. A normal is weighted by the angle of its triangle at the
-/// vertex.
+/// Returns the normals of the triangles around each vertex, weighted by the angles of the triangles at the vertex.
 fn corners_around(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<Vec<(Vector, f64)>> {
     let mut around = vec![Vec::new(); mesh.vertices.len()];
     for ((triangle, corners), normal) in mesh.triangles.iter().zip(mesh.all_corners()).zip(normals) {
@@ -125,7 +123,7 @@ fn corners_around(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<Vec<(V
     around
 }
 
-/// Edges that outline the surface; none if there are too many.
+/// Returns the edges of the outline, or none if there are too many.
 fn sharp_edges(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<[Vector; 2]> {
     let normal = |side: &EdgeUse| normals.get(side.triangle as usize).copied().flatten();
     let is_sharp = |uses: &&[EdgeUse]| match uses {
@@ -158,7 +156,6 @@ mod tests {
         for (vertex, normal) in skin.vertices.iter().zip(&skin.normals) {
             assert!((normal - Vector::new(vertex.x, vertex.y, 0.0) / 2.0).norm() < 1e-6);
         }
-        // Only the rims of the tube are edges.
         assert_eq!(skin.edges.len(), tube.vertices.len());
         let cube = Skin::of(&TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(1.0)));
         assert_eq!((cube.vertices.len(), cube.edges.len()), (24, 12));
@@ -196,7 +193,7 @@ mod tests {
         skin.timeline = Some(Timeline::of(&[SurfaceMotion { from: 1.0, until: 2.0, kind }]));
         let bounds = |time: f64| skin.at(time).bounds;
         assert_eq!(bounds(1.0), [Vector::zeros(), Vector::new(1.0, 2.0, 3.0)]);
-        // The box makes a quarter turn about the point (1, 0), which takes `(x, y)` to `(1 - y, x - 1)`.
+        // A quarter turn about the point (1, 0) moves `(x, y)` to `(1 - y, x - 1)`.
         assert_eq!(bounds(9.0), [Vector::new(-1.0, -1.0, 0.0), Vector::new(1.0, 0.0, 3.0)]);
         let turned = skin.at(9.0);
         let outwards = |normal: &Vector, place: &Vector| normal.dot(&(place - Vector::new(0.0, -0.5, 1.5))) > 0.0;

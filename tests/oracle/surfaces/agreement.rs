@@ -1,5 +1,4 @@
-//! Tests every kind of feature on every family of states. No verdict may be wrong, and no time may be off by more than
-//! rounding.
+//! Tests every kind of feature on every family of states, within the limits of rounding.
 
 use super::approach::Target;
 use super::compare::{Comparison, Judgement, compare};
@@ -9,11 +8,10 @@ use super::rule::{Kind, Verdict};
 use crate::per_family;
 use crate::random::Random;
 
-/// Number of states of each family and kind of feature. In total, 20 families give 5,000 states of each kind.
+/// Number of states per family and kind of feature.
 const PER_FAMILY: usize = 250;
 
-/// Number of printed wrong answers. The search stops at `ENOUGH` wrong answers, because confirming a wrong answer takes
-/// a second.
+/// Number of wrong answers that are printed. The search stops after `ENOUGH` wrong answers.
 const SHOWN: usize = 3;
 const ENOUGH: usize = 10;
 
@@ -28,10 +26,10 @@ struct Tally {
     within_rounding: usize,
     wrong: Vec<(&'static str, State, Comparison)>,
     wrong_count: usize,
-    /// Largest error of a time, divided by the error that rounding allows.
+    /// Largest error of a time, relative to the error that rounding allows.
     worst_ratio: f64,
     worst_witness: f64,
-    /// Number of witnesses with a coefficient shifted by more than half of its error bound.
+    /// Number of witnesses in which a coefficient is shifted by more than half of its error bound.
     far_witnesses: usize,
 }
 

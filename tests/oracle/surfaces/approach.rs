@@ -1,4 +1,4 @@
-//! Motions that are chosen at the time of contact, in the frame of the feature, and traced back to their start.
+//! Motions that are chosen at the time of contact and traced back to their start.
 
 use super::feature::{Feature, State};
 use crate::random::Random;
@@ -14,35 +14,35 @@ pub enum Target {
     Plane,
 }
 
-/// A contact of a sphere with a feature. The components of a vector are perpendicular to the feature, along the
-/// feature, and perpendicular to both directions. For a face, the last two components are in its plane.
+/// A contact of a sphere with a feature. The first component of a vector is perpendicular to a line, the second is
+/// along the line, and the third is perpendicular to both. For a face, the last two are in its plane.
 #[derive(Debug, Clone)]
 pub struct Approach {
     pub target: Target,
     pub side: Side,
     pub frame: [Vector; 3],
-    /// Whether nothing is rounded: all numbers are small binary fractions, and the directions are coordinate axes.
+    /// All numbers are small binary fractions, and the directions are coordinate axes. Nothing is rounded.
     pub is_exact: bool,
     pub length: f64,
-    /// Corners of the face, as coordinates in its plane.
+    /// Corners of the face in its plane.
     pub corners: [[f64; 2]; 3],
-    /// Foot of the perpendicular from the sphere, as coordinates along the feature.
+    /// Coordinates of the foot of the perpendicular along the feature.
     pub foot: [f64; 2],
     pub contact: f64,
-    /// Distance minus the contact distance, in units of the contact distance.
+    /// `(distance - contact) / contact`.
     pub gap: f64,
     pub velocity: [f64; 3],
     pub acceleration: [f64; 3],
     /// Time from the start to the contact.
     pub time: f64,
-    /// Position of the feature in space. Far from the origin, positions lose digits by rounding.
+    /// Position of the feature. Far from the origin, relative positions lose digits.
     pub offset: Vector,
 }
 
 const EXACT_FRAME: [Vector; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
 impl Approach {
-    /// A contact in which all numbers are of order one. The foot of the perpendicular is on the feature.
+    /// Returns a contact in which all numbers are of order one. The foot of the perpendicular is on the feature.
     pub fn new(random: &mut Random, target: Target) -> Self {
         let is_exact = random.chance(0.35);
         let frame = if is_exact {
@@ -87,7 +87,7 @@ impl Approach {
         approach
     }
 
-    /// A number in `[-1, 1]`.
+    /// Returns a number in `[-1, 1]`.
     pub fn number(&self, random: &mut Random) -> f64 {
         if self.is_exact { (random.below(17) as f64 - 8.0) / 8.0 } else { random.between(-1.0, 1.0) }
     }
@@ -106,7 +106,7 @@ impl Approach {
         }
     }
 
-    /// Puts the foot of the perpendicular anywhere on the feature.
+    /// Puts the foot of the perpendicular on the feature.
     pub fn put_inside(&mut self, random: &mut Random) {
         let [a, b, c] = self.corners;
         let (mut p, mut q) = (self.number(random).abs(), self.number(random).abs());
@@ -145,7 +145,6 @@ impl Approach {
 
     pub fn state(&self, random: &mut Random) -> State {
         let (velocity, acceleration, t) = (self.vector(self.velocity), self.vector(self.acceleration), self.time);
-        // The foot of the perpendicular has no coordinate on a point and one coordinate on a line.
         let foot = match self.target {
             Target::Point => [0.0; 2],
             Target::Line | Target::Segment => [self.foot[0], 0.0],
@@ -164,8 +163,7 @@ impl Approach {
         State { feature, position, velocity: velocity - acceleration * t, acceleration, contact: self.contact }
     }
 
-    /// A face with its sides. Positions relative to the corners are rounded separately. The normal points to a random
-    /// side.
+    /// Returns a face. Positions relative to the corners are rounded separately. The normal points to a random side.
     fn face(&self, random: &mut Random, position: &Vector) -> Feature {
         let corners = self.corners.map(|[x, y]| self.offset + self.vector([0.0, x, y]));
         let along = |side: usize| corners[(side + 1) % 3] - corners[side];

@@ -1,26 +1,24 @@
-//! Judges Carom's answer for a feature. The answer must equal the oracle's answer for the exact polynomials, and its
-//! time must be within the bound from the condition of the roots. If rounding decides between two verdicts, the answer
-//! may instead equal the oracle's answer for a witness.
+//! Judges Carom's answer for a feature. The answer must equal the oracle's answer for the exact polynomials, within the
+//! error of its time that rounding allows. If rounding decides between two verdicts, the answer may instead equal the
+//! oracle's answer for a witness.
 
 use super::feature::State;
 use super::rule::{Kind, Verdict, next_event};
 use super::witness::witness;
 use crate::measure::distance;
 
-/// The largest allowed [`crate::measure::Distance::ratio`]. As for pairs (`tests/oracle/compare.rs`), the error of a
-/// closed form or bracket is at most the condition plus 3 ulp. The time at which the foot enters a feature is the sum
-/// of a rounded time and a closed form, so its limit is 4.
+/// The largest allowed [`crate::measure::Distance::ratio`]. As in `tests/oracle/compare.rs`, the error of a contact
+/// time is at most the condition of the root plus 3 ulp. The time at which the foot enters a feature adds a rounded
+/// time to a closed form, so its limit is 4.
 pub fn largest_ratio(kind: Kind) -> f64 {
     if matches!(kind, Kind::Entry(_)) { 4.0 } else { 3.0 }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The answer has the oracle's verdict. If the verdict is a later time, the number is the error of the answer,
-    /// divided by the error that rounding allows.
+    /// The answer has the oracle's verdict. The number is the error of a later time, relative to the allowed error.
     Right(Option<f64>),
-    /// The answer has the verdict of a witness. The number is the largest shift of a coefficient, divided by its error
-    /// bound.
+    /// The answer is right for a witness. The number is the largest shift, relative to the error bound.
     WithinRounding(f64),
     Wrong(&'static str),
 }

@@ -1,5 +1,4 @@
-//! Families of states for which a detection function may miss a contact with a feature, or report one that does not
-//! occur.
+//! Families of states for which detection may miss a contact with a feature or report a wrong one.
 
 use super::approach::{Approach, Target};
 use super::feature::{Feature, State};
@@ -35,7 +34,7 @@ pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     let mut approach = Approach::new(random, target);
     match FAMILIES[number].0 {
         "20 decades of length and time" => {
-            // A state of another family, chosen at random, in units that make its numbers very large or very small.
+            // A random state of another family, in units that make its numbers very large or very small.
             FAMILIES[random.below(18)].1(random, &mut approach);
             let state = approach.state(random);
             rescaled(random, state)
@@ -51,7 +50,7 @@ pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     }
 }
 
-/// Zero, or a few units in the last place of 1.
+/// Returns zero, or a few units in the last place of 1.
 fn ulps(random: &mut Random) -> f64 {
     if random.chance(0.3) { 0.0 } else { f64::EPSILON * (random.below(17) as f64 - 8.0) * 0.5 }
 }
@@ -60,8 +59,8 @@ fn beside(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, 1.0);
 }
 
-/// The sphere grazes the feature. Its smallest distance differs from the contact distance by at most a few ulps, or in
-/// a fifth of the cases by 10^4 times as much.
+/// The sphere grazes the feature. The smallest distance differs from the contact distance by a few ulps. In a fifth of
+/// the cases, this difference is multiplied by 10^4.
 fn grazing(random: &mut Random, approach: &mut Approach) {
     approach.velocity[0] = 0.0;
     if random.chance(0.3) {
@@ -83,7 +82,7 @@ fn near_end(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, size);
 }
 
-/// The foot of the perpendicular comes to rest at an end of the feature and turns back, to within a few ulps.
+/// The foot of the perpendicular turns back within a few ulps of an end of the feature.
 fn turns_at_end(random: &mut Random, approach: &mut Approach) {
     approach.put_on_end(random);
     let slip = ulps(random);
@@ -97,7 +96,7 @@ fn turns_at_end(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// At the chosen time, the sphere is closer than the contact distance, and its distance changes slowly.
+/// The sphere is closer than the contact distance, and the distance changes slowly.
 fn inside(random: &mut Random, approach: &mut Approach) {
     approach.gap = -if approach.is_exact { random.below(8) as f64 / 8.0 } else { random.between(0.0, 1.0) };
     let slow = random.power_of_two(-8, 0) * random.sign();
@@ -105,8 +104,7 @@ fn inside(random: &mut Random, approach: &mut Approach) {
     approach.acceleration[0] *= if random.chance(0.3) { 0.0 } else { slow };
 }
 
-/// A motion parallel to a line or face, at any distance from it, with or without sideways motion and acceleration along
-/// the feature.
+/// A motion parallel to a line or face, with or without an acceleration along the feature.
 fn parallel(random: &mut Random, approach: &mut Approach) {
     let noise = |random: &mut Random| if random.chance(0.6) { 0.0 } else { ulps(random) };
     approach.gap = match random.below(4) {
@@ -128,7 +126,7 @@ fn parallel(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The sphere is in contact from the start, with little or no speed, and may be pressed against the feature.
+/// The sphere is in contact from the start, almost at rest, and may be pressed against the feature.
 fn resting(random: &mut Random, approach: &mut Approach) {
     approach.time = 0.0;
     approach.gap = ulps(random);
@@ -204,7 +202,7 @@ fn sliver(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The feature is far from the origin, so that relative positions have lost their last digits.
+/// The feature is far from the origin, so relative positions lose their last digits.
 fn offset(random: &mut Random, approach: &mut Approach) {
     approach.offset = random.vector() * 1e6;
     match random.below(5) {
@@ -228,7 +226,7 @@ fn far(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The acceleration is along one direction of the frame. Its other components are zero, round-off, or slightly larger.
+/// The acceleration is along an axis of the frame. Other components are zero or small.
 fn aligned(random: &mut Random, approach: &mut Approach) {
     let (axis, size) = (random.below(3), random.sign() * random.scale(-2.0, 2.0));
     let rest = match random.below(3) {
@@ -266,8 +264,7 @@ fn speeds(random: &mut Random, approach: &mut Approach) {
     approach.time /= speed;
 }
 
-/// The same state in other units of length and time. The factors for lengths, times, velocities and accelerations are
-/// all between `1e-20` and `1e20`.
+/// Changes the units of length and time. All factors are between `1e-20` and `1e20`.
 fn rescaled(random: &mut Random, mut state: State) -> State {
     let (length, time) = loop {
         let (length, time) = (random.scale(-20.0, 20.0), random.scale(-20.0, 20.0));

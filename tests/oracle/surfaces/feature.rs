@@ -1,10 +1,9 @@
-//! A sphere and a feature: the call of Carom, and the exact polynomials by which its answer is judged.
+//! A sphere and a feature, and the exact polynomials by which Carom's answer is judged.
 //!
-//! Positions, velocities, accelerations, directions and distances are floating-point numbers and taken as exact.
-//! Positions are relative to a point of the feature. The exact polynomials follow from expressions of the code, without
-//! rounding: `across(d, x) = x - d (d . x)` for a line, the height `n . x` above a plane or face, the extents `d . x`
-//! and `L - d . x` of a segment, and `w . x` for each side of a face. A sphere has a contact with a face if `|h| <= s`
-//! and `|h|` falls.
+//! All given numbers are exact. Positions are relative to a point of the feature. The exact polynomials follow from
+//! expressions of the code, without rounding: `across(d, x) = x - d (d . x)` for a line, the height `n . x` above a
+//! plane or face, the extents `d . x` and `L - d . x` of a segment, and `w . x` for each side of a face. A sphere has a
+//! contact with a face if `|h| <= s` and `|h|` falls.
 
 use super::question::{Form, Question, Shape};
 use super::rounded::{Rounded, across, dot, triple};
@@ -18,10 +17,9 @@ use carom::physics::overlap::{Quadratic, Quartic, Side};
 pub enum Feature {
     Point(Side),
     Line(Vector, Side),
-    /// Direction and length of the segment.
     Segment(Vector, f64),
-    /// The normal of the face, and two vectors for each side: a direction into the face, and the position of the sphere
-    /// relative to an end of the side.
+    /// The normal of the face. For each side, a direction into the face and the position of the sphere relative to an
+    /// end of the side.
     Face(Vector, [(Vector, Vector); 3]),
     Plane(Vector),
 }
@@ -36,19 +34,19 @@ pub struct State {
     pub contact: f64,
 }
 
-/// Roundings of each coefficient in the closed forms of Algorithms 2 and 3: the two products in `D = B^2 - V2 R2`.
+/// Roundings of each coefficient in Algorithms 2 and 3. In `D = B^2 - V2 R2`, each product is rounded once.
 const OF_QUADRATIC: [u32; 3] = [1, 1, 1];
 
-/// Roundings of each coefficient in Horner's rule for a quartic, with the factor of its derivative.
+/// Roundings of each coefficient in Horner's rule for a quartic. The factor 3 in the derivative adds one for `t^3`.
 const OF_QUARTIC: [u32; 5] = [1, 3, 5, 8, 8];
 
-/// Roundings of each coefficient for a plane: the two products in `D = v^2 - 2 a h`. The last number belongs to the
-/// distance that is subtracted from the height.
+/// Roundings of each coefficient for a plane. In `D = v^2 - 2 a h`, each product is rounded once. The last number is
+/// for the distance, which is subtracted from the height.
 const OF_PLANE: [u32; 4] = [1, 1, 1, 0];
 
 /// Roundings of each coefficient of an extent. Horner's rule adds 1, 3 and 4 to the coefficients of degree 0, 1 and 2.
-/// The discriminant adds 2 to each. The rate at the beginning of an interval adds 1 to degree 1 and 2 to degree 2. The
-/// extent is evaluated at a floating-point time within 3 ulp of the root, which adds `6 k` to degree `k`.
+/// The discriminant adds 2 to each. The rate at the start of an interval adds 1 to degree 1 and 2 to degree 2. The
+/// extent is evaluated within 3 ulp of the root, which adds `6 k` to degree `k`.
 const OF_EXTENT: [u32; 3] = [3, 6 + 6, 8 + 12];
 
 impl State {
@@ -119,7 +117,7 @@ impl State {
         Question { shape, forms, without_acceleration }
     }
 
-    /// The component of the motion in a direction, both exact and as computed by Carom.
+    /// Returns the component of the motion in a direction, both exact and as computed by Carom.
     fn component(&self, direction: &Vector, position: &Vector) -> ([Rounded; 3], Parabola) {
         let d = triple(direction);
         let component = |vector: &Vector| dot(&d, &triple(vector));
@@ -133,14 +131,14 @@ impl State {
         let gap = &h0 - &distance;
         let [c0, c1, c2] = computed.0;
         if is_two_sided {
-            // The rounding error of the subtraction is assigned to the contact distance.
+            // The rounding error of the difference is assigned to the contact distance.
             let distance = Rounded { error: gap.error - h0.error, ..distance };
             return Form::new(&[h0, h1, h2, distance], &[c0, c1, c2, self.contact], &OF_PLANE);
         }
         Form::new(&[gap, h1, h2], &[c0 - self.contact, c1, c2], &OF_PLANE)
     }
 
-    /// The overlap function from the squared distance to a point or a line.
+    /// Returns the overlap function of the squared distance to a point or a line.
     fn square(&self, direction: Option<&Vector>, acceleration: &Vector) -> Form {
         let [r, v, a] = [&self.position, &self.velocity, acceleration].map(|vector| {
             let vector = triple(vector);
@@ -161,8 +159,8 @@ impl State {
         Form::new(&terms, &computed, if is_quadratic { &OF_QUADRATIC } else { &OF_QUARTIC })
     }
 
-    /// The overlap function without acceleration, if Carom may drop the acceleration. Carom drops an acceleration
-    /// across a line below 4 epsilon of the whole acceleration, because rounding alone can add nearly 3 epsilon.
+    /// Returns the overlap function without acceleration if Carom may drop it. Carom does so if the computed component
+    /// across the line is at most 4 epsilon of the acceleration. With 3 epsilon for rounding, the limit is 7 epsilon.
     fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
         let size = self.acceleration.norm();
         let beside = across(&triple(direction), &triple(&self.acceleration));

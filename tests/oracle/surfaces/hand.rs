@@ -1,4 +1,4 @@
-//! Tests of the exact oracle on motions past a feature with known events.
+//! Tests the exact oracle on motions with known events.
 
 use super::feature::{Feature, State};
 use super::place::{Place, falls, order};
@@ -44,7 +44,7 @@ const BELOW: Kind = Kind::Root { is_below: true };
 
 #[test]
 fn signs_at_roots_and_their_order_are_exact() {
-    // The root is sqrt(2). Each parabola has a zero at sqrt(2), or about 2^-200 away from it.
+    // The root is sqrt(2). Each parabola is zero at sqrt(2), or about 2^-200 away.
     let root = &falls(&polynomial(&[2.0, 0.0, -1.0]))[0];
     let beside = |shift: &Dyadic| Polynomial::new(&[&Dyadic::from(-2.0) + shift, Dyadic::zero(), Dyadic::from(1.0)]);
     let tiny = Dyadic::power_of_two(-200);
@@ -54,7 +54,7 @@ fn signs_at_roots_and_their_order_are_exact() {
         let other = &falls(&Polynomial::new(&[&Dyadic::from(2.0) + &shift, Dyadic::zero(), Dyadic::from(-1.0)]))[0];
         assert_eq!(order(root, other), 0.cmp(&sign));
     }
-    // The sign of a parabola at the time of its turning point. Its value there is positive, zero or negative.
+    // Three parabolas at their turning point t = 3, where their values are positive, zero and negative.
     let turn = &falls(&polynomial(&[3.0, -1.0]))[0];
     for (lift, sign) in [(0.125, 1), (0.0, 0), (-0.125, -1)] {
         assert_eq!(Place::At(turn).sign(&polynomial(&[9.0 + lift, -6.0, 1.0])), sign);
@@ -72,8 +72,8 @@ fn an_event_is_the_first_root_with_its_foot_on_the_feature() {
     expect_later(&value(&twice, &[[-3.0, 1.0, 0.0]]), ROOT, 3.0);
     expect_none(&value(&twice, &[[-4.0, 1.0, 0.0]]));
     expect_none(&value(&twice, &[[-1.0, 0.0, 0.0]]));
-    // Between the times 3 and 3.62 the overlap function is negative and falls; afterwards it rises. A foot that reaches
-    // the feature at time 3.75 therefore causes no event.
+    // The overlap function is negative and falls until t = 3.62. Then it rises, so an arrival of the foot at t = 3.75
+    // is no event.
     expect_later(&value(&twice, &[[-3.25, 1.0, 0.0]]), Kind::Entry(0), 3.25);
     expect_none(&value(&twice, &[[-3.75, 1.0, 0.0]]));
 }
@@ -87,8 +87,7 @@ fn event_needs_all_extents_positive_while_in_contact() {
     expect_later(&value(&f, &[[-2.0, 1.0, 0.0], [2.0, -1.0, 0.0]]), Kind::Entry(0), 2.0);
     expect_none(&value(&f, &[[-3.0, 1.0, 0.0], [2.0, -1.0, 0.0]]));
     expect_none(&value(&f, &[[-5.0, 1.0, 0.0]]));
-    // Three cases with one extent each. The extent is negative from t = 1/2 to t = 3, touches zero at t = 2, or just
-    // misses zero.
+    // The extent is negative from t = 1/2 to t = 3, touches zero at t = 2, or just misses zero.
     expect_later(&value(&f, &[[1.5, -3.5, 1.0]]), Kind::Entry(0), 3.0);
     expect_later(&value(&f, &[[-4.0, 4.0, -1.0]]), Kind::Touch(0), 2.0);
     expect_none(&value(&f, &[[(-4.0_f64).next_down(), 4.0, -1.0]]));
@@ -101,8 +100,7 @@ fn immediate_event_needs_the_foot_on_the_feature() {
     expect_now(&value(&f, &[[0.0, -1.0, 0.0]]));
     expect_later(&value(&f, &[[-0.25, 1.0, 0.0]]), Kind::Entry(0), 0.25);
     expect_none(&value(&f, &[[-0.5, 1.0, 0.0]]));
-    // A negative overlap function rises, turns and falls. The event is at the turning point, or later, when the foot of
-    // the perpendicular reaches the feature.
+    // The overlap function turns at t = 1. The foot of the perpendicular is on the feature, or reaches it later.
     let g = [-2.0, 2.0, -1.0];
     expect_later(&value(&g, &[]), Kind::TurningPoint, 1.0);
     expect_later(&value(&g, &[[-2.0, 1.0, 0.0]]), Kind::Entry(0), 2.0);
@@ -116,11 +114,10 @@ fn a_face_is_met_from_both_sides_and_not_from_within_its_plane() {
     expect_none(&height([0.5, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 0.0, 0.0], 1.0, &[]));
-    // The sphere falls towards the plane and its height is zero at t = 3. There is an event only if the foot of the
-    // perpendicular reaches the face earlier.
+    // The height is zero at t = 3. The foot of the perpendicular reaches the face before t = 3, or at t = 3.
     expect_later(&height([3.0, -1.0, 0.0], 1.0, &[[-2.5, 1.0, 0.0]]), Kind::Entry(0), 2.5);
     expect_none(&height([3.0, -1.0, 0.0], 1.0, &[[-3.0, 1.0, 0.0]]));
-    // The sphere is thrown up from below the plane, passes through it, and falls back from above.
+    // The sphere is thrown up through the plane and falls back.
     expect_now(&height([-0.5, 3.0, -1.0], 1.0, &[]));
     expect_later(&height([0.0, 2.5, -1.0], 1.0, &[]), ROOT, 2.0);
     expect_later(&height([-1.5, 4.0, -1.0], 1.5, &[[-1.0, 1.0, 0.0]]), ROOT, 3.0);
@@ -163,8 +160,7 @@ fn wrong_answers_are_recognised() {
     for answer in [None, Some(0.0), Some(1.99), Some(2.0 + 1e-14)] {
         assert_eq!(witness(&question, answer), None, "{answer:?}");
     }
-    // If the foot of the perpendicular is on the end, rounding allows both verdicts. If it is slightly past the end,
-    // rounding allows no event.
+    // If the foot of the perpendicular is on the end, rounding allows both verdicts.
     let position = Vector::new(1.0, 3.0, 0.0);
     let on_end = State { position, velocity: Vector::new(-0.5, -1.0, 0.0), ..state };
     assert!(witness(&on_end.question(), None).is_some_and(|part| part < 1.0));

@@ -1,4 +1,4 @@
-//! Decides the sign of a polynomial at a root of another polynomial, and the order of two roots.
+//! Decides the sign of a polynomial at a root of another, and the order of two roots.
 
 use crate::crossing::{Crossing, first_fall};
 use crate::dyadic::Dyadic;
@@ -6,7 +6,7 @@ use crate::polynomial::Polynomial;
 use crate::sturm::{Chain, common_factor};
 use std::cmp::Ordering;
 
-/// A time at which signs of polynomials are decided: now, or a root.
+/// A time at which the sign of a polynomial is decided.
 #[derive(Debug, Clone, Copy)]
 pub enum Place<'a> {
     Now,
@@ -21,7 +21,7 @@ impl Place<'_> {
         }
     }
 
-    /// The sign of a polynomial just after this time: the sign of the first nonzero derivative.
+    /// Returns the sign of a polynomial just after this time, which is the sign of the first nonzero derivative.
     pub fn sign_after(&self, g: &Polynomial) -> i32 {
         if g.is_zero() {
             return 0;
@@ -33,15 +33,13 @@ impl Place<'_> {
     }
 }
 
-/// Number of bisections before the expensive search for a common root. Common roots are rare.
+/// Number of bisections before the expensive search for a common root, which is rare.
 const HALVINGS: usize = 40;
 
-/// Number of attempts with Budan's theorem before Sturm's theorem is used. Budan's theorem never excludes a root at a
-/// turning point of the polynomial.
+/// Number of attempts with Budan's theorem, which cannot exclude a root at a turning point.
 const CHEAP: usize = 4;
 
-/// The sign of a polynomial `g` at a crossing of another polynomial. Narrows the bracket until it contains no root of
-/// `g`, or a common root of both.
+/// Returns the sign of `g` at a crossing of another polynomial. Narrows the bracket as far as necessary.
 fn sign_at(g: &Polynomial, crossing: &Crossing) -> i32 {
     if g.degree() == 0 {
         return g.sign_far_away();
@@ -65,8 +63,7 @@ fn sign_at(g: &Polynomial, crossing: &Crossing) -> i32 {
     unreachable!("roots that differ are apart")
 }
 
-/// The largest possible number of roots in `(from, to]` by Budan's theorem. The true number may be smaller by an even
-/// number.
+/// Returns the largest possible number of roots in `(from, to]` by Budan's theorem.
 fn count_at_most(g: &Polynomial, from: &Dyadic, to: &Dyadic) -> usize {
     let variations = |x: &Dyadic| if x.sign() == 0 { g.variations() } else { g.around(x).variations() };
     variations(from) - variations(to)
@@ -77,7 +74,7 @@ fn is_common_root(a: &Polynomial, b: &Polynomial, from: &Dyadic, to: &Dyadic) ->
     common.degree() > 0 && Chain::new(&common).count(from, to) > 0
 }
 
-/// The order of two crossings. Narrows their brackets until they are disjoint or contain a common root.
+/// Returns the order of two crossings. Narrows the brackets until they are disjoint or contain a common root.
 pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
     for step in 0.. {
         let ((a_lower, a_upper), (b_lower, b_upper)) = (a.bracket(), b.bracket());
@@ -94,14 +91,13 @@ pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
                 return Ordering::Equal;
             }
         }
-        // Narrows the wider bracket, so that both become narrow at the same pace.
         let (a_width, b_width) = (&a.bracket().1 - &a.bracket().0, &b.bracket().1 - &b.bracket().0);
         if a_width > b_width { a.narrow() } else { b.narrow() }
     }
     unreachable!("roots that differ are apart")
 }
 
-/// All times after now at which a polynomial changes sign from plus to minus.
+/// Returns all times after now at which a polynomial changes sign from plus to minus.
 pub fn falls(f: &Polynomial) -> Vec<Crossing> {
     let mut found = Vec::new();
     let mut after = Dyadic::zero();

@@ -1,12 +1,12 @@
-//! Exact polynomials of a motion and a feature, and boxes around their coefficients. A box contains every polynomial
-//! that rounding may have put in place of the exact one. It covers the rounding of the coefficients and of their terms.
+//! Exact polynomials of a motion and a feature, in boxes around the coefficients. A box contains every polynomial that
+//! rounding may have put in place of the exact one.
 
 use super::rounded::{ROUND_OFF, Rounded};
 use super::rule::{Exact, Kind, Overlap};
 use crate::dyadic::Dyadic;
 use crate::polynomial::Polynomial;
 
-/// Exact coefficients of a polynomial, constant term first, in a box. The errors are half the edges of the box.
+/// A polynomial with exact coefficients, constant term first. The errors are half the widths of the box.
 #[derive(Debug, Clone)]
 pub struct Form {
     pub coefficients: Vec<Dyadic>,
@@ -16,8 +16,7 @@ pub struct Form {
 }
 
 impl Form {
-    /// `roundings[k]` is the number of roundings of a term of degree `k` in the evaluation of the polynomial or its
-    /// roots.
+    /// `roundings[k]` is the number of roundings of a term of degree `k`.
     pub fn new(terms: &[Rounded], computed: &[f64], roundings: &[u32]) -> Self {
         let error = |(term, n): (&Rounded, &u32)| term.error + f64::from(*n) * ROUND_OFF * (term.size + term.error);
         Self {
@@ -27,7 +26,7 @@ impl Form {
         }
     }
 
-    /// Position of Carom's coefficients in the box, as fractions of half its edges.
+    /// Returns the position of Carom's coefficients in the box, in units of the errors.
     pub fn place_of_computed(&self) -> Vec<f64> {
         let part = |((exact, error), computed): ((&Dyadic, &f64), &f64)| {
             let off = (&Dyadic::from(*computed) - exact).to_f64();
@@ -36,27 +35,27 @@ impl Form {
         self.coefficients.iter().zip(&self.errors).zip(&self.computed).map(part).collect()
     }
 
-    /// The exact coefficients, shifted by fractions of half the edges of the box.
+    /// Returns the exact coefficients, shifted by multiples of the errors.
     pub fn moved(&self, parts: &[f64]) -> Vec<Dyadic> {
         let terms = self.coefficients.iter().zip(&self.errors).zip(parts);
         terms.map(|((c, error), part)| c + &(&Dyadic::from(*error) * &Dyadic::from(*part))).collect()
     }
 }
 
-/// Meaning of the coefficients of the first polynomial.
+/// Meaning of the overlap function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// The height above a plane.
     Linear,
-    /// A squared distance, multiplied by this sign, which is also the sign of the leading coefficient.
+    /// A squared distance times this sign. The leading coefficient has the same sign.
     Square(i32),
-    /// The height above a face that is solid on both sides, followed by the contact distance.
+    /// The height above a face, followed by the contact distance. The face is solid on both sides.
     TwoSided,
 }
 
 pub const DISTANCE: usize = 3;
 
-/// The polynomials that decide the next event: an overlap function, followed by the extents.
+/// The overlap function and the extents, which decide the next event.
 #[derive(Debug, Clone)]
 pub struct Question {
     pub shape: Shape,
@@ -65,7 +64,6 @@ pub struct Question {
     pub without_acceleration: Option<Form>,
 }
 
-/// A linear function of the coefficients of one polynomial.
 pub struct Functional {
     pub form: usize,
     pub weights: Vec<Dyadic>,
@@ -84,13 +82,13 @@ impl Question {
         self.with(&middles).expect("the exact square is one")
     }
 
-    /// Whether the contact distance of a face is smaller than the rounding errors of heights.
+    /// Returns whether the contact distance of a face is smaller than the rounding errors of heights.
     pub fn is_thin(&self) -> bool {
         let Form { coefficients, errors, .. } = &self.forms[0];
         self.shape == Shape::TwoSided && coefficients[DISTANCE].to_f64() <= errors[DISTANCE]
     }
 
-    /// The same polynomials, but with the overlap function of a motion without acceleration.
+    /// Replaces the overlap function by the function without acceleration.
     pub fn straight(&self) -> Option<Self> {
         let mut forms = self.forms.clone();
         forms[0] = self.without_acceleration.clone()?;
@@ -108,7 +106,8 @@ impl Question {
         Some(Exact { overlap, extents: extents.iter().map(|extent| Polynomial::new(extent)).collect() })
     }
 
-    /// A linear function of the coefficients that is zero if there is an event of this kind at this time.
+    /// Returns a linear function of the coefficients of one polynomial. The function is zero at an event of this kind
+    /// at `t`.
     pub fn functional(&self, kind: Kind, t: f64) -> Functional {
         let form = match kind {
             Kind::Entry(k) | Kind::Touch(k) => k + 1,
@@ -137,13 +136,13 @@ impl Question {
         Functional { form, weights }
     }
 
-    /// Largest change of a linear function for coefficients within the box.
+    /// Returns the largest change of a linear function when the coefficients vary within the box.
     pub fn error_of(&self, functional: &Functional) -> f64 {
         let terms = functional.weights.iter().zip(&self.forms[functional.form].errors);
         terms.map(|(weight, error)| weight.to_f64().abs() * error).sum()
     }
 
-    /// All kinds of events that are possible, except `Touch`, which Carom never computes.
+    /// Returns all possible kinds of events, except `Touch`, which Carom never computes.
     pub fn kinds(&self) -> Vec<Kind> {
         let below = (self.shape == Shape::TwoSided).then_some(Kind::Root { is_below: true });
         let entries = (0..self.forms.len() - 1).map(Kind::Entry);

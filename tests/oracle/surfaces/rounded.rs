@@ -1,6 +1,6 @@
-//! Exact numbers, each with a bound on its floating-point error by running error analysis (Higham, *Accuracy and
-//! Stability of Numerical Algorithms*, section 3.3). Every operation adds the unit round-off times the size of its
-//! result to the propagated errors of its operands.
+//! Exact numbers with bounds on their floating-point errors, by running error analysis (Higham, *Accuracy and Stability
+//! of Numerical Algorithms*, section 3.3). Every operation adds a rounding error to the propagated errors of the
+//! operands.
 
 use crate::dyadic::Dyadic;
 use carom::Vector;
@@ -9,13 +9,13 @@ use std::ops::{Add, Mul, Sub};
 /// Unit round-off: half the distance from 1 to the next floating-point number.
 pub const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// Factor that makes up for error bounds that are rounded down in an operation.
+/// Compensates for the rounding of the bounds.
 const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 #[derive(Debug, Clone)]
 pub struct Rounded {
     pub exact: Dyadic,
-    /// Upper bound on the magnitude of the exact number.
+    /// Upper bound on the magnitude of `exact`.
     pub size: f64,
     pub error: f64,
 }
@@ -76,8 +76,8 @@ pub fn dot(a: &Triple, b: &Triple) -> Rounded {
     &(&x + &y) + &z
 }
 
-/// `x - d (d . x)`, as in `carom::physics::detection::feature::across`. The direction is not normalized again, although
-/// rounding may have changed its length. The effect on the result is below the rounding error.
+/// `x - d (d . x)`, as in `carom::physics::detection::feature::across`. Rounding may have changed the length of the
+/// direction. The effect is below the rounding error of the result.
 pub fn across(direction: &Triple, vector: &Triple) -> Triple {
     let along = dot(direction, vector);
     [0, 1, 2].map(|k| &vector[k] - &(&direction[k] * &along))

@@ -1,11 +1,10 @@
-//! The rule for a contact with a feature that has ends, evaluated exactly:
+//! The exact rule for a contact with a feature that has ends:
 //!
 //! > The first time `t >= 0` at which `f(t) <= 0`, `f` falls just after `t`, and no extent `b_k(t) < 0`.
 //!
 //! An extent is the distance of the foot of the perpendicular from an end of the feature, positive on the feature. The
-//! function `f` is at most 0 and falls in intervals of time. Each interval includes its start. The times at which no
-//! extent is negative form a closed set. So the first time of contact is now, the start of an interval, or a time at
-//! which an extent stops being negative.
+//! conditions on `f` are true in intervals of time, each including its start. The first contact is therefore now, at
+//! the start of an interval, or when an extent stops being negative.
 
 use super::place::{Place, falls, order};
 use crate::crossing::Crossing;
@@ -14,17 +13,17 @@ use crate::polynomial::Polynomial;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The overlap function falls through zero. For a face, `is_below` tells whether the sphere comes from below.
+    /// The overlap function falls through zero. If `is_below`, the sphere comes from below a face.
     Root { is_below: bool },
-    /// The overlap function is not positive and stops rising.
+    /// The overlap function stops rising at a value that is not positive.
     TurningPoint,
-    /// The extent with this index stops being negative while the overlap function is not positive and falls.
+    /// This extent rises through zero while the overlap function is not positive and falls.
     Entry(usize),
-    /// The extent with this index touches zero from below while the overlap function is not positive and falls.
+    /// This extent touches zero from below while the overlap function is not positive and falls.
     Touch(usize),
 }
 
-/// A fall of the overlap function through zero. For a face, the sphere comes from above.
+/// The overlap function falls through zero. A face is approached from above.
 pub const ROOT: Kind = Kind::Root { is_below: false };
 
 #[derive(Debug, Clone)]
@@ -38,7 +37,7 @@ pub enum Verdict {
 pub enum Overlap {
     /// `f(t)`.
     Value(Polynomial),
-    /// `|h(t)| - s`, for a face, which is solid on both sides.
+    /// `|h(t)| - s`, for a face.
     Height(Polynomial, Dyadic),
 }
 
@@ -49,7 +48,7 @@ pub struct Exact {
 }
 
 impl Overlap {
-    /// The gaps above and below a face, `h - s` and `-h - s`.
+    /// Returns the gaps above and below a face, `h - s` and `-h - s`.
     fn gaps(height: &Polynomial, distance: &Dyadic) -> [Polynomial; 2] {
         [1, -1].map(|side| shifted(height, side, distance))
     }
@@ -58,7 +57,7 @@ impl Overlap {
         match self {
             Self::Value(f) => place.sign(f) <= 0 && place.sign_after(&f.derivative()) < 0,
             Self::Height(height, distance) => {
-                // At height 0, the distance from the plane of the face is at its minimum, so it does not fall.
+                // At height 0, the distance from the face has its minimum.
                 let side = place.sign(height);
                 side * place.sign_after(&height.derivative()) < 0
                     && Self::gaps(height, distance).iter().all(|gap| place.sign(gap) <= 0)
@@ -66,7 +65,7 @@ impl Overlap {
         }
     }
 
-    /// Times after now at which both conditions may begin to hold: the overlap function is not positive, and it falls.
+    /// Returns the times after now at which the overlap function may begin to be both falling and not positive.
     fn beginnings(&self) -> Vec<(Kind, Crossing)> {
         let mut found = Vec::new();
         let mut add = |kind: Kind, f: &Polynomial| found.extend(falls(f).into_iter().map(|crossing| (kind, crossing)));
@@ -75,7 +74,7 @@ impl Overlap {
                 add(ROOT, f);
                 add(Kind::TurningPoint, &f.derivative());
             }
-            // A contact distance that round-off has made negative allows no contact.
+            // By round-off, the contact distance may be zero or negative. Then no contact is possible.
             Self::Height(_, distance) if distance.sign() <= 0 => {}
             Self::Height(height, distance) => {
                 let [above, below] = Self::gaps(height, distance);
@@ -90,7 +89,7 @@ impl Overlap {
     }
 }
 
-/// The polynomial `side f - distance`, where `side` is 1 or -1.
+/// Returns `side f - distance`, where `side` is 1 or -1.
 fn shifted(f: &Polynomial, side: i32, distance: &Dyadic) -> Polynomial {
     let mut coefficients: Vec<_> = f
         .coefficients
@@ -110,13 +109,12 @@ pub fn next_event(exact: &Exact) -> Verdict {
     if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
     }
-    // Of several events at the same time, takes the first one in the list. Events at which an extent becomes zero are
-    // last.
+    // Of events at the same time, the first in the list is returned. Events of extents are at the end of the list.
     let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }
 
-/// All later times at which the conditions of the rule begin to hold, each with the kind of event.
+/// Returns all times after now at which the conditions of the rule begin to be true, with the kind of event.
 pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
     let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();
@@ -127,7 +125,7 @@ pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> 
     candidates.into_iter().filter(|(kind, crossing)| {
         let place = Place::At(crossing);
         match kind {
-            // A fall through zero always makes the overlap function negative and falling.
+            // At a fall through zero, the overlap function is always falling and not positive.
             Kind::Root { .. } => exact.is_on(&place, None),
             Kind::TurningPoint => overlap.asks_at(&place) && exact.is_on(&place, None),
             Kind::Entry(k) | Kind::Touch(k) => overlap.asks_at(&place) && exact.is_on(&place, Some(*k)),
@@ -142,7 +140,7 @@ impl Exact {
     }
 }
 
-/// The time after now at which a parabola touches zero from below.
+/// Returns the time after now at which a parabola touches zero from below.
 fn touch(extent: &Polynomial) -> Option<Crossing> {
     if extent.degree() != 2 || extent.sign_far_away() > 0 {
         return None;

@@ -1,4 +1,4 @@
-//! Witnesses: polynomials that rounding cannot distinguish from the exact ones, and for which a given answer is right.
+//! Witnesses are polynomials that differ from the exact ones by rounding errors, and for which a given answer is right.
 
 use super::question::{DISTANCE, Form, Functional, Question, Shape};
 use super::rule::{Kind, Verdict, next_event, possible_events};
@@ -6,12 +6,12 @@ use crate::crossing::Crossing;
 use crate::dyadic::Dyadic;
 use crate::measure::last_place;
 
-/// Shifts to try in the search for witnesses, as fractions of the boxes around the coefficients, smallest first.
+/// Shifts to try, as fractions of the boxes around the coefficients.
 const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
 
-/// Searches for a witness. Returns the shift of the first one found, as a fraction of the boxes. Starts at the centres
-/// of the boxes and at Carom's own coefficients, shifts overlap functions and extents as a whole, and tilts extents.
-/// Then tries all corners, edges and faces of the boxes, and at last pairs of witnesses.
+/// Searches for a witness. Returns its shift as a fraction of the boxes. Tries the centres of the boxes and Carom's own
+/// coefficients, then shifts and tilts of whole polynomials, then the corners, edges and faces of the boxes, and
+/// finally pairs of witnesses.
 pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     let computed: Vec<_> = question.forms.iter().map(Form::place_of_computed).collect();
     let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
@@ -34,8 +34,7 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
 }
 
 /// Searches for two witnesses: one without an event before the answer, and one with an event at the answer. Each
-/// evaluation has its own rounding error, so a line that is grazed twice may be missed the first time and hit the
-/// second time.
+/// evaluation has its own rounding error. A line that is grazed twice may be hit only the second time.
 fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
     let before = &Dyadic::from(t) - &Dyadic::power_of_two(last_place(t) + SLACK);
@@ -52,21 +51,20 @@ fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     Some(met.max(largest(&free)))
 }
 
-/// The first `UNIFORM` shifts of `directions` leave the overlap function unchanged or shift it as a whole.
+/// The first `UNIFORM` items of `directions` leave the overlap function unchanged or shift it as a whole.
 const UNIFORM: usize = 3;
 
-/// Treatment of the extents that are not involved in the event of a witness.
+/// Treatment of the extents without an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
     Free,
-    /// Extents are shifted, if their boxes allow it, to be just positive at the time of the event.
+    /// If possible, each extent is shifted so that it is slightly positive at the time of the event.
     Pinned,
-    /// Extents are not adjusted, and events before the answer are ignored.
+    /// Extents are not shifted, and events before the answer are ignored.
     AfterOthers,
 }
 
-/// Tests whether shifted polynomials are a witness for the answer. Returns the largest shift as a fraction of the
-/// boxes.
+/// Returns the largest shift if the shifted polynomials are a witness for the answer.
 fn size_of_witness(question: &Question, parts: &[Vec<f64>], answer: Option<f64>, ends: Ends) -> Option<f64> {
     if let Some(t) = answer.filter(|t| *t > 0.0) {
         return question.kinds().into_iter().find_map(|kind| event_near(question, parts, (t, kind), ends));
@@ -85,11 +83,11 @@ fn largest(parts: &[Vec<f64>]) -> f64 {
     parts.iter().flatten().fold(0.0, |largest, part| largest.max(part.abs()))
 }
 
-/// Removes the leading coefficients of a squared distance if a shift has changed their sign.
+/// Removes leading coefficients of a squared distance if a shift has changed their sign.
 fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<Dyadic>> {
     if let Shape::Square(sign) = question.shape {
         while coefficients[0].len() > 2 && coefficients[0].last().is_some_and(|leading| leading.sign() == -sign) {
-            // Without a term of degree 4 there is no acceleration, and thus no term of degree 3.
+            // Without acceleration, there is neither a term of degree 4 nor of degree 3.
             coefficients[0].pop();
             if coefficients[0].len() == 4 {
                 coefficients[0].pop();
@@ -99,11 +97,11 @@ fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<D
     coefficients
 }
 
-/// Largest distance between the answer and the event of a witness: `2^SLACK` ulp, the width of a final bracket.
+/// The event of a witness may differ from the answer by `2^SLACK` ulp, the final width of a bracket.
 const SLACK: i64 = 2;
 
-/// Shifts polynomials within their boxes so that one of them has a root, or a turning point, at `t`. Returns the size
-/// of the shift if this is the first event of the shifted polynomials, or, with `AfterOthers`, any of their events.
+/// Shifts polynomials within their boxes so that there is a root or a turning point at `t`. Returns the size of the
+/// shift if this is the first event. With `AfterOthers`, the event need not be the first.
 fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), ends: Ends) -> Option<f64> {
     let functional = question.functional(kind, t);
     let mut coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
@@ -131,8 +129,7 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
     is_found.then_some(size)
 }
 
-/// Value of an extent that is shifted to be just positive, in units of its error bound. It is too small to make an
-/// event earlier.
+/// Extents are shifted to this positive value, in units of their error. No event becomes earlier.
 const JUST_POSITIVE: f64 = 1e-12;
 
 /// Shifts coefficients within their box until `functional` has the value `to`, in units of its error. Starts at the
@@ -152,7 +149,7 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     let parts = moved_within(&parts, &effects, -missing(&form.moved(&parts)))?;
     let size = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
     let mut coefficients = form.moved(&parts);
-    // The fractions are rounded and leave a small remainder. It is subtracted from the term with the largest effect.
+    // The fractions are rounded. The remainder is subtracted from the term with the largest effect.
     let term = (0..weights.len()).max_by(|a, b| effects[*a].abs().total_cmp(&effects[*b].abs()))?;
     for _ in 0..CORRECTIONS {
         let rest = missing(&coefficients) / weights[term];
@@ -164,8 +161,8 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     Some((coefficients, size))
 }
 
-/// Changes all fractions by equal steps until the sum of their effects has grown by `growth`. A fraction stops at the
-/// edge of its box.
+/// Shifts all fractions by the same amount, until the sum of the effects has changed by `growth`. Each shift has the
+/// sign of the effect. Fractions stay between -1 and 1. Returns `None` if the boxes are too small.
 fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>> {
     let moved = |step: f64| -> Vec<_> {
         let moved = |(part, effect): (&f64, &f64)| match effect {
@@ -195,18 +192,18 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
     Some(moved(lower))
 }
 
-/// Number of bisections that reduce an interval of width 4 to half the spacing of floating-point numbers at 1.
+/// Bisections from an interval of width 4 to half the spacing of floating-point numbers at 1.
 const BISECTIONS: usize = 55;
 
-/// Number of corrections. Each one leaves one part in 10^16 of the remainder. One is not enough, because a value at `t`
-/// can be smaller than its rounding error by many orders of magnitude.
+/// Number of corrections. Each correction leaves one part in 10^16. One correction is not enough, because the value at
+/// `t` can be smaller than its rounding error by many orders of magnitude.
 const CORRECTIONS: usize = 4;
 
-/// Largest remainder that is left uncorrected, as a fraction of the box. It comes from the rounding of the fractions.
+/// Largest remainder that is corrected, as a fraction of the box. Rounding leaves less.
 const REST: f64 = 1e-9;
 
-/// Shifts to the corners of the boxes and to the midpoints of their edges and faces. Extents are shifted as a whole.
-/// The overlap function is shifted as a whole in the first three shifts, then coefficient by coefficient.
+/// Shifts to the corners of the boxes and to the midpoints of edges and faces. Extents are shifted as a whole. The
+/// overlap function is shifted as a whole in the first three shifts, then coefficient by coefficient.
 fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     let extents: Vec<Vec<Vec<f64>>> = (0..power_of_three(sizes.len() - 1))
@@ -214,7 +211,7 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
         .collect();
     let all = power_of_three(sizes[0]);
     let vector = move |code: usize| (0..sizes[0]).map(|k| part * digit(code, k)).collect::<Vec<_>>();
-    // Shifts of all coefficients in the same direction come first, because they change f most.
+    // Equal shifts of all coefficients come first, because they change f most.
     let ordered = std::iter::once(all / 2).chain([0, all - 1]).chain((1..all - 1).filter(move |code| *code != all / 2));
     ordered.take(most).flat_map(move |code| {
         let overlap = vector(code);
@@ -222,8 +219,8 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
     })
 }
 
-/// Shifts of the linear terms of the extents, with the overlap function unchanged or shifted as a whole. If two extents
-/// have a turning point at the same time, the verdict depends on which of them comes first.
+/// Shifts the linear terms of the extents. The overlap function is unchanged or shifted as a whole. If two extents turn
+/// at the same time, the verdict depends on the order of the turning points.
 fn tilts(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     [0.0, -part, part].into_iter().flat_map(move |shift| {

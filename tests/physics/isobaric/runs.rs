@@ -1,4 +1,4 @@
-//! Runs at constant pressure: chains keep their bonds, pauses change nothing, and stages pass on their volume.
+//! Runs at constant pressure: chains keep their bonds, pauses change nothing, and stages start with the last volume.
 
 use std::ops::ControlFlow;
 
@@ -62,7 +62,7 @@ fn chains_longer_than_the_box_keep_their_bonds() {
     assert!(least < 0.8 * most, "{least} {most}");
 }
 
-/// Returns the last state and the results of a run. With `pause`, the run pauses after every `pause` events.
+/// Returns the final state and the results of a run. With `pause`, the run pauses after every `pause` events.
 fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
     let mut run = Run::new(scene.clone()).threads(threads);
     let mut events = 0;
@@ -133,7 +133,7 @@ fn run_starts_at_the_volume_left_by_the_stage_before() {
     assert!(finished.volume_moves.is_none() && finished.observable("volume").is_none());
     let volume = finished.simulation.volume();
     assert!(volume < 0.8 * scene.space().volume());
-    // The pressure is `Z N T / V` with the current volume, not with the volume of the scene.
+    // The pressure is `Z N T / V` with the current volume, not the initial one.
     let (pressure, _) = observable(&finished, "pressure");
     let (factor, _) = observable(&finished, "compressibility_factor");
     let (temperature, _) = observable(&finished, "temperature");

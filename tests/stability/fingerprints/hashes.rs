@@ -35,12 +35,12 @@ pub fn fingerprint(now: &Snapshot) -> u64 {
     hash.0
 }
 
-/// Hashes of a run. If `state` is unchanged, all trajectories are unchanged.
+/// Hashes of a run.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Bits {
-    /// Last positions, velocities and time.
+    /// Final positions, velocities and time.
     pub state: Hash,
-    /// Time, kind, particles, impulse, energies, positions and velocities of all events, in order.
+    /// Time, kind, particles, impulse, energies, positions and velocities of all events.
     pub events: Hash,
     /// Event counts, energies, rows and means.
     pub ledger: Hash,

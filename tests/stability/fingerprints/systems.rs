@@ -1,5 +1,4 @@
-//! Small systems, made from four scenes. Together they cover the influences on trajectories, such as shear, thermostats
-//! and thermal walls.
+//! Small systems, which together cover shear, thermostats, thermal walls and other influences on trajectories.
 
 use carom::model::Scene;
 
@@ -47,7 +46,7 @@ count = 70
 temperature = 1.3
 "#;
 
-/// Chains hanging from a static sphere above a mesh, and a bonded pair whose interaction does not keep it together.
+/// Chains hang from a static sphere above a mesh. The interaction of a bonded pair does not keep the pair together.
 const BONDED: &str = r#"
 space.size = [6.3, 6.4, 9.0]
 run.until_events = 4000
@@ -91,7 +90,7 @@ position = [5.2, 5.6, 4.0]
 velocity = [0.4, -0.8, 0.9]
 "#;
 
-/// Two spheres with wells in a box in which the pair meets in several images at once.
+/// In this small box, several images of a partner are near.
 const PAIR: &str = r#"
 space.size = [3.3, 3.2, 3.4]
 run.until_events = 4000
@@ -103,7 +102,7 @@ particle = [
 ]
 "#;
 
-/// A system: its name, a scene, and values that override values of the scene.
+/// Name, scene, and values that override values of the scene.
 type System = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 const ANDERSEN: (&str, &str) = ("run.thermostat", r#"{ kind = "andersen", temperature = 0.9, rate = 0.7 }"#);

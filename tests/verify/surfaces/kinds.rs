@@ -24,7 +24,7 @@ fn surfaces_of_every_kind_are_proven() {
     }
 }
 
-/// A single ball rolls and hops on flat and curved surfaces. The TC model changes its contacts.
+/// A ball rolls and hops on flat and curved surfaces. The TC model changes its contacts.
 #[test]
 fn a_ball_that_comes_to_rest_on_a_surface_is_proven() {
     for kind in 0..KINDS {
@@ -57,8 +57,8 @@ fn flat_edges_are_no_obstacle_to_a_proof() {
     }
 }
 
-/// A triangle with two equal corners is a line segment, and one with three equal corners is a point. A triangle has no
-/// effect if it lies on another one.
+/// A triangle with two equal corners is a segment, and a triangle with three equal corners is a point. A triangle that
+/// lies on another triangle has no effect.
 #[test]
 fn degenerate_triangles_are_met_and_proven() {
     let at = |x: f64, y: f64, z: f64| super::MIDDLE + Vector::new(x, y, z);

@@ -1,4 +1,4 @@
-//! Moving surfaces and changing gravity: the verifier proves runs with all kinds of surfaces and motions.
+//! The verifier proves runs with moving surfaces and changing gravity.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ use crate::{Recording, config, prove};
 
 pub const MOTIONS: usize = 6;
 
-/// Returns one of `MOTIONS` motion sequences of a surface.
+/// Returns a sequence of motions of a surface.
 pub fn motions(number: usize) -> Vec<SurfaceMotion> {
     let for_ever = |kind| vec![SurfaceMotion { from: 0.0, until: f64::INFINITY, kind }];
     let drift = MotionKind::Translation { velocity: Vector::new(0.4, -0.3, 0.6), acceleration: Vector::zeros() };
@@ -46,7 +46,7 @@ pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[Surface
 }
 
 /// Asserts that the verifier proves `events` events of a scene, or all events if there are fewer. Also accepts a run
-/// that stops because particles would need infinitely many events to come to rest.
+/// that ends with an arrest.
 fn assert_moving(name: &str, scene: Scene, events: u64) -> Certificate {
     let certificate = prove(scene, 0, events);
     match certificate.end {
@@ -116,8 +116,8 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
     let wall = Face::Wall(ContactLaw::smooth(1.0));
     let between = Boundary::Bounded { lower: wall, upper: wall };
     let for_ever = |kind| [SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }];
-    // The box is periodic in x and y, with plates at both ends of z. A block across a vertical edge of the box, a rod
-    // and a ball move up and down between the plates.
+    // The box is periodic in x and y, with plates at both ends of z. A block across an edge of the box, a rod and a
+    // ball move up and down between the plates.
     let block = TriangleMesh::cuboid(&Vector::new(-1.3, -0.9, 1.9), &Vector::new(1.1, 1.4, 3.2));
     let rod =
         SurfaceShape::Cylinder { point: Vector::new(0.0, 3.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
@@ -174,7 +174,7 @@ fn scenes_of_configs_with_surfaces_that_move_are_proven() {
     let certificate = prove(config("vibrated_box"), 50_000, 1000);
     assert_proven("vibrated box", &certificate, 1000);
     assert!(certificate.counts.surface > 10, "{:?}", certificate.counts);
-    // The piston starts early, so that the proof includes contacts with it in motion.
+    // The piston starts early, so that the proof includes contacts with the moving piston.
     let mut parts = config("piston").into_parts();
     parts.surfaces[0].motions[0].from = 0.2;
     let certificate = prove(Scene::new(parts).unwrap(), 0, 2500);
@@ -194,7 +194,7 @@ fn gravity_that_turns_is_proven() {
         let certificate = prove(shorter(1.0), 0, 2500);
         assert_proven(name, &certificate, 2500);
         assert!(certificate.duration > 1.2, "{name}: {certificate:?}");
-        // Starts the proof in a later stage, and lets stages end after a number of events.
+        // The proof starts in a later stage, or stages end after a number of events.
         let certificate = prove(shorter(0.7), 2500, 1000);
         assert_proven(name, &certificate, 1000);
         let mut parts = shorter(1.0).into_parts();
@@ -203,7 +203,7 @@ fn gravity_that_turns_is_proven() {
     }
 }
 
-/// A recording in which gravity changes once, and the number of events before this change.
+/// Returns a recording in which gravity changes once, and the number of events before this change.
 fn turning() -> (Recording, usize) {
     let down = grains(2, 18).gravity(Vector::new(0.0, 0.0, -1.0));
     let aside = Vector::new(0.8, -0.3, 0.4);
@@ -238,7 +238,6 @@ fn verifier_with_outdated_gravity_finds_a_fault() {
         let fault = later.iter().find_map(|(event, states)| verifier.witness(event, states).err());
         assert_eq!(fault.is_none(), is_right, "{gravity:?}: {fault:?}");
     }
-    // At a change of gravity, the verifier rejects positions that differ from the actual ones.
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
     let mut elsewhere = states.clone();

@@ -1,4 +1,4 @@
-//! Contacts with moving surfaces, recorded with one error, and engines with a wrong motion.
+//! The verifier finds wrong or missing contacts with moving surfaces, and wrong motions of surfaces.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -12,15 +12,15 @@ use crate::Recording;
 
 const EVENTS: usize = 120;
 const RESTITUTION: f64 = 0.9;
-/// Kinds of surfaces with changed contacts: planes, a hollow sphere, a pipe, a box, and obstacles in a hollow sphere.
+/// Planes, a hollow sphere, a pipe, a box, and obstacles in a hollow sphere.
 const OF_KINDS: [usize; 5] = [0, 1, 2, 3, 4];
 
-/// Returns the normal speed at which a particle arrived at the surface, relative to the surface.
+/// Returns the normal speed of an arriving particle relative to the surface.
 fn closing(event: &Event) -> f64 {
     event.normal.dot(&(event.after[0] - event.before[0])) / (1.0 + RESTITUTION)
 }
 
-/// Returns a recording, and the index of its first contact with a moving surface from event 20 on, if there is one.
+/// Returns a recording, and the first contact with a moving surface from event 20 on, if any.
 fn recording(number: usize, kind: usize) -> Option<(Recording, usize)> {
     let gas = grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5));
     let recording = Recording::of(moving(gas, around(kind), &motions(number), RESTITUTION), EVENTS);
@@ -135,7 +135,7 @@ fn wrong_quantities_of_a_contact_are_found() {
     check(&[Quantity::Energy], &|event, _| event.energy_step += 1e-9);
     check(&[Quantity::Energy], &|event, _| event.energy_step = 0.0);
     check(&[Quantity::Direction], &|event, states| states.velocities[velocity(event)] = event.before[0]);
-    // The outcome that would be correct for a surface at rest.
+    // The correct outcome for a surface at rest.
     check(&[Quantity::Direction, Quantity::Energy, Quantity::Dissipation, Quantity::Impulse], &|event, states| {
         let arriving = event.before[0].dot(&event.normal);
         let mass = if event.particle.0.is_multiple_of(3) { 3.1 } else { 0.7 };
@@ -144,7 +144,7 @@ fn wrong_quantities_of_a_contact_are_found() {
         (event.impulse, event.energy_step, event.after[0]) = ((after - event.before[0]) * mass, 0.0, after);
         states.velocities[velocity(event)] = after;
     });
-    // A rebound that is slightly too fast, with the work and the dissipation unchanged.
+    // The rebound is slightly too fast, with unchanged work and dissipation.
     check(&[Quantity::Direction, Quantity::Energy, Quantity::Dissipation], &|event, states| {
         let mass = if event.particle.0.is_multiple_of(3) { 3.1 } else { 0.7 };
         let more = event.normal * (1e-9 * closing(event));
@@ -162,7 +162,7 @@ fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fa
     recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
 }
 
-/// Variants of a motion, each with a small change.
+/// Returns variants of a motion with small changes.
 fn changed(motion: &SurfaceMotion) -> Vec<SurfaceMotion> {
     let kinds = match motion.kind {
         MotionKind::Translation { velocity, acceleration } => vec![
@@ -247,8 +247,7 @@ fn end_is_proven_only_if_no_moving_surface_can_be_met() {
         Err(Fault::EndedEarly { contact: Contact::Surface { .. }, due, .. }) => (due - expected).abs() < 1e-9,
         other => panic!("{other:?}"),
     };
-    // At the start, the gap between the ball and the plate is 1.75. The plate reaches the ball, stops before it, moves
-    // away, or moves away and returns.
+    // The gap between the ball and the plate is 1.75. The plate may reach the ball, stop, or move away.
     assert!(is_early(ball(0.0, &[by(5.0, 9.0, 0.5, 0.0)]), 8.5));
     assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0)])), Ok(()));
     assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0), by(9.0, f64::INFINITY, -0.5, -0.1)])), Ok(()));
@@ -258,7 +257,7 @@ fn end_is_proven_only_if_no_moving_surface_can_be_met() {
     ));
     assert!(is_early(ball(0.2, &[by(0.0, f64::INFINITY, 0.3, 0.0)]), 17.5));
     assert_eq!(end_of(&ball(0.3, &[by(0.0, f64::INFINITY, 0.2, 0.0)])), Ok(()));
-    // The verifier searches a finite motion for contacts. For an endless or very long motion, it proves nothing.
+    // The verifier proves nothing for an endless or very long motion.
     assert_eq!(end_of(&ball(0.0, &[shakes(20.0)])), Ok(()));
     assert!(matches!(end_of(&ball(0.0, &[shakes(f64::INFINITY)])), Err(Fault::EndNotShown { .. })));
     assert!(matches!(end_of(&ball(0.0, &[shakes(1e9)])), Err(Fault::EndNotShown { .. })));

@@ -1,4 +1,4 @@
-//! Contacts with surfaces, recorded with one error, and engines with a wrong surface.
+//! The verifier finds wrong contacts with surfaces, and engines with a wrong surface.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -17,7 +17,7 @@ fn gas(kind: usize) -> Scene {
     with(grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5)), around(kind), 0.9)
 }
 
-/// Returns a recording, and the index of the first contact with a surface from event `from` on.
+/// Returns a recording, and the first contact with a surface from event `from` on.
 fn recording(kind: usize, from: usize) -> (Recording, usize) {
     let recording = Recording::of(gas(kind), EVENTS);
     let is_at_surface = |at: &usize| recording.events[*at].0.kind == EventKind::Surface;

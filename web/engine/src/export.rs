@@ -3,14 +3,13 @@
 use carom::engine::Simulation;
 use toml::{Table, Value};
 
-/// Tables that define the particles and bonds of a scene. The export replaces them.
+/// Tables that define particles and bonds. The export replaces them.
 const START: [&str; 5] = ["particle", "file", "chain", "fill", "bond"];
 
-/// Keys of `[run]` for the equilibration before the measurement.
 const EQUILIBRATION: [&str; 3] = ["equilibration", "equilibration_time", "equilibration_events"];
 
-/// Returns the text of a scene that starts with the positions and velocities of a simulation. If the measurement has
-/// begun, leaves out stages and equilibration. Keeps static meshes as written.
+/// Returns the text of a scene that starts with the current positions and velocities. If the measurement has begun,
+/// leaves out stages and equilibration. Keeps static meshes as written.
 pub fn scene(text: &str, simulation: &Simulation, is_measuring: bool) -> Result<String, String> {
     if simulation.scale() != 1.0 {
         return Err("the diameters have grown, so the state cannot be exported as a scene: export it before they grow"

@@ -1,10 +1,8 @@
-//! Carom's engine as WebAssembly. From the text of a scene, it calculates positions and velocities that are
-//! bit-identical to the results of the native program.
+//! Carom's engine as WebAssembly. Positions and velocities are bit-identical to the results of the native program.
 //!
 //! The module has no imports. A page writes a request in JSON into the buffer from [`room`], calls a function, and
 //! reads the answer in JSON at [`message`]. [`look`] writes positions and velocities, which the page reads at
-//! [`numbers`]. Pointers are valid until the next call. A module instance holds one simulation; for several
-//! simulations, a page makes several instances.
+//! [`numbers`]. Pointers are valid until the next call. An instance of the module contains one simulation.
 
 mod export;
 mod page;
@@ -25,7 +23,7 @@ fn answer(of: impl FnOnce(&mut Page) -> Result<serde_json::Value, serde_json::Va
     })
 }
 
-/// Allocates the request buffer of `length` bytes, and returns its address.
+/// Allocates a request buffer of `length` bytes, and returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(length: usize) -> *mut u8 {
     PAGE.with_borrow_mut(|page| {
@@ -34,8 +32,7 @@ pub extern "C" fn room(length: usize) -> *mut u8 {
     })
 }
 
-/// Provides a file that scenes can read. The request buffer contains its name, with a length of `name_length` bytes,
-/// and then its content.
+/// Provides a file that scenes can read. The request buffer contains its name (`name_length` bytes) and its content.
 #[unsafe(no_mangle)]
 pub extern "C" fn bring(name_length: usize) {
     PAGE.with_borrow_mut(|page| page.bring(name_length));
@@ -47,7 +44,7 @@ pub extern "C" fn start() -> u32 {
     answer(Page::start)
 }
 
-/// Checks the scene `{"text", "changes"}` for mistakes. The simulation is not changed.
+/// Checks the scene `{"text", "changes"}` without changing the simulation.
 #[unsafe(no_mangle)]
 pub extern "C" fn check() -> u32 {
     answer(Page::check)
@@ -59,19 +56,19 @@ pub extern "C" fn change() -> u32 {
     answer(Page::change)
 }
 
-/// Changes the particle `{"id", "position", "velocity"}`. The request contains a new position, a new velocity or both.
+/// Changes the position, the velocity or both of the particle `{"id", "position", "velocity"}`.
 #[unsafe(no_mangle)]
 pub extern "C" fn set() -> u32 {
     answer(Page::set)
 }
 
-/// Returns the next events, found by running a copy of the simulation ahead.
+/// Returns the next events of a copy of the simulation.
 #[unsafe(no_mangle)]
 pub extern "C" fn upcoming(count: u32) -> u32 {
     answer(|page| page.upcoming(count))
 }
 
-/// Returns the scene `{"text"}` with the current positions and velocities as its start.
+/// Returns the scene `{"text"}`, changed to start with the current positions and velocities.
 #[unsafe(no_mangle)]
 pub extern "C" fn scene() -> u32 {
     answer(Page::scene)
@@ -84,14 +81,14 @@ pub extern "C" fn poses() -> u32 {
 }
 
 /// Runs for a number of physical events, or until a simulated time. Returns the reason for the end: 0 number of events,
-/// 1 time, 2 no further events, 3 an error, described in the message, 4 end of the planned run. After 4, the next call
+/// 1 time, 2 no further events, 3 error (described in the message), 4 end of the planned run. After 4, the next call
 /// continues without a plan.
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(events: f64, time: f64) -> u32 {
     PAGE.with_borrow_mut(|page| page.advance(events, time)) as u32
 }
 
-/// Writes the state to [`numbers`] and [`images`], and returns the number of values in [`numbers`].
+/// Writes the state to [`numbers`] and [`images`]. Returns the number of values in [`numbers`].
 #[unsafe(no_mangle)]
 pub extern "C" fn look() -> usize {
     PAGE.with_borrow_mut(Page::look)
@@ -103,8 +100,7 @@ pub extern "C" fn numbers() -> *const f64 {
     PAGE.with_borrow(|page| page.numbers.as_ptr())
 }
 
-/// Address of the image counts written by [`look`]: the number of periods travelled along each axis, three numbers for
-/// each particle.
+/// Address of the image counts written by [`look`]: the periods travelled along x, y and z by each particle.
 #[unsafe(no_mangle)]
 pub extern "C" fn images() -> *const i32 {
     PAGE.with_borrow(|page| page.images.as_ptr())

@@ -21,7 +21,7 @@ const HEADER: usize = 24;
 
 const MOST_UPCOMING: u32 = 1000;
 
-/// Reasons for which [`Page::advance`] returns.
+/// Why [`Page::advance`] returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     Events = 0,
@@ -33,16 +33,14 @@ pub enum End {
 
 #[derive(Default)]
 pub struct Page {
-    /// Request from the page.
     pub room: Vec<u8>,
     pub message: String,
-    /// Values written by [`Page::look`]: a header, then positions and velocities.
+    /// A header, then positions and velocities. Written by [`Page::look`].
     pub numbers: Vec<f64>,
-    /// Number of periods travelled along each axis, three numbers for each particle.
+    /// Periods travelled along x, y and z by each particle.
     pub images: Vec<i32>,
     run: Option<Run>,
     shown: Option<Shown>,
-    /// Whether the run has reached its planned end.
     is_over: bool,
 }
 
@@ -54,7 +52,7 @@ impl Page {
     pub fn bring(&mut self, name_length: usize) {
         let mut name = std::mem::take(&mut self.room);
         let content = name.split_off(name_length.min(name.len()));
-        // Outside WebAssembly, scenes read their files from disk.
+        // Outside WebAssembly, scenes read files from disk.
         #[cfg(target_family = "wasm")]
         carom::scene::bring(Path::new(&*String::from_utf8_lossy(&name)), content);
         #[cfg(not(target_family = "wasm"))]
@@ -63,7 +61,7 @@ impl Page {
 
     pub fn start(&mut self) -> Result<Value, Value> {
         let request = self.request()?;
-        // Frees the old simulation first, because memory suffices for only one.
+        // Memory may suffice for only one simulation, so the old one is freed first.
         (self.run, self.shown) = (None, None);
         self.show(Run::new(scene_of(&request)?))
     }
@@ -137,7 +135,7 @@ impl Page {
             self.message = nothing().to_string();
             return End::Failed;
         };
-        // The cast saturates: an infinite number of events becomes a number that is never reached.
+        // An infinite number of events becomes a number that is never reached.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`as` saturates")]
         let events = run.simulation().event_counts().physical().saturating_add(events as u64);
         let until = Until::time(time).or_events(events);
@@ -187,8 +185,8 @@ impl Page {
     ///
     /// The header contains time, physical events, kinetic and potential energy, collisional virial, index of the stage
     /// in the description, whether the plan is over, displacement of a sheared box, growth factor, acceleration (3),
-    /// numbers of events (core, capture, release, bounce, wall, thermostat), energy dissipated and supplied. From index
-    /// 24 on, positions and velocities follow, three numbers for each particle in the order of the ids.
+    /// numbers of events (core, capture, release, bounce, wall, thermostat), energy dissipated and supplied. Positions
+    /// and velocities start at index 24, three numbers for each particle.
     pub fn look(&mut self) -> usize {
         self.numbers.clear();
         self.images.clear();
@@ -234,7 +232,7 @@ fn text_of(request: &Value) -> &str {
     request["text"].as_str().unwrap_or_default()
 }
 
-/// Overrides of the scene: `{"fill.0.temperature": "2.5"}`.
+/// Reads overrides of the scene, such as `{"fill.0.temperature": "2.5"}`.
 fn changes_of(request: &Value) -> Vec<(String, String)> {
     let changes = request["changes"].as_object();
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);

@@ -1,8 +1,8 @@
 //! Compresses the engine for pages: `carom-pack MODULE.wasm OUT`.
 //!
-//! The output starts with a line `carom engine FINGERPRINT`, which identifies the sources that determine the bits of a
-//! run. The module follows in the `.lzma` format, with its uncompressed length in the header. It is a third smaller
-//! than with gzip, and a page decompresses it in a quarter of a second.
+//! The output starts with a line `carom engine FINGERPRINT`, which identifies the sources of the engine. The module
+//! follows in the `.lzma` format, with its uncompressed length in the header. It is a third smaller than with gzip, and
+//! a page decompresses it in a quarter of a second.
 
 use std::error::Error;
 use std::fs;
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn packed(module: &[u8], sources: u64) -> Result<Vec<u8>, Box<dyn Error>> {
     // WebAssembly is a stream of unaligned bytes, so position bits (`lp`, `pb`) do not help. The previous byte often
-    // predicts the next one (`lc`).
+    // predicts the next byte (`lc`).
     let options =
         LzmaOptions { lc: 4, lp: 0, pb: 0, nice_len: LzmaOptions::NICE_LEN_MAX, ..LzmaOptions::with_preset(9) };
     let mut out = format!("carom engine {sources:016x}\n").into_bytes();

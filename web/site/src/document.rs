@@ -1,4 +1,4 @@
-//! Documents of the repository as pages: `docs`, and everything that they link to.
+//! Pages for the documents in `docs` and for the files that they link to.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::{fs, io};
@@ -11,7 +11,7 @@ use crate::links::{escaped, relative, resolve};
 use crate::markdown::{Targets, Text, read};
 use crate::scene::ScenePage;
 
-/// Documents in reading order. Documents that are not in this list come last.
+/// Reading order. Other documents come last.
 const ORDER: [&str; 16] = [
     "tutorial",
     "scene",
@@ -41,7 +41,7 @@ struct Linked<'a> {
     site: &'a Site,
     source: &'a str,
     scenes: &'a [ScenePage],
-    /// Files of the repository that the document links to, each with the heading that the link names (may be empty).
+    /// Linked files of the repository, each with the linked heading, which may be empty.
     found: Vec<(String, String)>,
     broken: Vec<String>,
 }
@@ -91,7 +91,7 @@ impl Targets for Linked<'_> {
 }
 
 impl Library {
-    /// Reads the documents. Links to missing files or headings are an error.
+    /// Reads the documents. A link to a missing file or heading is an error.
     pub fn of(site: &Site, scenes: &[ScenePage]) -> io::Result<Self> {
         let mut waiting: VecDeque<String> =
             site.names("docs", "md")?.into_iter().map(|name| format!("docs/{name}")).collect();
@@ -152,7 +152,7 @@ impl Library {
         Ok(())
     }
 
-    /// Documents of `docs` in their order: address, title and text.
+    /// Returns address, title and text of each document in `docs`, in order.
     fn ordered(&self) -> Vec<(String, &Text)> {
         let place = |source: &str| {
             let name = source.trim_start_matches("docs/").trim_end_matches(".md");
@@ -163,7 +163,7 @@ impl Library {
         sources.into_iter().map(|source| (address_of(source, false), &self.documents[source])).collect()
     }
 
-    /// The list of all documents, for the page at `address`.
+    /// Returns the list of all documents, for the page at `address`.
     fn places(&self, address: &str) -> String {
         let links = self.ordered().into_iter().map(|(place, text)| {
             let here = if place == address { " aria-current=\"page\"" } else { "" };
@@ -205,7 +205,7 @@ fn contents(text: &Text) -> String {
     }
 }
 
-/// The first sentence of the first paragraph, as plain text.
+/// Returns the first sentence of the first paragraph as plain text.
 fn lead(text: &Text) -> String {
     let start = text.body.find("<p>").map_or(0, |at| at + 3);
     let paragraph = text.body[start..].split("</p>").next().unwrap_or_default();
@@ -228,7 +228,7 @@ fn lead(text: &Text) -> String {
     plain.split_once(". ").map_or(plain.clone(), |(first, _)| format!("{first}."))
 }
 
-/// A file that a document links to: a picture is copied, a folder becomes a list, and text becomes a page.
+/// Copies a picture, lists a folder, or makes a page of a text.
 fn write_file(site: &Site, path: &str) -> io::Result<()> {
     let place = site.root.join(path);
     let address = address_of(path, place.is_dir());

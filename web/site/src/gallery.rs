@@ -8,7 +8,7 @@ use crate::links::relative;
 use crate::live;
 use crate::scene::ScenePage;
 
-/// Scenes of the home page, in their order.
+/// The scenes of the home page.
 const CHOSEN: [&str; 8] = [
     "hopper_smooth",
     "maxwell",

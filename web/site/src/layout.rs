@@ -1,8 +1,8 @@
-//! Layout of all pages: head, navigation and footer.
+//! The layout of all pages.
 
 use crate::links::{escaped, relative};
 
-/// Address and name of the pages in the navigation bar.
+/// Addresses and names of the pages in the navigation bar.
 const PLACES: [(&str, &str); 4] = [
     ("index.html", "Carom"),
     ("scenes/index.html", "Scenes"),
@@ -10,17 +10,17 @@ const PLACES: [(&str, &str); 4] = [
     ("docs/index.html", "Documents"),
 ];
 
-/// Content security policy: pages load no scripts, and nothing from other sites.
+/// Content security policy: no scripts, and nothing from other sites.
 const POLICY: &str = "default-src 'none'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-src 'self'";
 
-/// Content of a page, without the layout that all pages share.
+/// A page without the common layout.
 pub struct Page<'a> {
-    /// Address of the page relative to the root of the site.
+    /// Relative to the root of the site.
     pub address: &'a str,
     pub title: &'a str,
-    /// One-sentence description of the page.
+    /// Description of the page in one sentence.
     pub about: &'a str,
-    /// Content beside the text on wide windows, in HTML; may be empty.
+    /// Content beside the text on wide windows, in HTML. May be empty.
     pub aside: String,
     /// Main content, in HTML.
     pub body: String,

@@ -1,7 +1,6 @@
-//! Links between pages. They are relative, so the site works in any folder of any host, and also from disk.
+//! Relative links, so that the site works in any folder of any host, and from disk.
 
-/// Returns the path of a file relative to the folder of another file. Both given paths are relative to the root of the
-/// site.
+/// Returns the path of a file relative to the folder of another file.
 pub fn relative(from: &str, to: &str) -> String {
     let mut steps: Vec<&str> = from.split('/').collect();
     steps.pop();
@@ -16,8 +15,8 @@ pub fn relative(from: &str, to: &str) -> String {
     format!("{}{rest}", "../".repeat(steps.len() - start))
 }
 
-/// Resolves the path of a link in the file `from`. The result is relative to the root, or `None` if the path leads out
-/// of it.
+/// Resolves a link in the file `from`. The result is relative to the root of the repository. Returns `None` for a path
+/// outside of the repository.
 pub fn resolve(from: &str, target: &str) -> Option<String> {
     let mut steps: Vec<&str> = from.split('/').collect();
     steps.pop();

@@ -15,26 +15,25 @@ use crate::layout::{Page, navigation};
 use crate::links::{escaped, relative};
 use crate::scene::ScenePage;
 
-/// A picture is drawn after this number of simulated events, or earlier, after a third of the scene's time limit.
+/// Number of events before a picture, or fewer if a third of the time limit of the scene is reached.
 const PICTURE_EVENTS: u64 = 40_000;
 
-/// Width and height of a picture, in pixels.
 const PICTURE_SIZE: [u32; 2] = [960, 720];
 
-/// The scene on the home page. The editor also starts with this scene.
+/// The scene on the home page and in the editor.
 const GAS: &str = "maxwell";
 
-/// Style that shows only the picture, as large as its frame.
+/// Shows only the picture, as large as its frame.
 const BARE: &str = "body { padding: 0; } .live { display: block; max-width: none; } .live-head, .live-beside, .live-editor, .live .scale, .live .controls \
                     { display: none !important; } .live .player { border: 0; border-radius: 0; } .live #live-view { height: calc(100vh - 2.6rem); }";
 
-/// Style that shows the editor beside the picture in wide windows.
+/// Shows the editor beside the picture in wide windows.
 const BESIDE: &str = "@media (min-width: 62rem) { .live:has(> .live-editor:not([hidden])) { grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); \
                       max-width: none; } .live > .live-head { grid-column: 1 / -1; } .live > .live-figure { grid-column: 1; position: static; } \
                       .live > .live-editor { grid-column: 2; grid-row: 2 / span 2; } .live > .live-beside { grid-column: 1; } \
                       #live-view { height: 52vh; } }";
 
-/// Page that runs a scene, with additions of the site.
+/// A page that runs a scene, with additions of the site.
 struct Frames<'a> {
     address: &'a str,
     style: &'a str,
@@ -44,7 +43,7 @@ struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    /// Returns the page that runs the scene `shown`, or `None` without the engine.
+    /// Returns the page, or `None` if the site has no engine.
     fn around(&self, site: &Site, shown: &ScenePage) -> Option<String> {
         let engine = live::Engine::of(site.module.as_ref()?)?;
         let page = live::page(&shown.scene, &shown.live, engine).html;
@@ -60,7 +59,7 @@ impl Frames<'_> {
     }
 }
 
-/// Returns the page that runs the scene, or `None` without the engine or for replica exchange.
+/// Returns the page of a scene, or `None` for a replica exchange or if the site has no engine.
 pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option<String> {
     if page.scene.exchange().is_some() {
         return None;
@@ -78,7 +77,7 @@ pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option
     Frames { address: &address, style: "", has_navigation: true, below }.around(site, page)
 }
 
-/// Writes the page with the gas that the home page embeds. Returns its address, or `None` without the engine.
+/// Writes the page with the gas for the home page. Returns its address, or `None` if the site has no engine.
 pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>> {
     let address = "gas.html";
     let Some(gas) = scenes.iter().find(|scene| scene.name == GAS) else { return Ok(None) };
@@ -134,7 +133,7 @@ fn later(scene: &Scene) -> Frame {
     if 2 * inside < frame.particles.len() { Frame::start_of(scene) } else { frame }
 }
 
-/// Whether a position is inside the box of a frame. The picture is fitted to this box.
+/// The picture shows the box of the frame.
 fn is_inside(frame: &Frame, place: Vector) -> bool {
     (0..3).all(|axis| frame.size[axis] == 0.0 || (0.0..=frame.size[axis]).contains(&(place[axis] - frame.lower[axis])))
 }

@@ -1,7 +1,7 @@
-//! Carom's web site: a static folder that any host can serve, and that also opens from a file.
+//! Carom's web site: a static folder for any host, which also opens from disk.
 //!
-//! `cargo run -p carom-site` writes `web/site/out`: a home page, the documents of `docs` and the files that they link
-//! to, and a page for each scene in `configs`. `carom-site ROOT OUT` reads the repository ROOT and writes to OUT.
+//! `cargo run -p carom-site` writes `web/site/out`: a home page, the documents of `docs` with all linked files, and a
+//! page for each scene in `configs`. `carom-site ROOT OUT` reads the repository ROOT and writes to OUT.
 
 mod document;
 mod gallery;
@@ -18,11 +18,10 @@ use std::{env, fs, io};
 use crate::document::Library;
 use crate::scene::ScenePage;
 
-/// Sources and output folder of the site.
 struct Site {
     root: PathBuf,
     out: PathBuf,
-    /// The engine for browsers, built by `web/build`. Without it, no page runs a scene.
+    /// The engine for browsers, built by `web/build`. Without the engine, no page runs a scene.
     module: Option<Vec<u8>>,
 }
 

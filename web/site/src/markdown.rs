@@ -1,4 +1,4 @@
-//! Markdown as HTML: headings with anchors, links that lead to pages of the site, tables that scroll.
+//! Converts Markdown to HTML, with anchors for headings, links between pages of the site, and scrolling tables.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,6 @@ pub struct Heading {
     pub text: String,
 }
 
-/// A document converted to HTML.
 pub struct Text {
     /// Text of the first heading, if it has level 1. The body does not contain this heading.
     pub title: String,
@@ -20,12 +19,12 @@ pub struct Text {
     pub body: String,
 }
 
-/// Maps links and inline code of a text to addresses.
+/// Maps links and inline code to addresses.
 pub trait Targets {
     /// Address of a link or picture.
     fn link(&mut self, address: &str) -> String;
 
-    /// Returns the address to which inline code, such as the path of a scene, is linked. `None` if it is not linked.
+    /// Returns the address for inline code, such as the path of a scene, or `None` without a link.
     fn code(&mut self, code: &str) -> Option<String>;
 }
 
@@ -52,7 +51,7 @@ pub fn read(source: &str, targets: &mut dyn Targets) -> Text {
     Text { title, headings, body }
 }
 
-/// Whether each event is inside a link or a heading, where inline code does not become a link.
+/// Returns whether each event is inside a link or a heading, where inline code does not become a link.
 fn links_around(events: &[Event]) -> Vec<bool> {
     let mut depth = 0_usize;
     let mut within = Vec::with_capacity(events.len());
@@ -116,7 +115,7 @@ fn shown<'a>(event: Event<'a>, is_in_link: bool, targets: &mut dyn Targets) -> E
     }
 }
 
-/// Makes tables scroll in boxes of their own.
+/// Puts tables into scrolling boxes.
 fn boxed(event: Event) -> Vec<Event> {
     match event {
         Event::Start(Tag::Table(_)) => vec![Event::Html(CowStr::from("<div class=\"wide\" tabindex=\"0\">")), event],

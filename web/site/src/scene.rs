@@ -1,4 +1,4 @@
-//! Pages of the scenes in `configs`: description, picture, running scene, and text.
+//! Pages of the scenes in `configs`.
 
 use std::io;
 
@@ -13,7 +13,7 @@ use crate::{Site, gallery};
 
 /// A scene of `configs`, and the content of its page.
 pub struct ScenePage {
-    /// Name of the scene file without the extension.
+    /// The name of the scene file without the extension.
     pub name: String,
     pub title: String,
     /// Description of the scene, in HTML.
@@ -22,12 +22,12 @@ pub struct ScenePage {
     pub lead: String,
     pub text: String,
     pub scene: Scene,
-    /// The scene and its files, as the page that runs the scene contains them.
+    /// The scene and its files, as stored in the page.
     pub live: Source,
     pub has_picture: bool,
 }
 
-/// Targets in descriptions: links stay unchanged, and the path of a scene becomes a link to its page.
+/// In a description, links stay unchanged, and the path of a scene becomes a link.
 struct Plain;
 
 impl Targets for Plain {
@@ -46,7 +46,7 @@ fn titled(name: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Returns the first sentence of a text. Colons also end sentences.
+/// Returns the first sentence of a text. A colon also ends a sentence.
 fn sentence(text: &str) -> String {
     let line = text.split("\n\n").next().unwrap_or_default().replace(['\n', '`'], " ");
     let end = [". ", ": "].iter().filter_map(|mark| line.find(mark)).filter(|at| *at > 20).min().unwrap_or(line.len());

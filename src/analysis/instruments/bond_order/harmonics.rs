@@ -1,4 +1,4 @@
-//! Projects the directions to neighbours onto the functions of one angular momentum.
+//! Sums of harmonic functions over the directions to neighbours.
 
 use crate::Vector;
 
@@ -6,22 +6,19 @@ const MOST_DEGREE: usize = 8;
 
 /// The functions of degree `l`: spherical harmonics `Y_lm` in space, `exp(i l phi)` in a plane.
 ///
-/// The functions are real, and scaled so that their squares in any direction add up to 1. Averaged over the
-/// neighbours of a particle, their values form a vector of length `q_l = sqrt(4 pi / (2 l + 1) sum_m
-/// |q_lm|^2)` or `|psi_l|`.
+/// The functions are real. In any direction, their squares add up to 1. The means of all functions over the neighbours
+/// of a particle form a vector of length `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)` or `|psi_l|`.
 #[derive(Debug, Clone)]
 pub(super) struct Harmonics {
     degree: usize,
-    /// The two axes of the plane in a two-dimensional box; `None` in three dimensions.
+    /// The two axes of a two-dimensional box.
     plane: Option<[usize; 2]>,
-    /// For each `m`, the coefficients in `z` of `d^m P_l / dz^m`, times `sqrt((2 - delta_m0) (l - m)! / (l +
-    /// m)!)`.
+    /// For each `m`, the coefficients in `z` of `d^m P_l / dz^m`, times `sqrt((2 - delta_m0) (l - m)! / (l + m)!)`.
     polynomials: Vec<Vec<f64>>,
 }
 
 impl Harmonics {
-    /// Creates the functions of a degree from 1 to 8 for a box with the given axes. `None` for other degrees
-    /// and in one dimension.
+    /// Returns `None` in one dimension, and unless the degree is from 1 to 8.
     pub fn new(degree: usize, axes: &[usize]) -> Option<Self> {
         let plane = match *axes {
             [a, b] => Some([a, b]),
@@ -35,7 +32,7 @@ impl Harmonics {
         if self.plane.is_some() { 2 } else { 2 * self.degree + 1 }
     }
 
-    /// Adds the value of each function, in the direction of a separation, to its sum.
+    /// Adds the value of each function in the direction of `separation` to `sums`.
     pub fn add(&self, separation: &Vector, sums: &mut [f64]) {
         let length = separation.norm();
         if length <= 0.0 {
@@ -114,8 +111,7 @@ mod tests {
             };
             let (at_a, at_b) = (values(a), values(b));
             let sum = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
-            // Some coefficients of the polynomials are as large as 315/16, so rounding errors are larger than
-            // for values of order 1.
+            // Some coefficients are as large as 315/16, which increases rounding errors.
             assert!((sum(&at_a, &at_a) - 1.0).abs() < 1e-13, "{degree}");
             assert!((sum(&at_a, &at_b) - exact).abs() < 1e-13, "{degree}");
         }

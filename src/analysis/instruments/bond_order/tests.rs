@@ -25,8 +25,8 @@ fn crystals_have_their_exact_order() {
     // Two layers of a triangular lattice in an orthogonal unit cell.
     let hcp = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 1.0 / 3.0, 0.5], [0.5, 5.0 / 6.0, 0.5]];
     let hcp_cell = Vector::new(1.0, 3.0_f64.sqrt(), (8.0_f64 / 3.0).sqrt());
-    // Nearest neighbours and their distances, in units of the shortest edge of the cell: fcc, 12 at 1 / sqrt(2); bcc, 8
-    // at sqrt(3) / 2 and 6 at 1; sc, 6 at 1; hcp, 12 at 1. Each cutoff lies between these neighbours and the next ones.
+    // Each cutoff lies between the neighbours and the next distance. The neighbours, in units of the shortest edge:
+    // fcc, 12 at 1 / sqrt(2); bcc, 8 at sqrt(3) / 2 and 6 at 1; sc, 6 at 1; hcp, 12 at 1.
     for (name, cell, sites, cutoff, q6, q4) in [
         ("fcc", cube, &fcc[..], 0.85, 0.57452, 0.19094),
         ("bcc", cube, &bcc[..], 1.2, 0.51069, 0.03637),
@@ -36,7 +36,7 @@ fn crystals_have_their_exact_order() {
         let (system, positions) = lattice(cell, sites, 4);
         for (degree, expected) in [(6, q6), (4, q4)] {
             let values = per_particle(&system, &sample(0.0, &positions, &[]), cutoff, degree);
-            // The tolerance is the precision of the reference values, five decimals.
+            // The reference values have five decimals.
             assert!(values.iter().all(|&value| (value - expected).abs() < 6e-6), "{name}: {}", values[0]);
         }
     }

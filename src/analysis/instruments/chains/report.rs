@@ -1,5 +1,3 @@
-//! Reports bond lengths and chain sizes as numbers and curves.
-
 use super::{Chains, MOST_GROUPS};
 use crate::analysis::instruments::bins::Bins;
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};

@@ -1,5 +1,3 @@
-//! Mean square sizes of bonded molecules at one time.
-
 use super::{gyration, unwrapped};
 use crate::Vector;
 use crate::analysis::instruments::system::{Sample, SystemDescription};
@@ -14,7 +12,7 @@ const NAMES: [&str; 2] = ["mean_square_radius_of_gyration", "mean_square_end_to_
 /// for linear chains, the mean square end-to-end distance `<|r_n - r_1|^2>`.
 pub const CHAIN_SIZES: [(&str, &str); 2] = [(NAMES[0], "length^2"), (NAMES[1], "length^2")];
 
-/// Measures the mean sizes of a scene's bonded molecules at intervals. Molecules are unwrapped along their bonds.
+/// Measures the mean square sizes of bonded molecules at one time.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainSizes {
     system: SystemDescription,
@@ -26,7 +24,7 @@ impl ChainSizes {
         Self::with(SystemDescription::of(scene))
     }
 
-    /// Finds the molecules of a simulation, even if its scene no longer holds the initial particles.
+    /// Finds the molecules of a simulation, even if the initial particles have been removed from the scene.
     pub fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         Self::with(SystemDescription::of_simulation(simulation, applicable))
     }
@@ -43,8 +41,7 @@ impl ChainSizes {
         }
     }
 
-    /// Returns the mean square sizes of the molecules in a snapshot `[length^2]`, in the order of
-    /// [`Self::names`].
+    /// Returns the mean square sizes in a snapshot `[length^2]`, in the order of [`Self::names`].
     pub fn at(&self, snapshot: &Snapshot) -> Vec<f64> {
         let sample = Sample::of(snapshot);
         let [mut gyrations, mut ends, mut linear] = [0.0; 3];

@@ -1,8 +1,7 @@
 use super::*;
 use crate::model::space::Space;
 
-/// Builds two straight chains of four beads that cross the sides of the box, a ring of three, and a single
-/// particle.
+/// Two straight chains of four beads that cross the sides of the box, a ring of three, and a single particle.
 fn scene(displacement: f64) -> (SystemDescription, Vec<Vector>) {
     let system = SystemDescription {
         bonds: vec![[0, 1], [1, 2], [2, 3], [4, 5], [5, 6], [6, 7], [8, 9], [9, 10], [8, 10]],
@@ -42,7 +41,7 @@ fn check_sizes(displacement: f64) {
     let mut instrument = Chains::new(&plan, &setup);
     for k in 1..=10 {
         instrument.sample(&sample(f64::from(k), &positions, displacement), &system);
-        // A checkpoint between two samples does not change the results.
+        // A checkpoint does not change the results.
         let record = serde_json::to_string(&instrument).unwrap();
         instrument = serde_json::from_str(&record).unwrap();
     }
@@ -51,8 +50,8 @@ fn check_sizes(displacement: f64) {
     let is = |name: &str, expected: f64| (value(name).mean.unwrap() - expected).abs() < 1e-12;
     assert!(is("bond_length", (6.0 + 3.75) / 9.0) && is("mean_square_bond_length", (6.0 + 3.0 * 1.5625) / 9.0));
     assert!(is("mean_square_end_to_end_distance_4", 0.5 * (9.0 + 9.0 * 1.5625)));
-    // The four beads are 1.5, 0.5, 0.5 and 1.5 bonds from the centre. For bonds of length 1, the squared
-    // radius of gyration is (1.5^2 + 0.5^2) 2 / 4.
+    // The four beads are 1.5, 0.5, 0.5 and 1.5 bonds from the centre. For bonds of length 1, the squared radius of
+    // gyration is (1.5^2 + 0.5^2) 2 / 4.
     assert!(is("mean_square_radius_of_gyration_4", 0.5 * (1.25 + 1.25 * 1.5625)));
     assert!(value("bond_length").standard_error.unwrap() < 1e-12);
     let curve = |name: &str| curves.iter().find(|curve| curve.name == name).unwrap();
@@ -60,10 +59,9 @@ fn check_sizes(displacement: f64) {
     assert_eq!(sizes.variables[0].values, [3.0, 4.0]);
     assert_eq!(sizes.series.len(), 3);
     assert_eq!((sizes.series[0].values[0], sizes.series[1].values[0], sizes.series[2].values[1]), (None, None, None));
-    // A triangle's corners are 1 / sqrt(3) from its centre.
+    // The corners of the triangle are 1 / sqrt(3) from the centre.
     assert!((sizes.series[2].values[0].unwrap() - 1.0 / 3.0).abs() < 1e-12);
-    // The bins of bond lengths are 0.1 wide and start at 0.5; the lengths are 1 and 1.25. The bins of
-    // end-to-end distances are 0.45 wide and end at 4.5, three bonds of 1.5; the distances are 3 and 3.75.
+    // Bond lengths are 1 and 1.25, in bins of 0.1 from 0.5 on. End-to-end distances are 3 and 3.75, in bins of 0.45.
     let lengths = &curve("bond_length").series[0].values;
     assert!((lengths[7].unwrap() - 10.0 / 3.0).abs() < 1e-9);
     assert!((lengths[4].unwrap() + lengths[5].unwrap() - 20.0 / 3.0).abs() < 1e-9, "1 is between two bins");

@@ -1,4 +1,4 @@
-//! The ticks and time lags at which displacements from each time origin are sampled.
+//! Ticks, and the time lags at which displacements are sampled.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,6 @@ use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
 use crate::model::measurement_plan::Diffusion as Plan;
 use crate::model::measurement_plan::MOST_DIFFUSION_STEPS as MOST_STEPS;
 
-/// Ticks per linear step, a power of two.
 pub(super) const TICKS_PER_STEP: u64 = 32;
 
 const STEPS_PER_FREE_TIME: f64 = 5.0;
@@ -17,18 +16,17 @@ const STEPS_PER_FREE_TIME: f64 = 5.0;
 /// Shortest and longest default span, in mean free times.
 const FREE_TIMES: [f64; 2] = [100.0, 1000.0];
 
-/// Default span in decay times of the slowest flow in the box. A straight part that begins after a quarter of
-/// the span then misses less than a thousandth of the slope.
+/// Default span in decay times of the slowest flow in the box. If the straight part begins after a quarter of the span,
+/// it misses less than a thousandth of the slope.
 const FLOW_DECAYS: f64 = 10.0;
 
-/// Smallest default number of linear steps.
 const FEWEST_STEPS: f64 = 50.0;
 /// Largest number of linear steps if the plan gives an interval but no span.
 const MOST_OF_INTERVAL: f64 = 500.0;
 /// Shortest tick, in units of the spacing of floating-point numbers at the end of the run.
 const SPACINGS_PER_TICK: f64 = 8.0;
 
-/// New time origins per span, or fewer if a run would otherwise have more than [`ORIGINS`] of them.
+/// Number of new time origins per span. Long runs have fewer.
 const OVERLAPPING: u64 = 4;
 
 /// Largest expected number of origins in a run.
@@ -36,9 +34,8 @@ const ORIGINS: f64 = 256.0;
 
 /// The grid of all lags and origins, counted in ticks since the start.
 ///
-/// The linear lags are multiples of the interval, up to the span. The logarithmic lags are 1, 2, 3, 4, 6, 8,
-/// 12, ... ticks. Origins are multiples of the interval, a quarter of the span apart, or further in a long
-/// run.
+/// The linear lags are multiples of the interval, up to the span. The logarithmic lags are 1, 2, 3, 4, 6, 8, 12, ...
+/// ticks. Origins are multiples of the interval, at least a quarter of the span apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Lags {
     start: f64,
@@ -51,9 +48,9 @@ pub(super) struct Lags {
 }
 
 impl Lags {
-    /// `interval = span / steps`. The default span is ten decay times of the slowest flow in the box, but at
-    /// least 100 and at most 1000 mean free times, and at most a quarter of the duration. Without a mean free
-    /// time, the span is a quarter of the duration and there are 100 steps.
+    /// `interval = span / steps`. The default span is ten decay times of the slowest flow in the box, but from 100 to
+    /// 1000 mean free times, and at most a quarter of the duration. Without a mean free time, the span is a quarter of
+    /// the duration and there are 100 steps.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let free_time = mean_free_time(setup.system, &setup.sample);
         let quarter = 0.25 * setup.duration;
@@ -68,19 +65,18 @@ impl Lags {
                 });
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                // `incommensurate` may shorten the interval by up to a third. The span must then still consist of at
-                // most `MOST_STEPS` intervals.
+                // `incommensurate` may shorten the interval by up to 28 %, and the span must not contain more than
+                // `MOST_STEPS` intervals.
                 let most = MOST_STEPS as f64 * if setup.system.scaling_interval.is_some() { 0.7 } else { 1.0 };
                 let interval = incommensurate(span / fitting.clamp(FEWEST_STEPS, most), setup.system.scaling_interval);
                 (interval, (span / interval).round())
             }
         };
-        // A tick is far longer than the spacing of floating-point times, so two ticks always have different
-        // times.
+        // A tick is far longer than the spacing of floating-point times, so two ticks always have different times.
         let shortest = SPACINGS_PER_TICK * f64::EPSILON * (setup.sample.time.abs() + setup.duration);
         let interval = feasible(interval, setup.duration).max(shortest * TICKS_PER_STEP as f64);
         let steps = trunc_to_usize(steps.clamp(1.0, MOST_STEPS as f64));
-        // The number of steps between origins is limited, because the tick counter must not overflow.
+        // The limit prevents an overflow of the tick counter.
         let apart = trunc_to_u64((setup.duration / interval / ORIGINS).ceil().clamp(1.0, 1e9));
         Self {
             start: setup.sample.time,
@@ -123,10 +119,10 @@ impl Lags {
     }
 }
 
-/// Number of logarithmic lags. The longest lag, about 2^63 ticks, exceeds any run.
+/// Number of logarithmic lags. The longest lag, about 2^63 ticks, is longer than any run.
 pub(super) const LOGARITHMIC: usize = 126;
 
-/// A logarithmic lag in ticks: 1, 2, 3, 4, 6, 8, 12, ...
+/// Returns the logarithmic lag with index `number`, in ticks. The lags are 1, 2, 3, 4, 6, 8, 12, ...
 pub(super) fn logarithmic_ticks(number: usize) -> u64 {
     match number {
         0 => 1,
@@ -175,20 +171,18 @@ mod tests {
         let (system, simulation) = hard_spheres(108, 0.3);
         let lags = |plan: Plan, duration| instrument(&simulation, &system, duration, |setup| Lags::new(&plan, setup));
         let long = lags(Plan::default(), 1000.0);
-        // The mean free time is 0.099. There are 500 steps of a fifth of the mean free time, and the origins
-        // are distributed over the whole run.
+        // The mean free time is 0.099. There are 500 steps of a fifth of this time.
         assert_eq!(long.steps, 500);
         assert!((long.interval() / 0.0199 - 1.0).abs() < 0.01, "{}", long.interval());
         assert_eq!(long.stride, trunc_to_u64((1000.0 / long.interval() / 256.0).ceil()));
-        // In a larger box the flow decays more slowly. The span is ten decay times of about 3.9, and the
-        // number of steps is the maximum.
+        // In a larger box, the slowest flow decays in a time of about 3.9. The span is ten times as long.
         let (large, of_large) = hard_spheres(2048, 0.3);
         let decay = flow_decay_time(&large, &Sample::of(&of_large.snapshot())).unwrap();
         let in_large = instrument(&of_large, &large, 1000.0, |setup| Lags::new(&Plan::default(), setup));
         assert!(decay > 3.0 && decay < 5.0, "{decay}");
         assert_eq!(in_large.steps, 2000);
         assert!((in_large.interval() * 2000.0 / (10.0 * decay) - 1.0).abs() < 1e-9, "{}", in_large.interval());
-        // The span is the requested one, although the interval is incommensurate with the scalings.
+        // The span is the requested one, although the interval was changed.
         let scaled = SystemDescription { scaling_interval: Some(0.024), ..system.clone() };
         let plan = Plan { interval: None, span: Some(40.0) };
         let beside = instrument(&simulation, &scaled, 1000.0, |setup| Lags::new(&plan, setup));

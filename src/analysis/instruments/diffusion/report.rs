@@ -1,5 +1,3 @@
-//! Reports the curves and coefficients of diffusion.
-
 use super::lags::{LOGARITHMIC, logarithmic_ticks};
 use super::tracers::{Tracers, followed};
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
@@ -8,12 +6,12 @@ use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 
-/// The autocorrelation is integrated only if its second value is more than this fraction of its first value. If an
-/// exponential decay has this ratio, the integration by cubics has an error of at most about 0.1 %.
+/// The autocorrelation is integrated only if the second value is more than this fraction of the first value. For an
+/// exponential decay with this ratio, the cubics have an error of at most about 0.1 %.
 const SMOOTH: f64 = 0.6;
 
-/// Particles are localised, as in a crystal, if their mean square displacement grows by no more than this
-/// fraction over the straight part.
+/// Particles are localised, as in a crystal, if the mean squared displacement increases over the straight part by at
+/// most this fraction of the final value.
 const LOCALISED: f64 = 0.3;
 
 pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured: &mut Measured) {
@@ -54,7 +52,7 @@ fn species<'a>(diffusion: &Diffusion, system: &'a SystemDescription, index: usiz
     Some(system.species_names.get(id as usize)?)
 }
 
-/// Position of a group's linear curve in the averages: the index of its first element.
+/// Index of the first element of a linear curve in the averages.
 fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
     (group * CURVES + kind) * (diffusion.lags.steps + 1)
 }
@@ -70,7 +68,7 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     let [slope, bend] = straight_terms(steps, diffusion.lags.interval(), offset)?;
     let whole = with_spread(diffusion, group, &slope, 0)?;
     let bend = with_spread(diffusion, group, &bend, 1)?;
-    // The straight part is the last three quarters of the span. In free diffusion, the mean square displacement gains
+    // The straight part is the last three quarters of the span. In free diffusion, the mean squared displacement gains
     // three quarters of its final value there.
     let grown = whole.mean * diffusion.lags.interval() * (steps + offset - slope.first()?.0) as f64;
     let is_diffusive = grown > LOCALISED * diffusion.linear.mean(offset + steps)?;
@@ -78,9 +76,9 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     (is_diffusive && is_small(&bend, &whole)).then(|| whole.times(scale))
 }
 
-/// Estimates a linear combination of mean squared displacements, with the largest of three errors. Blocks of origins
-/// include slow changes. The scatter of origins along each axis uses the theory of Brownian motion. The scatter of
-/// particles, summed over spatial cells, needs no independent origins.
+/// Estimates a linear combination of mean squared displacements. The error is the largest of three errors: from blocks
+/// of time origins, which include slow changes; from the scatter of origins along each axis; and from the scatter of
+/// particles.
 fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind: usize) -> Option<Estimate> {
     let of_blocks = diffusion.linear.combination(terms)?;
     let origins = diffusion.linear.count(terms.first()?.0);
@@ -89,11 +87,11 @@ fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind
     Some(Estimate { standard_error: errors.into_iter().flatten().reduce(f64::max), ..of_blocks })
 }
 
-/// Integrates over all lags. `None` if the autocorrelation falls too steeply between two lags, or if its integral still
-/// grows over the second half.
+/// Integrates over all lags. `None` if the autocorrelation falls too steeply between two lags, or if the integral grows
+/// over the second half.
 ///
-/// The upper limit must not depend on the noise. A limit at the first zero of the autocorrelation, for example, would
-/// cut off the tail and omit it from the error.
+/// The upper limit must not depend on noise. A limit at the first zero of the autocorrelation, for example, would cut
+/// off the tail and omit it from the error.
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     let first = offset(diffusion, group, VACF);
     let at = |step: usize| diffusion.linear.mean(first + step);

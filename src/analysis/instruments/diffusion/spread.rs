@@ -8,20 +8,20 @@ use crate::Vector;
 use crate::analysis::instruments::slope::straight_terms;
 use crate::analysis::statistics::student;
 
-/// Smallest number of degrees of freedom at which a variance gives an error estimate.
+/// Smallest number of degrees of freedom for an error estimate.
 const FEWEST: f64 = 4.0;
 
-/// Slope (0) of the squared displacement over the straight part of its curve, and bend (1), the difference between the
-/// slopes of the two halves of this part, for each tracer and along each axis.
+/// For each tracer and along each axis: the slope (0) of the squared displacement over the straight part of the curve,
+/// and the bend (1). The bend is the difference between the slopes of the two halves of this part.
 ///
-/// A run has few spans, and overlapping origins are not independent. By itself, the scatter of the means of
-/// the origins says little about the error of a short run. Two more sources help:
-/// - There are many particles. If each moves independently, the variance of a mean over `N` of them is `s^2 /
-///   N`, where `s^2` is the variance of one particle over all its origins, however these overlap. It misses
-///   motion that particles share: the flow around each moving particle, which decays as `1 / r`.
-/// - Axes are independent, and the correlation of overlapping origins is known for a Brownian path `x`. The
-///   covariance of squared displacements is `<(x(b) - x(a))^2 (x(d) - x(c))^2> - <>^2 = 8 D^2 o^2`, where `o`
-///   is the overlap of `[a, b]` and `[c, d]`.
+/// A run has few spans, and overlapping origins are not independent, so the scatter of origins alone says little about
+/// the error of a short run. Two more sources help:
+/// - There are many particles. If they move independently, a mean over `N` particles has the variance `s^2 / N`, where
+///   `s^2` is the variance of one particle over all origins. This estimate does not include motion that particles share:
+///   the flow around each moving particle, which decays as `1 / r`.
+/// - Axes are independent, and the correlation of overlapping origins is known for a Brownian path with the diffusion
+///   coefficient `D`. The squared displacements in two time intervals have the covariance `8 D^2 o^2`, where `o` is the
+///   overlap of the intervals.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Spread {
     /// Least-squares coefficients of each linear lag, for the slope (0) and for the bend (1).
@@ -29,8 +29,8 @@ pub(super) struct Spread {
     stride: usize,
     /// Slope and bend of each tracer, summed over all origins that have reached the span.
     sums: Vec<[f64; 2]>,
-    /// Number of origins that have reached the span. For each group and axis, and for slope and bend
-    /// separately, `axes` holds the mean over these origins and the sum of squared deviations from it.
+    /// Number of origins that have reached the span. For each group, axis, slope and bend, `axes` contains the mean
+    /// over these origins and the sum of squared deviations.
     origins: u64,
     axes: Vec<[[[f64; 2]; 2]; 3]>,
 }
@@ -60,7 +60,7 @@ impl Spread {
         Slopes { tracers: vec![[0.0; 2]; self.sums.len()], axes: vec![[[0.0; 2]; 3]; self.axes.len()] }
     }
 
-    /// Adds the squared displacements of all tracers at a linear lag to the slopes of an origin.
+    /// Adds the squared displacements at a linear lag to the slopes of an origin.
     pub fn follow(&self, slopes: &mut Slopes, step: usize, tracers: &Tracers, moved: impl Fn(usize) -> Vector) {
         let coefficients = self.coefficients[step];
         if coefficients == [0.0; 2] {
@@ -95,8 +95,8 @@ impl Spread {
         self.sums[tracer][kind]
     }
 
-    /// Standard error of the slope (0) or bend (1) of a group, averaged over all origins, from the scatter of origins
-    /// along each axis. `None` if there are too few independent origins.
+    /// Standard error of the mean slope (0) or bend (1) of a group, from the scatter of origins along each axis. `None`
+    /// if there are too few independent origins.
     pub fn error_by_axes(&self, group: usize, kind: usize) -> Option<f64> {
         let origins = self.origins as f64;
         let together = self.variance_of_mean_of_origins(kind);
@@ -107,8 +107,8 @@ impl Spread {
         (freedom >= FEWEST).then(|| student(freedom) * axes.map(variance).sum::<f64>().sqrt())
     }
 
-    /// Ratio of the variance of the mean over all origins to the variance of one origin, for a Brownian path:
-    /// `sum r_ij / n^2` with the correlation `r_ij` of origins.
+    /// Variance of the mean over all origins, divided by the variance of one origin, for a Brownian path: `sum r_ij /
+    /// n^2` with the correlations `r_ij` of the `n` origins.
     fn variance_of_mean_of_origins(&self, kind: usize) -> f64 {
         let span = self.coefficients.len() - 1;
         // Element `k` is the sum of the coefficients of all linear lags from `k` on.
@@ -144,8 +144,8 @@ mod tests {
         let (stride, origins) = (4, 6);
         let spread = Spread { coefficients, stride, sums: Vec::new(), origins, axes: Vec::new() };
         for kind in 0..2 {
-            // The squares of two Gaussian displacements have twice the square of the covariance of the displacements.
-            // This covariance is proportional to the overlap of the two time intervals.
+            // If two Gaussian displacements have the covariance `c`, their squares have the covariance `2 c^2`. Here,
+            // `c` is proportional to the overlap of the two time intervals.
             let covariance = |shift: usize| -> f64 {
                 let of = |k: usize, l: usize| {
                     let overlap = (k.min(shift + l) as f64 - shift as f64).max(0.0);

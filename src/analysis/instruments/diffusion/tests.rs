@@ -21,8 +21,7 @@ fn a_hard_sphere_fluid_diffuses_as_published() {
     let measured = report(&instrument, &system);
     let (einstein, error) = estimate(&measured, "diffusion_coefficient");
     let published = HardSphereFluid::reduced(0.3).simulated_diffusion_coefficient();
-    // A periodic box of finite size slows particles down, here by a few per cent (Yeh and Hummer). Published values
-    // differ by a similar amount.
+    // The finite box slows particles down by a few per cent, and the published fit is accurate to a few per cent.
     assert!((einstein - published).abs() < 4.0 * error + 0.05 * published, "{einstein} {error} {published}");
     assert!(error < 0.05 * published);
     let (integral, other) = estimate(&measured, "diffusion_coefficient_green_kubo");
@@ -51,8 +50,7 @@ fn start_is_ballistic_and_matches_the_temperature() {
     measure(&mut simulation, &system, &mut instrument, 4.0);
     let measured = report(&instrument, &system);
     let curve = |name: &str| measured.curves.iter().find(|curve| curve.name == name).unwrap();
-    // The temperature at the start is exactly 1 and kinetic energy is conserved, so <v^2> is 3 at each time
-    // origin.
+    // The temperature is exactly 1 at the start, and kinetic energy is conserved, so <v^2> is 3.
     let vacf = &curve("velocity_autocorrelation").series[0];
     assert!((vacf.values[0].unwrap() - 3.0).abs() < 1e-12);
     assert!(vacf.standard_errors[0].unwrap() < 1e-12);
@@ -60,15 +58,15 @@ fn start_is_ballistic_and_matches_the_temperature() {
     let logarithmic = curve("mean_squared_displacement_logarithmic");
     let (times, values) = (&logarithmic.variables[0].values, &logarithmic.series[0].values);
     assert!((times[0] / 0.02 * 32.0 - 1.0).abs() < 1e-12);
-    // At short times `<v(0).v(t)> = 3 (1 - a t)`, where `a` is about 2/3 of the collision rate, or 6.7.
-    // Therefore <dr^2> at the shortest lag is less than 3 t^2 by the fraction a t / 3 = 0.0014. The error of
-    // this fraction is about half of it, because only a few particles collide within the lag.
+    // At short times `<v(0).v(t)> = 3 (1 - a t)`, where `a` is about 2/3 of the collision rate, or 6.7. Therefore
+    // <dr^2> at the shortest lag is less than 3 t^2 by the fraction a t / 3 = 0.0014. The statistical error of this
+    // fraction is about 0.0007.
     let ratio = values[0].unwrap() / (3.0 * times[0] * times[0]);
     assert!(ratio < 1.0 && ratio > 0.997, "{ratio}");
     let linear = curve("mean_squared_displacement");
     let common = times.iter().position(|t| (t / linear.variables[0].values[1] - 1.0).abs() < 1e-12).unwrap();
     let (a, b) = (values[common].unwrap(), linear.series[0].values[1].unwrap());
-    // The averages at logarithmic lags also include origins that have not reached the span.
+    // The averages at logarithmic lags also include origins younger than the span.
     assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
 }
 
@@ -101,9 +99,8 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
     let measured = report(&instrument, &system);
     let curve = &measured.curves[0];
     assert_eq!(curve.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["<dr^2>", "<dr^2> A", "<dr^2> B"]);
-    // The centre of mass moves at (4, 1). Relative to it, A has the speed 3 and B the speed 1. The squared
-    // speeds divided by `1 - m / M` are 9 / (1 - 1/4) = 12 for A and 1 / (1 - 3/4) = 4 for B. Their mean is
-    // 8.
+    // The centre of mass moves at (4, 1). Relative to it, A has the speed 3 and B the speed 1. The squared speeds
+    // divided by `1 - m / M` are 9 / (1 - 1/4) = 12 for A and 1 / (1 - 3/4) = 4 for B, with the mean 8.
     for (series, square) in curve.series.iter().zip([8.0, 12.0, 4.0]) {
         for (t, value) in curve.variables[0].values.iter().zip(&series.values) {
             assert!((value.unwrap() - square * t * t).abs() < 1e-10 * (1.0 + t * t), "{t} {value:?}");
@@ -133,9 +130,9 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
     let mut instrument = diffusion(&simulation, &system, &plan, 40.0);
     measure(&mut simulation, &system, &mut instrument, 40.0);
     let measured = report(&instrument, &system);
-    // The centre of mass moves at (2, -1/4) along (y, z). Relative to it, A moves at (3, 9/4) and B at (-1,
-    // -3/4). The squared speeds divided by `1 - m / M` are 225/16 / (1 - 1/4) for A and 25/16 / (1 - 3/4) for
-    // B. The first of the three values is their mean.
+    // The centre of mass moves at (2, -1/4) along (y, z). Relative to it, A moves at (3, 9/4) and B at (-1, -3/4). The
+    // squared speeds divided by `1 - m / M` are 225/16 / (1 - 1/4) for A and 25/16 / (1 - 3/4) for B, with the mean
+    // 12.5.
     for (curve, power) in [(0, 2), (2, 0)] {
         for (series, square) in measured.curves[curve].series.iter().zip([12.5, 18.75, 6.25]) {
             for (t, value) in measured.curves[curve].variables[0].values.iter().zip(&series.values) {
@@ -144,7 +141,7 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
             }
         }
     }
-    // The autocorrelation has the constant value 12.5. Its integral is 12.5 t; divided by the number of axes, 6.25 t.
+    // The autocorrelation has the constant value 12.5. The integral, divided by the number of axes, is 6.25 t.
     let integral = &measured.curves[3];
     assert!((integral.series[0].values[16].unwrap() - 6.25 * 8.0).abs() < 1e-9);
     assert!(measured.numbers[0].method.contains("across the flow"), "{}", measured.numbers[0].method);
@@ -168,8 +165,7 @@ fn memory_and_samples_are_bounded_in_a_long_run() {
         assert!(instrument.origins.len() <= MOST_LONG + MOST_YOUNG);
         samples += 1;
     }
-    // A new time origin starts every 4 time units. In this time there are samples at 4 linear lags and at ten
-    // logarithmic lags.
+    // In the 4 time units between two origins, there are samples at 4 linear lags and at ten logarithmic lags.
     assert!((5000 / 4 * 14..5000 / 4 * 14 + 100).contains(&samples), "{samples}");
     let measured = report(&instrument, &system);
     let times = &measured.curves[1].variables[0].values;
@@ -208,8 +204,8 @@ fn between_walls(walls: [bool; 3]) -> Measured {
 fn axes_between_walls_are_excluded_from_diffusion() {
     let slit = between_walls([false, false, true]);
     let curve = &slit.curves[0];
-    // Along x and y, the particles move at (1, 2) and (-1, -2), and their total momentum is zero. The squared
-    // speed divided by `1 - m / M` is 5 / (1 - 1/2) = 10.
+    // The particles move at (1, 2) and (-1, -2) along x and y. The squared speed divided by `1 - m / M` is 5 / (1 -
+    // 1/2) = 10.
     for (t, value) in curve.variables[0].values.iter().zip(&curve.series[0].values) {
         assert!((value.unwrap() - 10.0 * t * t).abs() < 1e-10 * (1.0 + t * t), "{t} {value:?}");
     }
@@ -217,7 +213,7 @@ fn axes_between_walls_are_excluded_from_diffusion() {
     let closed = between_walls([true; 3]);
     assert!(closed.numbers.iter().all(|number| number.mean.is_none()));
     assert!(closed.curves[0].method.contains("All axes have walls"));
-    // The square of the longest displacement, the diagonal of the box, is 300.
+    // The square of the diagonal of the box is 300.
     assert!(closed.curves[0].series[0].values.iter().all(|value| value.unwrap() < 300.0));
 }
 
@@ -245,14 +241,13 @@ fn late_start_time_gives_the_same_curves_and_ends() {
         measured.curves[0].series[0].values.iter().flatten().copied().collect::<Vec<f64>>()
     };
     let early = measured(0.0, 0.02);
-    // Times near 1e7 are exact to 2e-9, so positions at speeds of a few units are exact to about 1e-8, and
-    // squared displacements to 1e-7.
+    // Times near 1e7 are rounded to multiples of 2e-9. Positions therefore have errors of about 1e-8, and squared
+    // displacements have errors of up to 1e-7.
     for (early, late) in early.iter().zip(measured(1e7, 0.02)) {
         assert!((early - late).abs() < 1e-7, "{early} {late}");
     }
     assert_eq!(measured(1e12, 1.0).len(), early.len());
-    // The interval is shorter than the spacing of floating-point times. Nothing can be measured, but the loop
-    // still ends.
+    // If the interval is shorter than the spacing of floating-point times, nothing is measured, but the loop ends.
     measured(1e12, 1e-5);
 }
 
@@ -288,8 +283,8 @@ fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
 
 #[test]
 fn the_error_of_few_spans_is_that_of_brownian_motion() {
-    // There are too few origins and too few particles to determine the error from their scatter, so only the
-    // scatter of axes contributes. The exact diffusion coefficient is 1/2.
+    // With few origins and few particles, only the scatter of axes gives an error. The exact diffusion coefficient is
+    // 1/2.
     for spans in [4.0, 8.0] {
         let estimates: Vec<_> = (1..=150).map(|seed| brownian(seed, spans)).collect();
         let given: Vec<[f64; 2]> = estimates
@@ -299,8 +294,8 @@ fn the_error_of_few_spans_is_that_of_brownian_motion() {
         let [scatter, claimed] = [0, 1].map(|k| given.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("{spans} spans: {ratio:.2}, given {}", given.len());
-        // A run gives no estimate if its curve is bent by chance. With 150 estimates, the scatter is known to
-        // 6 %. Student's factor increases the errors by up to 10 %.
+        // A run gives no estimate if its curve is bent by chance. The scatter of 150 estimates is known to 6 %.
+        // Student's factor increases the errors by up to 10 %.
         assert!(given.len() > 100 && (0.7..1.25).contains(&ratio), "{spans} spans: {ratio}, {}", given.len());
     }
 }

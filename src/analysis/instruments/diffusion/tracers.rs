@@ -1,5 +1,3 @@
-//! The particles whose motion is followed.
-
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -10,48 +8,41 @@ use crate::analysis::instruments::system::{Sample, SystemDescription};
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::model::components::components;
 
-/// Number of the random stream that chooses the tracers. The random streams that create the initial state are numbered
-/// from 0.
+/// Random stream that chooses the tracers. The initial state uses the streams 0, 1, ...
 const STREAM: u64 = u64::MAX;
 
-/// Minimum number of cells with particles. The scatter between cells gives the standard error. With eight
-/// cells, the standard error is itself uncertain by about a quarter.
+/// Smallest number of cells with particles for a standard error. With eight cells, the error is uncertain by about a
+/// quarter.
 const FEWEST: usize = 8;
 
-/// Number of cells along each axis, for boxes with 0 to 3 axes: about 27 cells in all. The sum over the
-/// particles in a cell counts as one independent value.
+/// Number of cells along each axis, for boxes with 0 to 3 axes: about 27 cells in all.
 const CELLS: [f64; 4] = [1.0, 27.0, 5.0, 3.0];
 
-/// All moving particles, or a random choice that depends only on the seed, in the frame of the centre of
-/// mass.
+/// All moving particles, or a random choice that depends only on the seed, in the frame of the centre of mass.
 ///
-/// In the frame of the centre of mass, the mean square of the motion of a particle is smaller by the factor
-/// `1 - m / M`, for mass `m` in a system of mass `M`: `<m v^2>` is `D T (1 - m / M)`, where `T` counts the
-/// remaining degrees of freedom. Squared displacements and velocities are divided by this factor. If only
-/// some components of the momentum are conserved, for example between walls, the divisor is the mean of this
-/// factor over the axes.
+/// In this frame, the mean square velocity of a particle is smaller by the factor `1 - m / M`, for mass `m` in a system
+/// of mass `M`. Squared displacements and velocities are divided by this factor. If only some components of the
+/// momentum are conserved, for example between walls, the divisor is the mean of the factor over the axes.
 ///
-/// In a sheared box only the components across the flow, y and z, are followed. They behave as in a box at
-/// rest. Motion along x includes the streaming velocity, which differs for each particle and time. Between
-/// walls nothing diffuses, so components along axes with walls are followed only if there are no other axes.
+/// In a sheared box only the components across the flow, y and z, are followed. Motion along x includes the streaming
+/// velocity, which changes with the position. Between walls nothing diffuses, so axes with walls are followed only if
+/// there are no other axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tracers {
     ids: Vec<u32>,
-    /// For each tracer, the index of its species in `species`.
+    /// For each tracer, the index of the species in `species`.
     kinds: Vec<u32>,
-    /// For each tracer, the cell in which it started. A bonded tracer is assigned to the cell of the first
-    /// particle of its molecule.
+    /// The cell in which each tracer started. All tracers of a molecule have the cell of the first particle of the
+    /// molecule.
     cells: Vec<u32>,
     pub species: Vec<u32>,
-    /// Number of tracers of each species, and the factor `1 / (1 - m / M)` by which their squares are
-    /// multiplied.
+    /// Number of tracers of each species, and the factor `1 / (1 - m / M)`.
     counts: Vec<u64>,
     scales: Vec<f64>,
     drift: Vector,
     start: f64,
 }
 
-/// Positions and velocities of the tracers relative to the centre of mass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
     /// Unwrapped positions `[length]`.
@@ -98,9 +89,9 @@ impl Tracers {
         self.ids.len()
     }
 
-    /// Estimates the variance of the mean of `value(k)`, a squared quantity of tracer `k`, over a group. Neighbours
-    /// move together, and so do the beads of a chain. Deviations from the mean of a species are therefore summed over
-    /// each cell, and these sums count as independent. `None` for fewer than [`FEWEST`] cells.
+    /// Estimates the variance of the mean of `value(k)`, a squared quantity of tracer `k`, over a group. Neighbours and
+    /// beads of a chain move together. Deviations from the mean of a species are therefore summed over each cell, and
+    /// only these sums are treated as independent. `None` for fewer than [`FEWEST`] cells.
     pub fn variance_of_mean(&self, group: usize, value: impl Fn(usize) -> f64) -> Option<f64> {
         let chosen = || {
             let kinds = self.kinds.iter().map(|&kind| kind as usize).enumerate();
@@ -126,8 +117,8 @@ impl Tracers {
         of_species.map_or(self.ids.len() as f64, |count| *count as f64)
     }
 
-    /// The factor `1 - m / M` by which the squares of a group are divided, or its mean over the axes. `None`
-    /// if the species of the group have different factors.
+    /// The factor `1 - m / M` of a group, or the mean over the axes. `None` if the species of the group have different
+    /// factors.
     pub fn free_part_of(&self, group: usize) -> Option<f64> {
         let scales = match group.checked_sub(1) {
             None => &self.scales[..],
@@ -147,8 +138,8 @@ impl Tracers {
         }
     }
 
-    /// Returns, for each group, the mean of `square(k)` over the tracers `k`. `square(k)` must be quadratic in
-    /// displacements or velocities, because the mean is divided by `1 - m / M`.
+    /// Returns, for each group, the mean of `square(k) / (1 - m / M)` over the tracers `k`. `square(k)` must be
+    /// quadratic in displacements or velocities.
     pub fn means(&self, square: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut sums = vec![0.0; self.species.len()];
         for (k, kind) in self.kinds.iter().enumerate() {
@@ -165,9 +156,9 @@ impl Tracers {
 
 pub(super) struct Followed {
     pub axes: Vec<usize>,
-    /// Whether every axis without streaming ends at walls, so that no motion is diffusive.
+    /// Whether all followed axes have walls, so that no motion is diffusive.
     pub is_enclosed: bool,
-    /// Whether motion along some axes is not followed, because these axes have walls.
+    /// Whether some axes are not followed because they have walls.
     pub leaves_walls_out: bool,
 }
 
@@ -181,7 +172,7 @@ pub(super) fn followed(system: &SystemDescription) -> Followed {
 }
 
 impl Followed {
-    /// Keeps the components along the followed axes, and sets all others to zero.
+    /// Sets the components along other axes to zero.
     fn of(&self, vector: Vector) -> Vector {
         Vector::from_fn(|axis, _| if self.axes.contains(&axis) { vector[axis] } else { 0.0 })
     }
@@ -233,8 +224,8 @@ mod tests {
         assert_eq!(chosen, choice(&ids, 300, 7));
         assert_ne!(chosen, choice(&ids, 300, 8));
         assert_eq!(choice(&ids, 1000, 7), ids);
-        // On average, 150 of the 300 chosen ids are in the lower half. The 300 of 1000 ids are drawn without
-        // replacement, so the standard deviation is sqrt(300 * 0.7) / 2 = 7.2.
+        // On average, 150 of the 300 chosen ids are in the lower half. The standard deviation, without replacement, is
+        // sqrt(300 * 0.7) / 2 = 7.2.
         let low = chosen.iter().filter(|id| **id < 500).count();
         assert!(low.abs_diff(150) < 30, "{low}");
     }

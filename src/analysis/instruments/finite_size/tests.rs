@@ -11,8 +11,8 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// Makes the two curves that corrections of a diffusion coefficient use. The mean squared displacement gives the times.
-/// The first value of the velocity autocorrelation gives the mean square velocity. The temperature is 1.5.
+/// A mean squared displacement, of which only the times are used, and a velocity autocorrelation, of which only the
+/// first value is used. The temperature is 1.5.
 fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
     let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];
@@ -23,8 +23,7 @@ fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     [curve(DISPLACEMENT), curve(CORRELATION)]
 }
 
-/// Applies the corrections to a measurement of point particles. By both methods, their diffusion coefficient is
-/// 0.1 ± 0.003.
+/// Corrects a measurement in which both diffusion coefficients are 0.1 ± 0.003.
 fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     let mut measured = Measured::default();
     measured.numbers.extend([number(COEFFICIENT, 0.1, Some(0.003)), number(GREEN_KUBO, 0.1, Some(0.003))]);
@@ -35,7 +34,7 @@ fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Nu
     measured
 }
 
-/// Applies the corrections to a measurement with a span so long that all flows have decayed.
+/// The span is so long that all flows have decayed.
 fn extended(system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     extended_over(100.0, system, viscosity)
 }
@@ -70,8 +69,8 @@ fn cubic_box_has_the_yeh_hummer_correction_with_both_errors() {
         "shear_viscosity",
     ];
     assert_eq!(names(&measured), all);
-    // The finite-size term is 2.837297 * 1.5 / (6 pi * 2 * 10) = 4.2559455 / 376.991118, times nu / (nu +
-    // 0.1) with nu = 2 * 1000 / 14. It has the relative error of the viscosity, 0.4 / 2.
+    // The finite-size term is 2.837297 * 1.5 / (6 pi * 2 * 10) = 4.2559455 / 376.991118, times nu / (nu + 0.1) with nu
+    // = 2 * 1000 / 14. It has the relative error of the viscosity, 0.4 / 2.
     let whole = 0.011_289_246;
     let term = whole * 0.999_300_49;
     let infinite = measured.number("diffusion_coefficient_infinite").unwrap();
@@ -80,7 +79,7 @@ fn cubic_box_has_the_yeh_hummer_correction_with_both_errors() {
     let error = (0.875 * 0.003_f64 * (0.875 * 0.003) + 0.04 * term * term).sqrt();
     assert!((infinite.standard_error.unwrap() - error).abs() < 3e-6, "{infinite:?}");
     assert_eq!((infinite.unit.as_str(), infinite.title.as_str()), ("1", "Title, infinite system"));
-    // The error of the coefficient of A is unknown, so the corrected coefficient has no error either.
+    // The measured coefficient of A has no error, so the corrected coefficient has no error either.
     let of_species = measured.number("diffusion_coefficient_infinite_A").unwrap();
     assert!(
         (of_species.mean.unwrap() - (0.5 * 0.2 + whole * 0.998_601_96)).abs() < 1e-9
@@ -111,8 +110,8 @@ fn no_correction_if_mean_free_path_exceeds_the_box() {
         complete_diffusion(&mut measured, &system);
         measured.number("diffusion_coefficient_infinite").unwrap().mean
     };
-    // One particle has the mass 7 and seven have the mass 1, so `<v^2> / 3 = 1.5 (7 + 1 / 7) / 8`. The mean free path
-    // equals `L / (2 pi)` if `D = 0.95778 sqrt(<v^2> / 3) 10 / (2 pi) = 1.7641`.
+    // The mean free path equals `L / (2 pi)` if `D = 0.95778 sqrt(<v^2> / 3) 10 / (2 pi) = 1.7641`, with `<v^2> / 3 =
+    // 1.5 (7 + 1 / 7) / 8` for one mass of 7 and seven masses of 1.
     assert!(measured(1.76).is_some() && measured(1.77).is_none(), "{:?} {:?}", measured(1.76), measured(1.77));
 }
 
@@ -141,7 +140,7 @@ fn no_correction_for_unsupported_systems() {
 #[test]
 fn flows_that_have_not_decayed_are_added_and_are_in_the_error() {
     let system = cube();
-    // The expected tail is computed here for lags from 0.01 to 0.04, a total mass of 14 and a volume of 1000.
+    // Lags from 0.01 to 0.04, a total mass of 14, and a volume of 1000.
     let tail = |viscosity: f64, coefficient: f64| VelocityTail {
         temperature_by_mass: 1.5 / 14.0,
         spreading: viscosity * 1000.0 / 14.0 + coefficient,
@@ -198,12 +197,11 @@ fn a_short_span_and_a_long_one_have_the_same_infinite_system() {
         )
     };
     let [(short, with_tail, first), (long, without, second)] = [1.5, 10.0].map(of_span);
-    // Both runs have the same particles at the same times, so their noise is nearly the same. The short span
-    // misses about a twentieth of the coefficient.
+    // Both runs have the same particles at the same times, so their noise is nearly the same. The short span misses
+    // about a twentieth of the coefficient.
     assert!(long.0 - short.0 > 0.04 * long.0, "{short:?} {long:?}");
     assert!(with_tail > 3.0 * short.1 && without < 1.1 * long.1, "{with_tail} {without} {short:?} {long:?}");
-    // The theory of the tail holds for long times. At ten mean free times it is wrong by up to a tenth of the
-    // tail.
+    // The theory of the tail requires long times. At ten mean free times, the error is up to a tenth of the tail.
     let tail = libm::sqrt(with_tail * with_tail - short.1 * short.1);
     let error = libm::hypot(long.1, 0.1 * tail);
     assert!((first.0 - second.0).abs() < 3.0 * error, "{first:?} {second:?} {error}");

@@ -1,20 +1,18 @@
-//! Number of passages over time, in bounded memory.
-
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::statistics::{Estimate, error_of_ends, standard_error};
 
-/// Largest number of rows of the table. When it is reached, every second row is dropped.
+/// Maximum number of rows of the table. When it is reached, every second row is dropped.
 const MOST_ROWS: usize = 1024;
 
-/// Net passages and displacements from the start to one time.
+/// Net passages and displacements since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Row {
     pub time: f64,
     /// Net number and mass of the particles that have passed the plane.
     pub passed: [f64; 2],
-    /// Net displacement of all particles in the counted direction, in periods: the sum over the particles, and the sum
-    /// weighted by mass. Both are 0 if the plane has no periodic image.
+    /// Net displacement of all particles in the counted direction, in periods. The second sum is weighted by mass. Zero
+    /// if the plane has no periodic image.
     pub gone: [f64; 2],
 }
 
@@ -24,22 +22,19 @@ pub(super) const MASS: usize = 1;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Passages {
     rows: Vec<Row>,
-    /// Number of samples per row of the table, and number of samples since the last row.
+    /// Number of samples per row, and number of samples since the last row.
     stride: u64,
     skipped: u64,
     now: Row,
-    /// Time of the first and of the last passage. `first_share` is the number and the mass that the first
-    /// passage contributed.
+    /// Time of the first and of the last passage. `first_share` is the number and the mass of the first passage.
     first: Option<f64>,
     last: f64,
     first_share: [f64; 2],
-    /// The time window over which rates are averaged, if given, and the number and mass of the particles that
-    /// passed in it.
+    /// The window for rates, if given, and the number and mass of the particles that passed in this window.
     window: Option<[f64; 2]>,
     in_window: [f64; 2],
-    /// Whether particles cannot bypass the plane: it covers a whole cross-section, and its axis is periodic or
-    /// ends at two walls. The number of passages then follows from the total displacement along
-    /// the axis and from the change in the number of particles beyond the plane.
+    /// Whether particles cannot bypass the plane: it covers a whole cross-section, and its axis is periodic or ends at
+    /// two walls.
     is_closed: bool,
 }
 
@@ -94,8 +89,7 @@ impl Passages {
                 index += 1;
                 index % 2 == 1
             });
-            // The number of rows was even, so the newest row is dropped too. The samples after the last remaining row
-            // count towards the next row.
+            // The number of rows was even, so the newest row was removed. The next row includes its samples.
             self.skipped = self.stride;
             self.stride *= 2;
         }
@@ -122,10 +116,10 @@ impl Passages {
     /// part of the window. Without a window, it is the count after the first passage, divided by the time from the
     /// first to the last passage. `None` if this time is zero or the window has not begun.
     ///
-    /// In a closed system, the net passages through a whole plane equal the net displacement, `sum dx / L`, minus the
-    /// increase in the number of particles beyond the plane. If this number only fluctuates, the error comes from the
-    /// net displacement and from the two ends of the run. If it keeps growing, as when all grains fall through a hole,
-    /// the error comes from the passages.
+    /// In a closed system, the net passages equal the net displacement, `sum dx / L`, minus the increase in the number
+    /// of particles beyond the plane. If this number fluctuates, the error comes from the net displacement and from the
+    /// two ends of the run. If this number grows, as when grains fall through a hole, the error comes from the
+    /// passages.
     pub fn rate(&self, of: usize) -> Option<Estimate> {
         let (passed, [from, to]) = match self.window {
             Some([from, to]) => (self.in_window[of], [from, to.min(self.now.time)]),
@@ -188,7 +182,7 @@ mod tests {
         assert_eq!(error(true, discharge), error(false, discharge));
         assert!((error(true, discharge) / 0.0158 - 1.0).abs() < 0.2);
         // Passages alternate in direction. For half of the time, there is one more particle on one side. The variance
-        // of the number of particles on this side is `s^2 = 1/4`.
+        // of the number on this side is `s^2 = 1/4`.
         let swing = |k: usize, _: f64| if k.is_multiple_of(2) { 1 } else { -1 };
         assert!((error(true, swing) / (0.5_f64.sqrt() / 1000.0) - 1.0).abs() < 0.2, "{}", error(true, swing));
     }
@@ -203,7 +197,7 @@ mod tests {
             }
             passages.write(f64::from(k));
         }
-        // After the first passage at t = 20, there are 19 passages until the last one at t = 39.
+        // After the first passage at t = 20, there are 19 passages until t = 39.
         assert_eq!(passages.rate(NUMBER).unwrap().mean, 1.0);
         assert_eq!(passages.rate(NUMBER).unwrap().standard_error, Some(0.0));
         assert_eq!(passages.rate(MASS).unwrap().mean, 1.5);

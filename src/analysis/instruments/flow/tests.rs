@@ -20,8 +20,8 @@ fn plan(axis: &str, at: f64) -> Plan {
     }
 }
 
-/// Two particles that never meet, in a periodic cube of edge 10: one goes around twice along x in 10 time
-/// units, the other 3.5 times backwards along y.
+/// Two particles that never meet, in a periodic cube of edge 10. In 10 time units, A goes around twice along x, and B
+/// goes around 3.5 times backwards along y.
 fn two() -> (SystemDescription, Simulation) {
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(10.0))
@@ -46,8 +46,8 @@ fn counted(plan: &Plan, duration: f64) -> Option<f64> {
 fn passages_are_signed_and_go_around_the_box() {
     assert_eq!(counted(&plan("x", 4.0), 10.0), Some(2.0));
     assert_eq!(counted(&plan("x", 0.5), 10.0), Some(2.0));
-    // Particle A moves from y = 5 to 10 and does not pass the plane. Particle B moves from 4 to -31 and
-    // passes the plane and its images at 3, -7, -17 and -27.
+    // Particle A moves from y = 5 to 10 and does not pass the plane. Particle B moves from 4 to -31 and passes the
+    // plane and its images at 3, -7, -17 and -27.
     assert_eq!(counted(&plan("y", 3.0), 10.0), Some(-4.0));
     assert_eq!(counted(&plan("z", 5.0), 10.0), Some(0.0));
     let a = Plan { species: Some("A".into()), ..plan("y", 7.0) };
@@ -106,8 +106,8 @@ fn tilted_plane_counts_crossings_inside_its_bounds() {
 
 #[test]
 fn only_crossings_inside_the_rectangle_count() {
-    // Particle A passes x = 4 at t = 1.5, 6.5 and 11.5, with y = 5.75, 8.25 and 10.75. The image of the last
-    // point in the box has y = 0.75.
+    // Particle A passes x = 4 at t = 1.5, 6.5 and 11.5, with y = 5.75, 8.25 and 10.75. The last point is at y = 0.75 in
+    // the box.
     let gate = |lower: [f64; 3], upper: [f64; 3]| Plan { lower: Some(lower), upper: Some(upper), ..plan("x", 4.0) };
     assert_eq!(counted(&gate([0.0, 5.7, 2.0], [0.0, 5.8, 3.0]), 12.0), Some(1.0));
     assert_eq!(counted(&gate([0.0, 5.0, 2.0], [0.0, 9.0, 3.0]), 12.0), Some(2.0));
@@ -125,8 +125,8 @@ fn a_steady_flow_has_its_rate_and_curve() {
     let rate = number(&measured, "flow_gate_rate");
     // Particle A passes the plane every 5 time units.
     assert!((rate.mean.unwrap() - 0.2).abs() < 1e-9, "{rate:?}");
-    // There is a row every time unit and a passage in every fifth row. If the rows were independent, the
-    // error would be sqrt(0.16 / 1000) = 0.0126.
+    // There is a passage in every fifth row. If the rows were independent, the error would be sqrt(0.16 / 1000) =
+    // 0.0126.
     let error = rate.standard_error.unwrap();
     assert!(error < 0.0126 / 4.0, "{error}");
     let curve = &measured.curves[0];
@@ -139,7 +139,7 @@ fn a_steady_flow_has_its_rate_and_curve() {
 fn flow_counts_by_species_mass_direction_and_window() {
     let (system, mut simulation) = two();
     // Particle A passes y = 7 upwards at t = 4. Particle B starts at y = 4 and passes the images of the plane
-    // at y = -3, -13 and -23 downwards, at t = 2, 4.857 and 7.714.
+    // downwards: y = -3, -13 and -23 at t = 2, 4.857 and 7.714.
     let plan = Plan { direction: Some("-".into()), window: Some([3.0, 8.0]), ..plan("y", 7.0) };
     let mut flow = instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan, setup));
     measure(&mut simulation, &system, &mut flow, 10.0);

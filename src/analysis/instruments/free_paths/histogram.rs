@@ -1,5 +1,3 @@
-//! A histogram of positive values that chooses its own bins.
-
 use crate::analysis::instruments::bins::Bins;
 use crate::analysis::statistics::Estimate;
 use serde::{Deserialize, Serialize};
@@ -10,8 +8,7 @@ const FIRST: usize = 1000;
 /// Upper end of the last bin, divided by the mean of the first values.
 const MEANS: f64 = 8.0;
 
-/// Equal bins from 0 to eight means of the first thousand values. Values beyond the last bin count in the
-/// total.
+/// A histogram of positive values that chooses its own bins. `count` includes values beyond the last bin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Histogram {
     /// The first values, until the bin width has been chosen.
@@ -45,9 +42,9 @@ impl Histogram {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// Returns the bin width and the density of each bin: the fraction of all values in the bin, divided by the
-    /// width. Errors are computed as for independent values; the error of an empty bin is unknown. Returns no bins if
-    /// there are no values, or only a few that are all zero.
+    /// Returns the bin width and the density of each bin: the fraction of all values in the bin, divided by the width.
+    /// Errors are computed as for independent values. Returns no bins if there are no values, or only a few that are
+    /// all zero.
     pub fn density(&self) -> (f64, Vec<Option<Estimate>>) {
         let mut binned = self.clone();
         if binned.width == 0.0 {
@@ -70,11 +67,10 @@ impl Histogram {
         }
     }
 
-    /// Chooses the bin width from the values so far. It stays 0 if they are few and all zero.
     fn choose(&mut self) {
         let width = self.mean().unwrap_or(0.0) * MEANS / self.counts.len() as f64;
-        // If all of the first values are zero, any positive width puts them into the first bin. Without a
-        // width, all later values would have to be kept.
+        // If all values are zero, any positive width puts them into the first bin. With a width of 0, `add` would keep
+        // all later values.
         let is_full = self.first.len() >= FIRST;
         self.width = if width > 0.0 || !is_full { width } else { f64::MIN_POSITIVE };
         if self.width > 0.0 {

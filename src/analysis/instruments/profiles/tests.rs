@@ -40,8 +40,8 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
     system.conserved_axes = [false; 3];
     system.masses = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { 3.0 }).collect();
     let mut random = ChaCha8Rng::seed_from_u64(11);
-    // No particles are at y > 3. In the cells 0, 1 and 2 along y, the flow velocity along x is 0, 1 and 2. The
-    // temperature of the thermal velocities is 1/12.
+    // In the cells 0, 1 and 2 along y, the flow velocity along x is 0, 1 and 2. The cell 3 is empty. The temperature is
+    // 1/12.
     let frame = || {
         let (mut positions, mut velocities) = (Vec::new(), Vec::new());
         for mass in &system.masses {
@@ -63,14 +63,14 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
         assert!((value - expected).abs() < 4.0 * error, "{} {cell}: {value} +- {error}, {expected}", series.name);
     };
     for cell in 0..3 {
-        // The exact standard error of the density is sqrt(20 2/3 / 400) / 16. That of the velocity is at most
-        // sqrt(1/12 / 8000), for the lighter particles. The bounds are twice these errors.
+        // The exact standard error of the density is sqrt(20 2/3 / 400) / 16. The standard error of the velocity is at
+        // most sqrt(1/12 / 8000), for the lighter particles. The bounds are twice these errors.
         is(density, cell, 1.25, 0.023);
         is(x, cell, cell as f64, 0.0065);
         is(y, cell, 0.0, 0.0065);
         is(z, cell, 0.5, 0.0065);
-        // The variance of the square of each thermal velocity component is 1/180, and there are 24,000
-        // components. The bound is twice the standard error sqrt(1/180 / 24000).
+        // The square of a thermal velocity component has the variance 1/180. The bound is twice the standard error
+        // sqrt(1/180 / 24000) of 24,000 components.
         is(temperature, cell, 1.0 / 12.0, 0.001);
     }
     assert_eq!((density.values[3], density.standard_errors[3]), (Some(0.0), None));
@@ -89,8 +89,7 @@ fn a_report_fits_no_more_spectra_than_it_has_errors() {
     let before = fits();
     let mut measured = Measured::default();
     profile.report(&system, &mut measured);
-    // For each of the 8 cells, the report fits five spectra: density, three velocity components and
-    // temperature.
+    // The five spectra of a cell are density, three velocity components and temperature.
     assert_eq!(fits() - before, 5 * 8);
 }
 
@@ -101,8 +100,8 @@ fn the_density_of_a_grid_adds_up_and_has_its_cells_in_order() {
     let mut system = SystemDescription::of_points(space, 2);
     system.species_names.push("B".to_owned());
     let frame = || {
-        // The first particle is below the lower side of the box by one rounding error. The second is in the
-        // third cell along x and the second cell along z.
+        // The first particle is below the box by one rounding error. The second is in the third cell along x and the
+        // second cell along z.
         let positions = vec![Vector::new((-3.0_f64).next_down(), 1.0, 5.9), Vector::new(0.1, 5.0, 3.1)];
         (positions, vec![Vector::new(2.0, 0.0, 0.0); 2])
     };
@@ -139,8 +138,8 @@ fn two_velocities_leave_one_degree_of_freedom_per_axis() {
         sign = -sign;
         (vec![Vector::repeat(1.0)], vec![Vector::new(5.0 + sign, 0.0, 0.0)])
     };
-    // The two samples, at t = 199 and 398, have the velocities 4 and 6 and the mean 5. The squared deviations
-    // add up to 2, and the number of free velocity components is 3 (2 - 1).
+    // The two samples, at t = 199 and 398, have the velocities 4 and 6. The squared deviations from the mean add up to
+    // 2, and the number of free velocity components is 3 (2 - 1).
     let (_, measured) = measure(&system, &plan::Profile { interval: Some(199.0), ..plan([1; 3]) }, frame);
     let curve = &measured.curves[0];
     assert!((curve.series[4].values[0].unwrap() - 2.0 / 3.0).abs() < 1e-12, "{:?}", curve.series[4]);
@@ -149,8 +148,7 @@ fn two_velocities_leave_one_degree_of_freedom_per_axis() {
 
 #[test]
 fn shear_streaming_does_not_count_as_temperature() {
-    // All particles are in one cell and move with the streaming velocity only. Their velocities differ by up
-    // to 8, but the temperature is zero.
+    // All particles are in one cell and move with the streaming velocity, which differs by up to 8 within the cell.
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let system = SystemDescription { shear_rate: 2.0, ..SystemDescription::of_points(Space::periodic_cube(4.0), 100) };
     let (_, measured) = measure(&system, &plan([1, 1, 1]), || {
@@ -161,7 +159,6 @@ fn shear_streaming_does_not_count_as_temperature() {
     let series =
         |name: &str| measured.curves[0].series.iter().find(|series| series.name == name).unwrap().values[0].unwrap();
     assert!(series("temperature") < 1e-12, "{}", series("temperature"));
-    // The standard error of the mean of 40,000 velocities, uniform over a range of 8, is 8 / sqrt(12 *
-    // 40,000) = 0.012.
+    // The standard error of 40,000 velocities, uniform over a range of 8, is 8 / sqrt(12 * 40,000) = 0.012.
     assert!(series("velocity x").abs() < 4.0 * 0.012);
 }

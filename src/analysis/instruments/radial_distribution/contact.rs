@@ -17,7 +17,7 @@ const FEWEST_BINS: usize = 8;
 pub(super) struct Shell {
     /// Distance at which the two cores are in contact `[length]`.
     pub core: f64,
-    /// Where the bins end `[length]`: at most the next step of the potential, at which `g` jumps.
+    /// Upper end of the bins `[length]`. It is at most the next step of the potential, because `g` jumps there.
     pub end: f64,
 }
 
@@ -31,17 +31,16 @@ impl Shell {
         Bins::over(self.core, self.end - self.core, CONTACT_BINS)
     }
 
-    /// Round-off may put a pair in contact slightly inside the core; such a pair belongs to the first bin.
+    /// Round-off may put a pair in contact slightly inside the core. Such a pair is put into the first bin.
     pub fn bin(&self, distance: f64) -> Option<usize> {
         let is_in = distance > self.core * (1.0 - 1e-7);
         is_in.then(|| self.bins().index(distance.max(self.core))).flatten()
     }
 }
 
-/// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that best fits the bins from element `first` on,
-/// each weighted by its number of pairs. Near the density of a crystal `g` falls within a small fraction of a diameter,
-/// so the fit ends where `g` has fallen to half. Near jamming, `g` falls that far within the first bin, and the bins do
-/// not determine the contact value.
+/// `g` at contact, `exp a`, where `ln g = a + b x + c x^2` is the parabola that best fits the bins from element `first`
+/// on. Each bin is weighted by its number of pairs. In dense systems `g` falls within a small fraction of a diameter,
+/// so the fit ends where `g` has fallen to half. `None` if `g` falls to half within the first bin, as near jamming.
 ///
 /// The error follows from the errors of the bins and their correlations, by `d ln g = dg / g`.
 pub(super) fn extrapolate(curve: &CurveAverage, ideal: &[f64], first: usize) -> Option<Estimate> {
@@ -87,7 +86,7 @@ mod tests {
             // The condition number of the normal equations is about 1e5.
             let average = noise.iter().sum::<f64>() / 32.0;
             assert!((mean - 3.0 * average).abs() < 1e-9, "{mean}");
-            // Each noise factor multiplies all bins, so it also multiplies the contact value.
+            // Each noise factor multiplies all bins, and therefore the contact value.
             let expected = 3.0 * crate::analysis::statistics::standard_error(&noise).unwrap();
             assert!((standard_error.unwrap() / expected - 1.0).abs() < 1e-6, "{standard_error:?}");
         }

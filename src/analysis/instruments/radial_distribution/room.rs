@@ -1,18 +1,17 @@
-//! The distribution of the distance between two random points of a box.
-
 use crate::model::space::{Boundary, Face, Space};
 use std::f64::consts::PI;
 
-/// The part of a box that the centres of particles can reach.
+/// The distribution of the distance between two random points in the part of a box that the centres of particles can
+/// reach.
 ///
-/// The separation `s` of two points in a box has the density `prod_k (1 - |s_k| / L_k) / V` along axes that
-/// are not periodic, and `1 / V` within half a period along periodic ones. Up to the shortest edge, its mean
-/// over all directions is a polynomial in `r`. The coefficients contain the means of `|u_x|`, `|u_x u_y|` and
-/// `|u_x u_y u_z|` over the unit sphere (1/2, 2/(3 pi), 1/(4 pi)) or circle (2/pi, 1/pi).
+/// The separation `s` of two points has the density `prod_k (1 - |s_k| / L_k) / V` along axes that are not periodic,
+/// and `1 / V` within half a period along periodic axes. Up to the shortest edge, its mean over all directions is a
+/// polynomial in `r`. The coefficients contain the means of `|u_x|`, `|u_x u_y|` and `|u_x u_y u_z|` over the unit
+/// sphere (1/2, 2/(3 pi), 1/(4 pi)) or circle (2/pi, 1/pi).
 #[derive(Debug, Clone)]
 pub(super) struct Room {
     dimensions: usize,
-    /// Length available to a centre along each axis that is not periodic `[length]`.
+    /// Length accessible to the centre of a particle along each axis that is not periodic `[length]`.
     edges: Vec<f64>,
     volume: f64,
 }

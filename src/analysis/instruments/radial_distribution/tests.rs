@@ -65,8 +65,7 @@ fn a_curve_times_its_divisors_is_the_number_of_pairs_in_each_bin() {
     for (bin, count) in counts.into_iter().enumerate() {
         let product = |divisor: &Divisor| divisor.values[if divisor.values.len() == 1 { 0 } else { bin }];
         let undone = curve.series[0].values[bin].unwrap() * normalisation.divisors.iter().map(product).product::<f64>();
-        // The tolerance covers the rounding errors of the division, the average over six samples, and the
-        // multiplication.
+        // The tolerance covers the rounding errors of the division, the average and the multiplication.
         assert!((undone - count).abs() < 1e-12 * count && count > 0.0, "{bin}: {undone} and {count}");
     }
 }
@@ -81,7 +80,7 @@ fn an_ideal_gas_has_no_structure_in_any_dimension_and_any_box() {
         ([Boundary::OPEN; 3], Vector::new(4.0, 5.0, 6.0)),
         ([Boundary::OPEN, Boundary::Periodic, flat], Vector::new(4.0, 8.0, 0.0)),
         ([flat, flat, Boundary::OPEN], Vector::new(0.0, 0.0, 5.0)),
-        // These two slits and this channel are narrower than the cutoff.
+        // Slits and channels narrower than the cutoff.
         ([Boundary::OPEN, Boundary::Periodic, Boundary::Periodic], Vector::new(0.2, 9.0, 9.0)),
         ([flat, Boundary::Periodic, Boundary::OPEN], Vector::new(0.0, 9.0, 0.7)),
         ([Boundary::Periodic, Boundary::OPEN, Boundary::OPEN], Vector::new(9.0, 0.6, 0.9)),
@@ -124,8 +123,7 @@ fn two_species_are_told_apart_and_a_static_one_counts_as_a_partner() {
     let positions: Vec<Vector> = [0.0, 0.6, 1.6, 5.5, 5.0].iter().map(|&x| Vector::new(x, 0.0, 0.0)).collect();
     let curve = &measure(&system, &plan(2.0, 2), &vec![positions; 9]).curves[0];
     let shell = |bin: usize| 4.0 / 3.0 * std::f64::consts::PI * [1.0, 7.0][bin] / 216.0;
-    // The distances between particles in the bins [0, 1) and [1, 2) are: A-B 0.6 and 1.6; A-wall 0.5 and 1.0;
-    // B-B 1.0; B-wall 1.1 and 1.6.
+    // Distances in the bins [0, 1) and [1, 2): A-B 0.6 and 1.6; A-wall 0.5 and 1.0; B-B 1.0; B-wall 1.1 and 1.6.
     for (name, bins, pairs) in [
         ("g(r) A-A", [None; 2], 0.0),
         ("g(r) A-B", [Some(1.0), Some(1.0)], 2.0),
@@ -185,7 +183,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
             size: Vector::new(6.0, 5.5, if is_flat { 0.0 } else { 4.4 }),
             boundary,
         };
-        // The crystal has 6 x 5 x 4 unit cells. Their second lattice vector is oblique.
+        // 6 x 5 x 4 unit cells with an oblique second lattice vector.
         let site = |[i, j, k]: [i32; 3]| {
             let [i, j, k] = [i, j, k].map(f64::from);
             Vector::new(i + displacement * j / 5.0, 1.1 * j, 1.1 * k)
@@ -203,7 +201,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
         for (bin, value) in curve.series[0].values.iter().enumerate() {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * width);
             let neighbours = value.unwrap() * (count as f64 - 1.0) * room.probability(from, to);
-            // Round-off may put a distance at the border of two bins into either bin.
+            // Round-off may move a distance at the border of two bins.
             let within = |by: f64| distances.iter().filter(|&&r| from - by <= r && r < to + by).count() as f64;
             let is_right = within(-1e-9) - 1e-6 <= neighbours && neighbours <= within(1e-9) + 1e-6;
             assert!(is_right, "{displacement} {from}: {neighbours}");
@@ -246,8 +244,8 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let number = &measured.numbers[0];
     let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
     assert_eq!(number.name, "contact_value_A_A");
-    // The exact contact value is (1 - phi / 2) / (1 - phi)^3 for an infinite system. It is 0.4 % larger for
-    // 500 particles. The value of this run follows from its virial: Z - 1 = 4 phi g.
+    // The contact value of an infinite system is (1 - phi / 2) / (1 - phi)^3. For 500 particles it is 0.4 % larger. The
+    // value of this run follows from the virial: Z - 1 = 4 phi g.
     let exact = (1.0 - 0.15) / 0.7_f64.powi(3);
     assert!(error < 0.025 && (mean - exact).abs() < 4.0 * error, "{mean} +- {error}, {exact}");
     let temperature = simulation.energy().kinetic / (1.5 * 499.0);
@@ -257,8 +255,8 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     assert!(measured.curves[0].series[0].values[..24].iter().all(|value| *value == Some(0.0)));
 }
 
-/// Returns the extrapolated contact value with its error, and the contact value from the rate of Core events,
-/// `Gamma = 4 rho sigma^2 g sqrt(pi T / m)`.
+/// Returns the extrapolated contact value with its error, and the contact value from the rate of Core events, `Gamma =
+/// 4 rho sigma^2 g sqrt(pi T / m)`.
 fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
     let (mass, temperature) = (1.7, 1.3);
     let scene = SceneBuilder::new("fluid")
@@ -298,7 +296,7 @@ fn contact_value_is_fitted_only_up_to_the_next_step() {
     let well = Potential::square_well(1.0, 1.03, 0.6).unwrap();
     for potential in [shoulder, well] {
         let ([mean, error], exact) = contact_and_rate(potential.clone());
-        // About 20,000 contacts: the rate is known to one per cent.
+        // About 20,000 contacts determine the rate to one per cent.
         assert!((mean - exact).abs() < 4.0 * error + 0.03 * exact, "{potential:?}: {mean} +- {error}, {exact}");
         assert!(error < 0.1 * exact);
     }

@@ -1,11 +1,10 @@
-//! The distribution of the distance between the centres of two particles with different diameters. Between
-//! walls, the larger particle has less space for its centre.
+//! The distribution of the distance between two particles with different diameters. Between walls, the larger particle
+//! has less space for its centre.
 
 use crate::model::space::{Boundary, Face, Space};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Number of pieces into which each interval between two kinks is divided. Each piece is integrated by
-/// Gauss's rule.
+/// Number of pieces of each interval between two kinks. Each piece is integrated by Gauss's rule.
 const PIECES: usize = 3;
 
 /// Nodes and weights of Gauss's rule on (-1, 1).
@@ -17,8 +16,7 @@ pub(super) struct Rooms {
     axes: Vec<Axis>,
 }
 
-/// The space for the centres of both particles along an axis `[length]`: the period, or the lower and upper
-/// limit of each centre.
+/// The period, or the lower and upper limits of both centres `[length]`.
 #[derive(Debug, Clone, Copy)]
 enum Axis {
     Periodic(f64),
@@ -35,7 +33,7 @@ impl Rooms {
                     |face: Face, diameter: f64| if matches!(face, Face::Wall(_)) { 0.5 * diameter } else { 0.0 };
                 Some(Axis::Bounded(diameters.map(|d| {
                     let ends = [margin(lower, d), space.size[k] - margin(upper, d)];
-                    // A species that is too large for the box has no particles, so any positive length will do for it.
+                    // A species too large for the box has no particles, so any length will do.
                     if ends[1] > ends[0] { ends } else { [0.0, space.size[k]] }
                 })))
             }
@@ -57,13 +55,13 @@ impl Rooms {
         half * GAUSS.into_iter().map(shell).sum::<f64>()
     }
 
-    /// Averages the density of separations of length `r` over their directions. Gauss's rule integrates between the
-    /// kinks of the densities along the axes, so a slit far narrower than `r` is as accurate as a wide one.
+    /// Averages the density of separations of length `r` over their directions. The densities along the axes have
+    /// kinks. Gauss's rule integrates between these kinks, so a very narrow slit is as accurate as a wide one.
     fn mean_density(&self, r: f64) -> f64 {
         match self.axes.as_slice() {
             [x, y, z] => {
-                // The outer integral is over the angle to z, and the inner integral is over the angle around z.
-                // The inner integral is not smooth where the distance from the z axis equals a kink of x or y.
+                // The outer integral is over the angle to z, and the inner integral is over the angle around z. The
+                // inner integral is not smooth where the distance from the z axis equals a kink of x or y.
                 let within =
                     |axis: &Axis| axis.kinks().into_iter().filter(|kink| *kink < r).map(|kink| kink / r).collect();
                 let [of_x, of_y, of_z]: [Vec<f64>; 3] = [x, y, z].map(within);
@@ -152,8 +150,8 @@ mod tests {
 
     #[test]
     fn a_slit_has_the_distances_along_it() {
-        // The centres can move 0.2 across the slit. The mean of (1 - r |u_x| / 0.2) / 0.2 over all directions
-        // u is 1 / (2 r). The edges along the slit are 30.
+        // The centres can move by 0.2 across the slit, which has edges of 30. At a distance r, the mean over all unit
+        // vectors u of max(0, 1 - r |u_x| / 0.2) / 0.2 is 1 / (2 r).
         let boundary = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
         let space = Space { lower: Vector::zeros(), size: Vector::new(1.2, 30.0, 30.0), boundary };
         for diameters in [[1.0; 2], [1.0, 1.0 + 1e-9]] {
@@ -165,8 +163,8 @@ mod tests {
                 assert!((ratio - 1.0).abs() < 1e-3, "{from}: {ratio}");
             }
         }
-        // In a channel along the periodic axis of length L, with two narrow axes between walls, the density
-        // of distances is 2 / L.
+        // In a channel along a periodic axis of length L, narrow along both other axes, the density of distances is 2 /
+        // L.
         let boundary = [Boundary::walls(1.0), Boundary::walls(1.0), Boundary::Periodic];
         let channel = Space { lower: Vector::zeros(), size: Vector::new(1.2, 1.1, 30.0), boundary };
         let ratio = Rooms::new(&channel, [1.0; 2]).probability(8.0, 8.1) / (2.0 * 0.1 / 30.0);
@@ -195,8 +193,7 @@ mod tests {
         }
         for (bin, count_in_bin) in counts.into_iter().enumerate() {
             let expected = f64::from(count) * rooms.probability(edges[bin], edges[bin + 1]);
-            // The bound is four standard deviations of the Poisson distribution plus the error of the numerical
-            // integration.
+            // Four standard deviations of the Poisson distribution, plus the error of the numerical integration.
             let bound = 4.0 * expected.sqrt() + 2e-4 * expected;
             assert!((f64::from(count_in_bin) - expected).abs() < bound, "{bin}: {count_in_bin} but {expected}");
         }

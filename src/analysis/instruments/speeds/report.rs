@@ -1,5 +1,3 @@
-//! Curves of speeds: a series for each window, and Maxwell's distribution for comparison.
-
 use super::super::bins::Bins;
 use super::super::quantity::{Curve, Measured, Normalisation, Published, free_name};
 use super::super::system::SystemDescription;
@@ -31,8 +29,7 @@ impl Speeds {
         }
     }
 
-    /// Number of bins up to the last filled bin, but at least up to the last bin where Maxwell's distribution
-    /// is visible.
+    /// Number of bins up to the last filled bin, or up to the last bin where Maxwell's distribution is visible.
     fn rows(&self, class: usize, system: &SystemDescription) -> usize {
         if self.end.is_some() {
             return self.bins;
@@ -61,7 +58,7 @@ impl Speeds {
         curve.series(&name, "time / length", &densities).normalised(normalisation)
     }
 
-    /// For each species of a class, its share of the particles and the variance of a velocity component in equilibrium:
+    /// For each species of a class: the share of the particles, and the equilibrium variance of a velocity component,
     /// `T / m` at the temperature of the last window, reduced if the momentum is conserved.
     fn parts(&self, class: &Class, system: &SystemDescription) -> Vec<(f64, f64)> {
         let temperature = self.windows.last().and_then(|window| window.temperature.mean()).unwrap_or(0.0);

@@ -7,7 +7,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-/// The masses are not powers of two, so that products with them are rounded.
+/// The masses are not powers of two, so that products are rounded.
 const MASSES: [f64; 2] = [0.7, 3.3];
 
 fn space(dimensions: usize) -> Space {
@@ -75,8 +75,8 @@ fn free_particles_of_one_speed_are_in_one_bin_in_every_dimension() {
             }
             let names: Vec<_> = curve.series.iter().map(|series| series.name.as_str()).collect();
             assert_eq!(names, ["p(v) from 0 to 2", "p(v) from 2 to 4", "p(v) from 4 to 6"]);
-            // The published curve ends with the last bin. It lacks the tail beyond four thermal speeds: 6e-5 in
-            // one dimension, 1e-3 in three.
+            // The published curve lacks the tail beyond four thermal speeds: a fraction of 6e-5 in one dimension, and
+            // 1e-3 in three.
             let published = &curve.published[0];
             let sum = published.y.iter().sum::<f64>() * width(curve);
             assert!(sum <= 1.0 + 1e-12 && sum > 0.998, "{sum}");
@@ -105,8 +105,8 @@ fn drawn(system: &SystemDescription, plan: &plan::Speeds, frames: u32) -> Measur
     report(&instrument, system)
 }
 
-/// Chi-squared per bin, `sum (n - e)^2 / e`, over the bins with more than 20 expected particles, and the number
-/// of these bins. `all` is the number of particles in all samples together.
+/// Chi-squared per bin, `sum (n - e)^2 / e`, over bins with more than 20 expected particles, and the number of these
+/// bins. `all` is the number of particles in all samples together.
 fn chi_squared(curve: &Curve, window: usize, all: f64) -> (f64, f64) {
     let each = curve.series[window].values.iter().zip(&curve.published[0].y);
     let terms = each.map(|(value, expected)| (value.unwrap() * width(curve) * all, expected * width(curve) * all));
@@ -120,13 +120,13 @@ fn thermal_speeds_match_maxwell_for_few_unequal_particles() {
         let scene = mixture(space(dimensions), &[5, 4], false, |scene| scene.temperature(1.5)).build().unwrap();
         let system = SystemDescription::of(&scene);
         let frames = 6000;
-        // There is a single window of 6001 frames. All particles are at rest in its first frame.
+        // A single window of 6001 frames. In the first frame, all particles are at rest.
         let measured = drawn(&system, &plan::Speeds { interval: Some(1.0), ..plan(1, 100) }, frames);
         for (curve, count) in measured.curves.iter().zip([5.0, 4.0]) {
             let (chi, bins) = chi_squared(curve, 0, count * f64::from(frames));
             let first = curve.series[0].values[0].unwrap();
-            // The first bin also holds the particles at rest, one in 6001. The expected numbers in the other bins are
-            // too large by this fraction.
+            // The first bin contains the particles at rest, one in 6001. The expected numbers are too large by this
+            // fraction.
             assert!(first > 0.0 && bins > 25.0);
             let deviation = (2.0 / bins).sqrt();
             assert!((chi - 1.0).abs() < 5.0 * deviation, "{dimensions} {}: {chi} of {bins}", curve.name);
@@ -172,7 +172,7 @@ fn equal_speeds_of_a_mixture_become_maxwells_distribution() {
                     .map(|((value, error), expected)| ((value.unwrap() - expected) / error.unwrap()).powi(2))
                     .collect();
                 let chi = terms.iter().sum::<f64>() / terms.len() as f64;
-                // There are about 25 bins. The error of each bin is itself uncertain by at least an eighth.
+                // There are about 25 bins. The error of each bin is uncertain by at least an eighth.
                 assert!(terms.len() > 20 && (0.4..2.0).contains(&chi), "{} {window}: {chi}", curve.name);
             }
         }
@@ -219,7 +219,6 @@ fn resting_particles_give_no_curve_and_one_species_can_be_selected() {
     let measured = report(&speeds(&only, &simulation, &system, 1.0), &system);
     assert_eq!(measured.curves.len(), 1);
     assert!(measured.curves[0].name == "speeds" && measured.curves[0].method.contains("all 3 of them"));
-    // A single particle keeps its velocity and its temperature.
     let scene = mixture(space(2), &[1], false, |scene| scene.speed(1.0)).build().unwrap();
     let (system, simulation) = start(scene);
     let measured = report(&speeds(&plan(1, 10), &simulation, &system, 1.0), &system);

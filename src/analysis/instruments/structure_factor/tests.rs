@@ -49,8 +49,7 @@ fn modes_of_a_sheared_box_match_direct_sums_for_any_image() {
                 positions.iter().map(|position| phase(position).cos()).sum(),
                 positions.iter().map(|position| phase(position).sin()).sum(),
             ];
-            // The tolerance covers the round-off of powers up to 35 and of phases up to 250, summed over 20
-            // particles.
+            // Round-off of powers up to 35 and of phases up to 250, summed over 20 particles.
             assert!((exact[0] - re).abs() < 2e-12 && (exact[1] - im).abs() < 2e-12, "{n:?}");
             assert!((image[0] - re).abs() < 2e-12 && (image[1] - im).abs() < 2e-12, "{n:?}");
         }
@@ -59,8 +58,8 @@ fn modes_of_a_sheared_box_match_direct_sums_for_any_image() {
 
 #[test]
 fn sheared_lattice_scatters_only_at_reciprocal_vectors() {
-    // A triangular lattice of spacing 1 has peaks at `4 pi / sqrt(3) = 7.26`, in three directions. Its five
-    // rows fit a periodic box whose upper image is displaced by half a spacing.
+    // A triangular lattice of spacing 1 has peaks at `4 pi / sqrt(3) = 7.26`, in three directions. Its five rows fit a
+    // periodic box whose upper image is displaced by half a spacing.
     let height = 0.75_f64.sqrt();
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };
@@ -70,8 +69,7 @@ fn sheared_lattice_scatters_only_at_reciprocal_vectors() {
     let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
     let setup = Setup { system: &system, sample: empty(), duration: 10.0 };
     let mut instrument = StructureFactor::new(&plan, &setup);
-    // The displacements differ by whole spacings. The lattice is then the same, but the wave vectors of the box
-    // are not.
+    // Displacements by whole spacings change the wave vectors of the box, but not the lattice.
     for (time, displacement) in [(1.0, 0.5), (2.0, -1.5), (3.0, 2.5)] {
         let sample = Sample { time, positions: &positions, displacement, ..empty() };
         instrument.sample(&sample, &system);
@@ -116,16 +114,14 @@ fn modes_match_direct_sums() {
             positions.iter().map(|position| phase(position).cos()).sum(),
             positions.iter().map(|position| phase(position).sin()).sum(),
         ];
-        // The tolerance covers the round-off of powers up to 25 and of phases up to 200, summed over 20
-        // particles.
+        // Round-off of powers up to 25 and of phases up to 200, summed over 20 particles.
         assert!((exact[0] - re).abs() < 1e-12 && (exact[1] - im).abs() < 1e-12, "{n:?}");
     }
 }
 
 #[test]
 fn a_lattice_scatters_into_its_reciprocal_lattice_only() {
-    // A simple cubic lattice of spacing 1 has peaks along the axes at the wave number 2 pi, and no others up
-    // to 7.
+    // A simple cubic lattice of spacing 1 has peaks along the axes at 2 pi, and no others up to 7.
     let site = |k: u32| Vector::new(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36));
     let frame: Vec<Vector> = (0..216).map(site).collect();
     let instrument = measure(&Space::periodic_cube(6.0), &vec![frame; 10]);
@@ -148,8 +144,8 @@ fn an_ideal_gas_has_no_structure() {
     let (means, errors) = (instrument.curve.means(), instrument.curve.standard_errors());
     assert!(means.len() >= 9);
     for (shell, (mean, error)) in instrument.shells.iter().zip(means.into_iter().zip(errors)) {
-        // At random positions, `|sum_j exp(i q.r_j)|^2 / N` has an exponential distribution with mean and
-        // standard deviation 1.
+        // At random positions, `|sum_j exp(i q.r_j)|^2 / N` has an exponential distribution with mean and standard
+        // deviation 1.
         let exact = (1.0 / (64.0 * shell.vectors.len() as f64)).sqrt();
         assert!((mean.unwrap() - 1.0).abs() < 4.0 * exact, "{mean:?} +- {exact}");
         assert!((error.unwrap() / exact - 1.0).abs() < 0.6, "{error:?} but {exact}");

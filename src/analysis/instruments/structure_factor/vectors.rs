@@ -1,5 +1,3 @@
-//! The wave vectors of a periodic box, a few for each shell.
-
 use crate::base::numbers::{trunc_to_i32, trunc_to_u32};
 use crate::model::space::{Boundary, Space};
 use serde::{Deserialize, Serialize};
@@ -23,11 +21,11 @@ pub(super) struct Shell {
     pub vectors: Vec<[i32; 3]>,
 }
 
-/// The reciprocal lattice of a box: `2 pi (n_x / L_x, (n_y - n_x d / L_x) / L_y, n_z / L_z)`, where `d` is the
-/// displacement along x of the periodic image above the box.
+/// The reciprocal lattice of a box: `2 pi (n_x / L_x, (n_y - n_x d / L_x) / L_y, n_z / L_z)`. The periodic image above
+/// the box is displaced by `d` along x.
 #[derive(Debug, Clone, Copy)]
 struct Reciprocal {
-    /// `2 pi / L` along periodic axes, 0 along others `[1 / length]`.
+    /// `2 pi / L` along periodic axes, 0 along other axes `[1 / length]`.
     units: [f64; 3],
     /// `d / L_x`.
     slope: f64,
@@ -62,8 +60,8 @@ pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
     shells
 }
 
-/// Shells of a sheared box, including empty ones. `displacement` is the shift of the periodic image above the
-/// box. The number of shells and their bounds do not depend on it.
+/// Shells of a sheared box, including empty ones. `displacement` is the shift of the periodic image above the box. The
+/// number and the bounds of the shells do not depend on the displacement.
 pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: usize) -> Vec<Shell> {
     let lattice = Reciprocal::new(space, displacement);
     // The smallest unit is also the smallest wave number, for any displacement: along the axis of the first nonzero
@@ -100,13 +98,12 @@ fn is_within([from, to]: [f64; 2], length: f64) -> bool {
     from <= length && length < to
 }
 
-/// Chooses between a vector and its opposite: the last nonzero component of the result is positive.
+/// Returns `n` or `-n`, so that the last nonzero component is positive.
 fn upper(n: [i32; 3]) -> [i32; 3] {
     if n.iter().rev().find(|&&n| n != 0).is_some_and(|&n| n < 0) { n.map(|n| -n) } else { n }
 }
 
-/// Wave vectors along the axes, along the face diagonals, and along the space diagonals. Crystals aligned
-/// with the box have their strongest peaks there.
+/// Wave vectors along axes, face diagonals and space diagonals, where aligned crystals have their strongest peaks.
 fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     let mut found = BTreeSet::new();
     for code in 0..27 {
@@ -124,8 +121,8 @@ fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     found.into_iter().collect()
 }
 
-/// Wave vectors close to points that are spread evenly over one half of the shell. The other half holds the
-/// opposite vectors.
+/// Wave vectors close to points that are spread evenly over one half of the shell. Opposite vectors are in the other
+/// half.
 fn scattered(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     let axes: Vec<usize> = (0..3).filter(|&k| lattice.units[k] > 0.0).collect();
     let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
@@ -206,8 +203,8 @@ mod tests {
 
     #[test]
     fn the_first_shell_of_a_cube_is_complete() {
-        // The first shell extends from 1/2 to 3/2 of the smallest wave number. It holds three vectors along the
-        // axes and six along the diagonals of the faces.
+        // The first shell, from 1/2 to 3/2 of the smallest wave number, has three vectors along axes and six along face
+        // diagonals.
         assert_eq!(shells(&Space::periodic_cube(1.0), 20.0, 20)[0].vectors.len(), 9);
     }
 

@@ -1,5 +1,3 @@
-//! Tests that compare measured forces with weights, and with the virial theorem in cavities.
-
 use super::*;
 use crate::analysis::instruments::test_system::{Recorded, estimate, instrument, measure, report, start};
 use crate::mesh::revolution::revolution;
@@ -51,8 +49,7 @@ fn mean_force_of_bouncing_balls_is_their_weight() {
         assert!((mean("normal") / weight - 1.0).abs() < 5e-3);
         assert!(mean("x").abs() < 1e-12);
     }
-    // At contact, the centres of the balls are at heights of 5.5 and 0.5. They belong to the bins of width 2
-    // that start at 4 and 0.
+    // The contacts are at heights of 5.5 and 0.5, in the bins of width 2 that start at 4 and 0.
     let curve = &measured.curves[0];
     let full = |series: usize| -> Vec<usize> {
         let values = curve.series[series].values.iter().enumerate();
@@ -93,9 +90,9 @@ fn filled(
 
 #[test]
 fn the_pressure_in_a_sphere_is_that_of_the_virial() {
-    // Virial theorem: `R F = 2 E + W`, apart from the change of `sum m r . v` over the run. `F` is the mean
-    // normal force, `R` the distance of the centres from the middle at contact, `E` the kinetic energy, and `W`
-    // the virial of the contacts between particles per time.
+    // Virial theorem: `R F = 2 E + W`, apart from the change of `sum m r . v` over the run. `F` is the mean normal
+    // force, `R` the distance of the centres from the middle at contact, `E` the kinetic energy, and `W` the virial of
+    // the particles per time.
     let middle = Vector::repeat(10.0);
     for interacts in [false, true] {
         let sphere = SurfaceShape::Sphere { centre: middle, radius: 4.0, is_inside: true };
@@ -121,12 +118,12 @@ fn the_pressure_in_a_sphere_is_that_of_the_virial() {
 
 #[test]
 fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
-    // Without interactions, particles that start at uniformly distributed positions meet the wall at the rate `v S / 4
-    // V` each, for any shape of the cavity (Cauchy). Here `v` is the speed, `S` the surface and `V` the volume that
-    // centres can reach. By the virial theorem, the normal force is `m v^2 S / 3 V` per particle.
+    // Particles without interactions meet the wall at the rate `v S / 4 V` each, for any shape of the cavity (Cauchy).
+    // `v` is the speed, `S` the surface and `V` the volume that centres can reach. By the virial theorem, the normal
+    // force is `m v^2 S / 3 V` per particle.
 
-    /// Largest initial distance of a particle from the centre line of the cavity. The cavity has a radius of 2, and a
-    /// particle has a radius of 0.15. The triangles of the ring reach up to 0.0024 into the cavity.
+    /// Largest initial distance of a particle from the centre line. The cavity has a radius of 2, and a particle has a
+    /// radius of 0.15. The triangles of the ring reach up to 0.0024 into the cavity.
     const START: f64 = 1.8475;
     let middle = Vector::repeat(10.0);
     let ring = |place: &Vector| (place.x - 10.0).hypot(place.y - 10.0) - 5.0;
@@ -157,7 +154,7 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
             measure(&mut simulation, &system, &mut forces, 30.0);
             let measured = report(&forces, &system);
             let mean = |key: &str| estimate(&measured, &format!("force_cavity_{key}")).0;
-            // For a ring and for a pipe, the ratio `V / S` is half of the radius that centres can reach.
+            // For a ring and for a pipe, `V / S` is half of the radius that centres can reach.
             rates.push(mean("rate") * 2.0 * 1.85 / speed);
             pressures.push(mean("normal") * 1.5 * 1.85 / (0.7 * square));
         }
@@ -173,8 +170,8 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
 
 #[test]
 fn the_pressure_in_a_pipe_is_that_of_the_virial_across_it() {
-    // Virial theorem for the motion across the axis of the pipe. Without contacts between particles, the
-    // kinetic energy of this motion is constant.
+    // Virial theorem for the motion perpendicular to the pipe. Without contacts between particles, the kinetic energy
+    // of this motion is constant.
     let middle = Vector::repeat(10.0);
     let pipe = SurfaceShape::Cylinder { point: middle, axis: Vector::x(), radius: 4.0, is_inside: true };
     let across = |vector: &Vector| Vector::new(0.0, vector.y, vector.z);

@@ -1,5 +1,3 @@
-//! Transport coefficients and their curves.
-
 use super::{BULK, BULK_MEAN, HEAT, SHEAR, Transport, pairs_of_axes};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::instruments::slope::straight_slope;
@@ -27,8 +25,8 @@ pub(super) fn report(transport: &Transport, system: &SystemDescription, measured
     ]);
 }
 
-/// Factors that turn `<dG^2> / t` into the coefficients, in the order of the curves; `None` if a coefficient is
-/// not defined.
+/// Factors that turn `<dG^2> / t` into the transport coefficients, in the order of the curves. `None` if a coefficient
+/// is not defined.
 fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4] {
     let dimensions = system.space.dimensions() as f64;
     let temperature = transport.temperature(system);
@@ -44,8 +42,8 @@ fn slope(transport: &Transport, kind: usize) -> Option<Estimate> {
     straight_slope(transport.lags, transport.interval, 0, combination)
 }
 
-/// Weighted sum `sum c_k <x_k^2>` of the mean squares at lags `k = 1, 2, ...`. For the bulk viscosity it is
-/// `sum c_k <(x_k - <x_k>)^2>`.
+/// Weighted sum `sum c_k <x_k^2>` of the mean squares at lags `k = 1, 2, ...`. For the bulk viscosity, the sum is `sum
+/// c_k <(x_k - <x_k>)^2>`.
 fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Option<Estimate> {
     let (average, lags) = (&transport.average, transport.lags);
     let mut elements: Vec<(usize, f64)> = terms.iter().map(|(lag, c)| (kind * lags + lag - 1, *c)).collect();
@@ -64,8 +62,8 @@ fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Op
     Some(Estimate { mean: estimate.mean + square, ..estimate })
 }
 
-/// Divisors that turn sums over all time origins into `<dG^2> / (2 V T t)`; `None` if the coefficient is not
-/// defined.
+/// Divisors that turn sums over all time origins into `<dG^2> / (2 V T t)`, or `<dG^2> / (2 V T^2 t)` for heat. `None`
+/// if the coefficient is not defined.
 fn normalisation(transport: &Transport, system: &SystemDescription, kind: usize) -> Option<Normalisation> {
     scales(transport, system)[kind]?;
     let dimensions = system.space.dimensions() as f64;

@@ -21,9 +21,9 @@ fn a_hard_sphere_fluid_has_the_coefficients_of_enskog() {
     measure(&mut simulation, &system, &mut instrument, 500.0);
     let measured = report(&instrument, &system);
     let fluid = HardSphereFluid::reduced(0.2);
-    // At this density, simulations deviate from Enskog's theory by a few per cent (Alder, Gass and Wainwright). Small
-    // systems of constant energy and momentum have smaller coefficients. In long runs, the three coefficients were 5, 5
-    // and 11 % below Enskog's values for 108 spheres, and 1, 4 and 4 % below for 500 spheres, each to within 2 to 4 %.
+    // Simulations deviate from Enskog's theory by a few per cent at this density (Alder, Gass and Wainwright), and
+    // small systems have smaller coefficients. In long runs, the three coefficients were 5, 5 and 11 % below Enskog's
+    // values for 108 spheres, and 1, 4 and 4 % below for 500 spheres, each to within 2 to 4 %.
     for (name, enskog, deviation) in [
         ("shear_viscosity", fluid.shear_viscosity(), 0.05),
         ("bulk_viscosity", fluid.bulk_viscosity(), 0.1),
@@ -72,8 +72,7 @@ fn transport_moments_are_galilean_invariant() {
     };
     let (still, moving) = (run(0.0), run(3.0));
     for (a, b) in [(still.bulk, moving.bulk), (still.shear[0], moving.shear[0]), (still.heat[0], moving.heat[0])] {
-        // The two trajectories differ by round-off of 1e-16. The difference grows by a factor of a few at each
-        // collision.
+        // The two trajectories differ by round-off, which grows by a factor of a few at each collision.
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
 }

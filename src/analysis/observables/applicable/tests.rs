@@ -33,7 +33,7 @@ fn walls_gravity_and_static_particles_disable_observables() {
     assert!(walled.has_pressure && walled.pressed_walls == [[true; 2]; 3]);
     assert_eq!(walled.degrees_of_freedom, 6.0);
     assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
-    // Walls limit only x. The common motion along y, with a kinetic energy of 2, and the motion along z are conserved.
+    // The walls act only along x. The common motion along y has a kinetic energy of 2.
     let slit = Space {
         boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
         ..Space::periodic_cube(10.0)
@@ -93,8 +93,7 @@ fn fluid_virial_is_positive_and_rates_match_the_counts() {
     let row = observer.row(&simulation);
     assert_eq!(row.collision_rate, Some(2.0 * 20_000.0 / (256.0 * (row.time - first.time))));
     let (_, z) = observer.estimates()[2];
-    // Carnahan and Starling give `Z = 2.4063`. The relative error of `Z - 1` from 20,000 uncorrelated contacts is 0.7
-    // %. The tolerance of 3 % allows for correlation.
+    // Carnahan and Starling give `Z = 2.4063`. 20,000 uncorrelated contacts would have a relative error of 0.7 %.
     assert!((z.mean / 2.4063 - 1.0).abs() < 0.03, "{}", z.mean);
     let temperature = row.temperature.unwrap();
     assert!((temperature - 1.5).abs() < 1e-12);
@@ -108,8 +107,8 @@ fn slit() -> Space {
 
 #[test]
 fn only_motion_normal_to_the_walls_gives_pressure() {
-    // One particle crosses the slit and returns in a time of 18. It gives each wall of area 100 a momentum of
-    // 2, so the pressure is 1 / 900. The other particle moves along the walls.
+    // One particle hits each wall of area 100 once in a time of 18 and transfers a momentum of 2. The pressure is
+    // `2 / (18 * 100) = 1 / 900`. The other particle moves along the walls.
     let scene = SceneBuilder::new("slit")
         .space(slit())
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
@@ -128,8 +127,7 @@ fn only_motion_normal_to_the_walls_gives_pressure() {
 
 #[test]
 fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
-    // The walls along x are cold, a heat bath acts along y only, and contacts dissipate energy. So each species has a
-    // different temperature along each axis.
+    // The walls normal to x are cold, a heat bath acts along y, and contacts dissipate energy. All temperatures differ.
     let mut scene = SceneBuilder::new("driven")
         .space(slit())
         .wall_temperature(0, 0.2)

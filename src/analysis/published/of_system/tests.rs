@@ -54,20 +54,19 @@ fn finite_size_reduces_values_to_first_order() {
     let rods = scene(1, hard(), 1.0);
     let z = of(&rods, None, 2, "compressibility_factor");
     assert!((z.value - 1.0 / 0.6).abs() < 1e-15 && (z.at_size() - 1.0 - 0.5 * (z.value - 1.0)).abs() < 1e-5, "{z:?}");
-    // Two rods of constant energy have one degree of freedom, whose speed is fixed. In units of the thermal speed it is
-    // 1, and the Maxwellian mean is sqrt(2 / pi) = 0.798. To first order, the collision rate is larger by a quarter.
+    // Two rods at constant energy have one degree of freedom. To first order, they collide more often by a quarter.
     let bath = Thermostat::Andersen { temperature: 5.0, rate: 1.0, axes: [true; 3] };
     for (bath, part) in [(None, 0.75), (Some(&bath), 0.5)] {
         let rate = of(&rods, bath, 2, "collision_rate");
         assert!((rate.at_size() / rate.value - part).abs() < 1e-5, "{rate:?}");
     }
-    // In a dilute gas of `N` particles, each has `N - 1` instead of `N` partners. Two particles have half of `Z - 1`.
+    // In a dilute gas, each of `N` particles has `N - 1` instead of `N` partners. For `N = 2`, `Z - 1` is halved.
     let spheres = scene(3, hard(), 1.0);
     let z = of(&spheres, None, 2, "compressibility_factor");
     assert!((z.finite_size / (z.value - 1.0) + 0.5).abs() < 0.02, "{z:?}");
     let pressure = of(&spheres, None, 2, "pressure");
     assert!((pressure.finite_size / pressure.value - z.finite_size / z.value).abs() < 1e-12);
-    // 512 spheres in a cube of twice the edge have the density of 64 spheres, and half of their finite-size correction.
+    // The finite-size correction is proportional to `1 / L`. At equal density, a cube of twice the edge has half of it.
     let slower = |edge: f64, count: usize| {
         let mut cube = scene(3, hard(), 1.0);
         cube.space.size = Vector::repeat(edge);

@@ -1,5 +1,4 @@
-//! Compares outcomes with a table made by hand, and `respond` and [`TcModel::contact`] with the corresponding functions
-//! of the engine. The two implementations share no code.
+//! Compares outcomes and the TC model with values by hand, and with the independent functions of the engine.
 
 use super::*;
 use crate::engine::pairs::contacts::ContactTimes;
@@ -31,7 +30,7 @@ fn outcome_switches_one_float_around_the_energy_limit() {
         for (step, expected) in [(up, off), (1.0, off), (down, over), (0.0, over), (-1.25, over)] {
             let (outcome, after) = respond(&at(step), side, vn, 0.5, &ContactLaw::smooth(0.25));
             assert_eq!(outcome, expected, "{side:?} {step}");
-            // A pair that crosses the step has vn'^2 = 4 - 4 dU.
+            // After the pair has crossed a step dU, its squared normal velocity is 4 - 4 dU.
             let crossed = 4.0 - 4.0 * step;
             assert_eq!(after, if outcome == off { -vn } else { vn.signum() * crossed.sqrt() }, "{side:?} {step}");
         }
@@ -81,7 +80,7 @@ fn tc_model_is_elastic_for_frequent_contacts_and_keeps_a_least_speed() {
     assert_eq!(model.contact(&[0], 6.0, &Arrival { tangential: 0.0, ..slides }), (0.0, 1.0));
 }
 
-/// Upper bound for the difference between `root` and another root, from the difference `square` of their squares.
+/// Upper bound for the difference of two square roots, from one `root` and the difference `square` of the squares.
 fn of_root(square: f64, root: f64) -> f64 {
     if root * root > square { square / root.abs() } else { square.sqrt() }
 }
@@ -103,7 +102,7 @@ fn step() -> impl Strategy<Value = f64> {
     prop_oneof![2 => Just(f64::INFINITY), 1 => Just(0.0), 3 => -3.0..0.0_f64, 6 => 0.0..2.0_f64]
 }
 
-/// The two masses (`None` for a static partner), the restitution, and whether the discontinuity is the outer one.
+/// The two masses (`None` for a static partner), the restitution, and whether the pair is inside the discontinuity.
 type Pair = (f64, Option<f64>, f64, bool);
 /// Speed, whether the pair recedes, the energy step in units of the radial kinetic energy, and the separation.
 type Motion = (f64, bool, f64, f64);
@@ -152,8 +151,7 @@ fn reference_outcomes_match_the_engine() {
     assert!(counts.values().sum::<u32>() > CASES * 9 / 10, "{counts:?}");
 }
 
-/// Index of the first particle, offset to the second particle, and the time since the previous contact in contact
-/// times. `None` stands for exactly one contact time.
+/// First particle, offset to the second particle, and scaled time since the previous contact. `None` means exactly 1.
 type Contact = (u32, u32, Option<f64>);
 /// Restitution, speed towards the barrier, speed along the barrier, and scaled acceleration towards the barrier.
 type Arriving = (f64, f64, f64, f64);
@@ -161,7 +159,6 @@ type Arriving = (f64, f64, f64, f64);
 #[test]
 fn reference_tc_model_matches_the_engine() {
     let counts = RefCell::new(BTreeMap::<&str, u32>::new());
-    // Accelerations are relative to the arrival speed divided by the contact time.
     let contact = (
         (0..4_u32, 1..4_u32, prop::option::weighted(0.9, 0.0..2.0_f64)),
         (restitution(), speed(), speed(), -2.0..400.0_f64),

@@ -1,4 +1,4 @@
-//! Removes and inserts particles, and compares the engine with a new engine that starts with the resulting particles.
+//! Removes and inserts particles, and compares the engine with a new engine for the same particles.
 
 use super::*;
 use crate::engine::Until;
@@ -37,7 +37,7 @@ fn pair(event: &Event, name: impl Fn(ParticleId) -> ParticleId) -> (ParticleId, 
     (one.min(other), one.max(other))
 }
 
-/// The number of events is so small that rounding errors stay small.
+/// Compares the next events. They are so few that rounding errors stay small.
 fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     mut engine: Engine<FALLING, TABLE>,
     scene: &Scene,
@@ -68,7 +68,7 @@ fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     }
 }
 
-/// A random position farther than the given distance from all centres.
+/// A random position that is farther than `distance` from all centres.
 fn hole<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     random: &mut Random,
@@ -101,7 +101,7 @@ fn captured_at<const FALLING: bool, const TABLE: bool>(
     engine.particles().filter_map(pair).collect()
 }
 
-/// Removes a third of the particles, then inserts particles at positions without overlap. Checks the engine after both.
+/// Removes a third of the particles, then inserts particles without overlap.
 fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, diameter: f64) {
     let mut random = Random::new(5, Purpose::Velocities, 0);
     let mut engine = Engine::<FALLING, TABLE>::new(scene);

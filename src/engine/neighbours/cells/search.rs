@@ -1,4 +1,4 @@
-//! Searches a particle's cell and the adjacent cells, and prefetches data for such searches.
+//! Searches in cells, and prefetches data for them.
 
 use super::Cells;
 use crate::engine::hardware::prefetch::prefetch;
@@ -17,8 +17,7 @@ impl Cells {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches data of the first particles in a cell and in the adjacent cells. Calls `expect` for each of
-    /// these particles.
+    /// Prefetches the first particles in a cell and in the adjacent cells. Calls `expect` for each of them.
     #[inline]
     pub fn prefetch_near(&self, cell: u32, expect: impl Fn(u32)) {
         self.grid.for_each_run(cell, |first, count| {
@@ -40,8 +39,7 @@ impl Cells {
         near.follow(found, &self.next);
     }
 
-    /// Finds the particles that become near when a particle enters `cell`. The particle comes from an adjacent
-    /// cell, which it leaves through `face`.
+    /// Finds the particles that become near when a particle enters `cell` through the face `face` of its previous cell.
     #[inline]
     pub fn find_new_candidates(&self, cell: u32, face: CellFace, near: &mut Candidates) {
         let mut heads = near.heads();
@@ -61,8 +59,8 @@ impl Cells {
         self.for_each_new_after(cell, face, |new| self.prefetch_head(self.first[new as usize], &expect));
     }
 
-    /// Prefetches data of the first particle of a cell. If the cell is empty, prefetches data of the last
-    /// particle of the system instead, which costs less than a mispredicted branch.
+    /// Prefetches data of the first particle of a cell. For an empty cell, the last particle of the system replaces it,
+    /// which costs less than a mispredicted branch.
     #[inline(always)]
     fn prefetch_head(&self, head: u32, expect: &impl Fn(u32)) {
         #[expect(

@@ -29,7 +29,7 @@ pub(in crate::engine) fn box_of_spheres(count: u64, packing_fraction: f64, is_mi
     scene.fill(fill).temperature(1.0).build().unwrap()
 }
 
-/// Compares the predictions of the engine with tests of all pairs and images, one at a time. The engine must use cells.
+/// Compares the predictions of the engine with tests of all pairs in all images. The engine must use cells.
 fn meets_in_all_images<const TABLE: bool>(scene: &Scene) {
     let mut engine = Engine::<false, TABLE>::new(scene);
     let mut scratch = Scratch::new(scene.particles().len());

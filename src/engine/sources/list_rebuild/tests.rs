@@ -10,8 +10,7 @@ use crate::model::{ContactLaw, Scene};
 use crate::physics::overlap::Side;
 use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
-/// Checks that every uncaptured pair within reach is in the lists of both particles, that the lists contain no other
-/// pairs, and that each particle is within its skin.
+/// Checks that each particle is within its skin, and that lists contain exactly the uncaptured pairs within reach.
 fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, verlet: &VerletLists) {
     for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
         let (position, _) = engine.state_at(particle, engine.clock.now);
@@ -26,8 +25,7 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
             let species = [particle, other].map(|id| usize::from(engine.row(id)));
             let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
             let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
-            // The reach of lists may include a margin of one millionth of the skin. The factor `1 + 1e-14` allows for
-            // the round-off of distances.
+            // The reach may include a margin of one millionth of the skin. The factor `1 + 1e-14` allows for round-off.
             let is_near = |margin| apart < (range + 2.0 * verlet.half_skin * (1.0 + margin)) * (1.0 + 1e-14);
             let may_meet = other != particle && range > 0.0 && !is_captured;
             let times = list.iter().filter(|entry| **entry == other).count();
@@ -95,8 +93,7 @@ fn lists_stay_complete_in_a_small_box_far_from_the_origin() {
     }
 }
 
-/// The second species consists of hard spheres with the given mass and diameter. `own` is the potential between
-/// particles of the first species, and `mixed` is the potential between the species.
+/// `own` is the potential of species A, `mixed` the potential between A and B. Species B consists of hard spheres.
 fn mixture(size: f64, (mass, diameter): (f64, f64), [own, mixed]: [Potential; 2], [first, second]: [u64; 2]) -> Scene {
     SceneBuilder::new("mixture")
         .space(Space::periodic_cube(size))
@@ -120,7 +117,6 @@ fn lists_are_complete_among_wells_of_two_sizes() {
 
 #[test]
 fn lists_are_complete_in_a_small_box_of_wells() {
-    // The box is so small that it limits the width of the skin.
     let well = Potential::square_well(1.0, 1.5, 0.8).unwrap();
     let shoulder = Potential::square_shoulder(0.9, 1.4, 0.4).unwrap();
     check::<false, true>(&mixture(4.1, (0.7, 0.8), [well, shoulder], [18, 17]), 20_000);

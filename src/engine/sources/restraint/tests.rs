@@ -11,8 +11,7 @@ fn ids(groups: [&[u32]; 2]) -> [Vec<ParticleId>; 2] {
     groups.map(|group| group.iter().map(|id| ParticleId(*id)).collect())
 }
 
-/// Returns the distance of two groups in a snapshot. Each member is taken in the image nearest to the first member of
-/// its group.
+/// Returns the distance between two groups. Members are in the image nearest to the first member.
 fn distance(simulation: &Simulation, groups: [&[u32]; 2]) -> f64 {
     let (scene, snapshot) = (simulation.scene(), simulation.snapshot());
     let periods = scene.space().periods();
@@ -27,7 +26,7 @@ fn distance(simulation: &Simulation, groups: [&[u32]; 2]) -> f64 {
     nearest(centre(groups[0]) - centre(groups[1])).norm()
 }
 
-/// Six bonded pairs and six single particles, with three masses, in a periodic box. The bonds cross its sides.
+/// Six bonded pairs and six single particles, with three masses, in a periodic box. Bonds cross the sides of the box.
 fn molecules() -> Scene {
     let bond = Potential::bond(0.9, 1.3).unwrap();
     let mut scene = SceneBuilder::new("molecules")
@@ -126,7 +125,6 @@ fn restrained_distance_stays_in_its_window() {
             assert!(window[0] - 1e-13 <= now && now <= window[1] + 1e-13, "{step}: {now} of {window:?}");
         }
         assert!(farthest > 0.9, "{farthest}");
-        // Contacts and bonds must still be correct after a run of many epochs.
         assert!(simulation.event_counts().physical() > 200);
         assert_eq!(simulation.real_overlaps(), []);
     }
@@ -201,8 +199,6 @@ fn distances_are_restrained_in_one_two_and_three_dimensions() {
     }
 }
 
-/// A distance exactly at an end of its window, or at the floating-point number just below or above, returns into the
-/// window and moves no further out.
 #[test]
 fn a_distance_at_an_end_of_its_window_comes_back() {
     for (speed, is_lower) in [(0.7, false), (-0.7, true), (1e-200, false), (0.0, false)] {

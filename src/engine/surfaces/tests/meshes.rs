@@ -1,5 +1,5 @@
-//! Tests of meshes and round surfaces. They are compared with walls and with a plane, and no particle may leave a
-//! closed mesh.
+//! Tests of meshes and round surfaces. Contacts are compared with contacts with walls and planes. No particle may leave
+//! a closed mesh.
 
 use super::run;
 use crate::Vector;
@@ -14,7 +14,8 @@ use crate::model::{Scene, SurfaceShape, TriangleMesh};
 use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use std::ops::ControlFlow;
 
-/// Hard spheres of two sizes and masses on a cubic grid of edge length `room`, in the middle of an open box.
+/// Hard spheres of two sizes and masses on a cubic grid in the middle of an open box. `room` is the edge length of the
+/// grid.
 pub(super) fn gas(count: u32, room: f64, gravity: f64) -> SceneBuilder {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -65,7 +66,7 @@ fn box_of_triangles_acts_like_box_of_walls() {
         assert_eq!(walls.len(), faces.len());
         assert!(walls.len() > 20);
         for (wall, face) in walls.iter().zip(&faces) {
-            // The tolerance allows for the growth of round-off during a few tens of events.
+            // The tolerance allows for round-off that grows during a few tens of events.
             assert_eq!(wall.particle, face.particle);
             assert!((wall.time - face.time).abs() < 1e-9, "{} {}", wall.time, face.time);
             assert!((wall.after[0] - face.after[0]).norm() < 1e-9);
@@ -74,7 +75,7 @@ fn box_of_triangles_acts_like_box_of_walls() {
     }
 }
 
-/// A flat square floor of `2 n^2` triangles around the middle of the box.
+/// A square floor of `2 n^2` triangles around the middle of the box.
 fn floor(n: u32, size: f64) -> TriangleMesh {
     let at = |k: u32| 10.0 + size * (f64::from(k) / f64::from(n) - 0.5);
     let vertices = (0..=n).flat_map(|y| (0..=n).map(move |x| Vector::new(at(x), at(y), 0.3)));
@@ -88,8 +89,8 @@ fn floor(n: u32, size: f64) -> TriangleMesh {
 
 #[test]
 fn floor_of_many_triangles_acts_like_a_plane() {
-    // The sphere bounces elastically or almost so, and does not come to rest. It drifts across many seams between
-    // triangles, and in some cases along an edge.
+    // The sphere must not come to rest, so the restitution is nearly 1. The sphere drifts across many edges, and in
+    // some cases along an edge.
     for (velocity, restitution) in [
         (Vector::new(0.021, 0.017, 0.0), 1.0),
         (Vector::new(0.018, 0.018, 0.0), 1.0),
@@ -120,7 +121,7 @@ fn floor_of_many_triangles_acts_like_a_plane() {
     }
 }
 
-/// A closed vase, convex in some places and concave in others, with thin triangles at its ends.
+/// A closed vase with convex and concave parts, and with thin triangles at its ends.
 fn vase() -> TriangleMesh {
     let profile = [[0.0, 4.0], [3.0, 4.1], [4.5, 7.0], [2.2, 10.0], [3.9, 13.0], [0.001, 15.5], [0.0, 15.5]];
     revolution(&Vector::new(10.0, 10.0, 0.0), &Vector::z(), &profile, 0.05).unwrap()
@@ -135,7 +136,7 @@ fn nothing_leaves<const FALLING: bool>(
 ) {
     let mut scene = gas(count, 2.6, gravity).surface(draft.restitution(restitution));
     if gravity > 0.0 || restitution == 0.0 {
-        // A heap of particles would undergo inelastic collapse without a contact time.
+        // Without a contact time, a heap of particles would undergo inelastic collapse.
         scene = scene.contact_time(1e-5);
     }
     let scene = scene.build().unwrap();
@@ -145,17 +146,16 @@ fn nothing_leaves<const FALLING: bool>(
     let found = run(&mut engine, 6_000, |event, surface| {
         let radius = event.distance;
         let gap = super::Surface::gap(&surface.shape, &event.positions[0], radius);
-        // Because of round-off, the projection of a particle may be just outside its face, on another feature.
+        // Because of round-off, the projection of a particle may be just outside its face.
         besides += u32::from(gap == f64::INFINITY);
         assert!(gap.abs() < 1e-12 || gap == f64::INFINITY, "{gap}");
-        // The tolerance allows for the difference of two rounded velocities, and for a direction from rounded
-        // coordinates.
+        // The tolerance allows for the round-off of a velocity change, and of a direction.
         let direction = 2.0 + event.positions[0].amax() / radius;
         let rounding = 4.0 * f64::EPSILON * event.before[0].norm() * 3.1 * direction;
         let across = (event.impulse - event.normal * event.normal_impulse()).norm();
         assert!(across <= rounding, "{across:e} {rounding:e}");
     });
-    // Without restitution, particles slide along edges, and their projections are often outside the face.
+    // Without restitution, particles slide along edges. Their projections are then often outside the face.
     assert!(found > 500 && (besides < 5 || restitution == 0.0), "{found} {besides}");
     assert_eq!(engine.real_overlaps(), []);
     assert_eq!(engine.counts.totals.in_invalid_state, 0);
@@ -241,8 +241,7 @@ fn rods_balls_and_capsules_act_from_outside_on_chosen_species() {
 
 #[test]
 fn surface_across_periodic_side_acts_on_the_other_side() {
-    // A gas around a box of triangles, which lies across the corner of a periodic box. No particle may enter the box of
-    // triangles or any of its images.
+    // A gas around a box of triangles, which lies across the corner of a periodic box.
     let hard = Potential::hard_sphere(0.5).unwrap();
     let mut scene = SceneBuilder::new("corner")
         .space(Space::periodic_cube(6.0))
@@ -272,7 +271,6 @@ fn surface_across_periodic_side_acts_on_the_other_side() {
 
 #[test]
 fn cells_and_lists_find_the_same_contacts() {
-    // The engine chooses lists or cells by the density. These cases use both.
     let mut taken = [false; 2];
     for count in [3, 27, 125] {
         let scene = gas(count, 4.0, 0.0)

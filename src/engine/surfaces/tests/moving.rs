@@ -1,5 +1,5 @@
-//! Tests of moving surfaces. They are compared with exact bounces and with surfaces at rest in another frame, and no
-//! particle may leave a closed surface.
+//! Tests of moving surfaces. Contacts are compared with exact bounces, and with contacts in the frame of the surface.
+//! No particle may leave a closed surface.
 
 use super::meshes::{contacts, gas, mesh};
 use crate::Vector;
@@ -24,7 +24,7 @@ fn floor(restitution: f64) -> SurfaceDraft {
     SurfaceDraft::new("floor", plane).restitution(restitution)
 }
 
-/// A ball of mass 0.7 and radius 0.25 above a floor at z = 0. `height` is the initial gap.
+/// A ball above a floor at z = 0. `height` is the initial gap.
 fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
     SceneBuilder::new("ball")
@@ -40,7 +40,7 @@ fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
 
 #[test]
 fn surface_that_starts_moving_late_is_still_hit() {
-    // The floor starts to move so late that the engine first tries to prove that no further event happens.
+    // The floor starts to move very late. Before this time, the engine tries to prove that no further event happens.
     let floor = floor(1.0).motion(moving((1e6, 1e6 + 20.0), along_z(0.1, 0.0)));
     let mut simulation = Simulation::without_plan(ball(0.0, 1.0, 0.0, floor));
     assert_eq!(simulation.advance(Until::events(1)), Ok(crate::engine::Reason::Events));
@@ -54,19 +54,18 @@ fn oscillation(amplitude: f64, rate: f64, phase: f64) -> MotionKind {
 
 #[test]
 fn ball_thrown_by_a_moving_floor_has_exact_time_and_speed() {
-    // The floor rises at a speed of 0.5 from t = 2 to 4, and then by 0.3 (t - 4)^2 until t = 5. The ball is at rest,
-    // 0.6 above the initial floor.
+    // The floor rises at a speed of 0.5 from t = 2 to 4, and then by 0.3 (t - 4)^2 until t = 5. The ball is at rest, at
+    // an initial gap of 0.6.
     let floor = floor(0.8).motion(moving((2.0, 4.0), along_z(0.5, 0.0))).motion(moving((4.0, 5.0), along_z(0.0, 0.6)));
     let found = contacts(ball(0.0, 0.6, 0.0, floor), 1);
     let event = &found[0];
     assert!((event.time - 3.2).abs() < 1e-14);
-    // With restitution `e` and speed `w` of the floor, the speed after the contact is `v' = -e v + (1 + e) w`. The
+    // After a contact with a floor of speed `w`, the speed is `v' = -e v + (1 + e) w` with the restitution `e`. The
     // floor does the work `J w` with the impulse `J`.
     assert!((event.after[0].z - 0.9).abs() < 1e-14);
     let (work, lost) = (0.7 * 0.9 * 0.5, 0.5 * 0.7 * (1.0 - 0.64) * 0.25);
     assert!((event.energy_step - work).abs() < 1e-14 && (event.dissipated - lost).abs() < 1e-14, "{event:?}");
-    // This floor only accelerates. It rises by 1.2 (t - 4)^2 from t = 4 to 5, and so reaches a ball that is 1.1 above
-    // it, but not a ball that is 1.3 above it.
+    // This floor rises by 1.2 (t - 4)^2 from t = 4 to 5. It reaches a ball at a gap of 1.1, but not at a gap of 1.3.
     let late = ball(0.0, 1.1, 0.0, self::floor(1.0).motion(moving((4.0, 5.0), along_z(0.0, 2.4))));
     let found = contacts(late, 1);
     assert!((found[0].time - (4.0 + (1.1_f64 / 1.2).sqrt())).abs() < 1e-14, "{}", found[0].time);
@@ -76,8 +75,8 @@ fn ball_thrown_by_a_moving_floor_has_exact_time_and_speed() {
     assert_eq!(simulation.event_counts().wall, 0, "it stops 0.1 below the ball");
 }
 
-/// Returns the times of the first bounces of a ball on a vibrating floor. Each is found by small steps in time, and
-/// then by bisection of the height above the floor.
+/// Returns the times of the first bounces of a ball on a vibrating floor. Small time steps bracket each bounce, and
+/// bisection finds its time.
 fn bounces(
     gravity: f64,
     (height, leaving): (f64, f64),
@@ -112,7 +111,7 @@ fn bounces(
 
 #[test]
 fn bounce_times_on_vibrating_floor_match_the_bouncing_ball_map() {
-    // In bounces near a stable orbit, rounding errors decay. In elastic bounces without such an orbit, they grow.
+    // Near a stable orbit, rounding errors decay. Without such an orbit, they grow.
     for (restitution, gamma, count) in [(0.5, 1.3, 400), (0.8, 0.9, 400), (1.0, 2.0, 6)] {
         let (gravity, rate) = (9.81, 31.0);
         let amplitude = gamma * gravity / (rate * rate);
@@ -130,7 +129,7 @@ fn bounce_times_on_vibrating_floor_match_the_bouncing_ball_map() {
 
 #[test]
 fn bounce_times_on_vibrating_floor_match_40_digit_reference() {
-    // Times of the bounces 1, 50, 100 and 200, computed by bisection with 40 digits from the same input.
+    // Times of bounces 1, 50, 100 and 200, computed by bisection with 40 digits.
     let cases = [
         (
             0.5,
@@ -165,18 +164,18 @@ fn vibrating_floor_is_accurate_at_late_times() {
     let mut simulation = Simulation::without_plan(Scene::new(parts).unwrap());
     simulation.advance(Until::events(500)).unwrap();
     assert_eq!((simulation.event_counts().in_invalid_state, simulation.real_overlaps()), (0, vec![]));
-    // Times near 1e7 are multiples of 1.9e-9. At a relative speed of about 5, an error of two such steps causes an
+    // Times near 1e7 are multiples of 1.9e-9. At a relative speed of about 5, an error of two multiples causes an
     // overlap of 2e-8.
     assert!(simulation.event_counts().deepest_overlap < 1e-7, "{}", simulation.event_counts().deepest_overlap);
 }
 
-/// Returns the largest change from one interval between bounces to the next, in periods of the floor. The ball starts
-/// near the orbit with one bounce per period. Only the last 40 bounces are used.
+/// Returns the largest difference between successive intervals, in periods of the floor. An interval is the time
+/// between two bounces. The ball starts near the orbit with one bounce per period. Only the last 40 bounces are used.
 fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
     let (gravity, rate) = (9.81, 31.0);
     let amplitude = gamma * gravity / (rate * rate);
     // On the orbit, the ball bounces at the phase with `cos(phase) = pi (1 - e) / (gamma (1 + e))`. Here `e` is the
-    // restitution, and `gamma` is the largest acceleration of the floor in units of gravity.
+    // restitution, and `gamma` is the largest acceleration of the floor divided by gravity.
     let phase = libm::acos(PI * (1.0 - restitution) / (gamma * (1.0 + restitution)));
     let leaving = PI * gravity / rate;
     let floor = floor(restitution).motion(moving(ALWAYS, oscillation(amplitude, rate, phase / TAU)));
@@ -188,7 +187,7 @@ fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
 
 #[test]
 fn bouncing_ball_period_doubles_at_the_known_threshold() {
-    // The orbit becomes unstable at this acceleration of the floor, in units of gravity.
+    // The orbit becomes unstable at this acceleration of the floor, divided by gravity.
     for (restitution, threshold) in [(0.5, 1.52682), (0.8, 1.07084)] {
         let below = unevenness(restitution, threshold - 1e-3, 20_000);
         let above = unevenness(restitution, threshold + 1e-3, 20_000);
@@ -199,7 +198,7 @@ fn bouncing_ball_period_doubles_at_the_known_threshold() {
 
 #[test]
 fn contacts_are_the_same_in_the_frame_of_a_moving_surface() {
-    // A gas in a closed box. The box is at rest, moves at a constant velocity, or falls together with the gas.
+    // A gas in a closed box that is at rest, moves at a constant velocity, or falls together with the gas.
     let (lower, upper) = (Vector::new(6.1, 6.3, 6.7), Vector::new(13.9, 14.2, 14.8));
     let draft = || mesh("box", TriangleMesh::cuboid(&lower, &upper)).restitution(0.9);
     let scene = |drift: Vector, gravity: f64, draft: SurfaceDraft| {
@@ -226,8 +225,8 @@ fn contacts_are_the_same_in_the_frame_of_a_moving_surface() {
 
 #[test]
 fn a_blade_that_turns_strikes_along_its_own_normal() {
-    // The blade turns about z through the middle of the box. It starts along x, and its angle is `2 pi f t`. The ball
-    // is at rest at (3, 2), measured from the middle.
+    // The blade turns about the z axis through the middle of the box. It starts along x, and its angle is `2 pi f t`.
+    // The ball is at rest at (3, 2) relative to the middle.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(14.0, 10.0, 11.0));
     let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -238,22 +237,21 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
         .surface(mesh("blade", blade).motion(moving(ALWAYS, kind)))
         .particle("A", Vector::new(13.0, 12.0, 10.0), Vector::zeros());
     let found = contacts(scene.build().unwrap(), 1);
-    // The distance of the contact from the axis is `sqrt(13 - 1/16)`. The angle of the blade is then the angle of the
-    // ball minus the angle that the ball's radius subtends.
+    // At the contact, the angle of the blade is the angle of the ball minus the angle that the ball's radius subtends.
     let angle = libm::atan2(2.0, 3.0) - libm::asin(0.25 / 13.0_f64.sqrt());
     let rate = TAU * 0.1;
     assert!((found[0].time - angle / rate).abs() < 1e-13, "{} {}", found[0].time, angle / rate);
     let normal = Vector::new(-libm::sin(angle), libm::cos(angle), 0.0);
     assert!((found[0].normal - normal).norm() < 1e-13, "{}", found[0].normal);
-    // The contact is elastic. The ball leaves at twice the speed of the blade at the point of contact.
+    // The point of contact is `sqrt(13 - 1/16)` away from the axis. The ball leaves at twice the speed of the blade
+    // there.
     let speed = 2.0 * rate * (13.0_f64 - 0.0625).sqrt();
     assert!((found[0].after[0] - normal * speed).norm() < 1e-13, "{}", found[0].after[0]);
 }
 
 #[test]
 fn turning_blade_does_not_hit_beyond_its_end() {
-    // The ball is too far from the axis for the blade to reach it. However, the planes of the blade's faces pass
-    // through the ball.
+    // The ball is farther from the axis than the end of the blade. Only the planes of the faces pass through the ball.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(12.0, 10.0, 11.0));
     let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -268,7 +266,7 @@ fn turning_blade_does_not_hit_beyond_its_end() {
     assert_eq!(simulation.event_counts().wall, 0);
 }
 
-/// Distance of a position from the nearest plane of the faces of a convex mesh; negative outside the mesh.
+/// Distance between a position and the nearest plane of the faces of a convex mesh. Negative outside the mesh.
 fn depth(mesh: &TriangleMesh, place: &Vector) -> f64 {
     let height = |[a, b, c]: [Vector; 3]| (b - a).cross(&(c - a)).normalize().dot(&(a - place));
     mesh.all_corners().map(height).fold(f64::INFINITY, f64::min)

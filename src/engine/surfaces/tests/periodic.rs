@@ -1,4 +1,4 @@
-//! Tests of the periodic images of surfaces, which particles meet across the sides of the box.
+//! Tests of contacts with surfaces across the sides of a periodic box.
 
 use super::run;
 use crate::Vector;
@@ -28,7 +28,7 @@ fn gas(count: u64, gravity: f64) -> SceneBuilder {
         .temperature(1.0)
 }
 
-/// Returns the vector from the axis or centre of a surface, in the nearest image, to a position.
+/// Returns the vector from the axis or centre of a surface to a position, in the nearest image.
 fn from_surface(surface: u32, place: &Vector) -> Vector {
     let centres = [Vector::new(0.0, 0.3, 5.0), Vector::new(6.9, 3.0, 3.0), Vector::new(3.0, 0.2, 6.8)];
     let apart = place - centres[surface as usize - 6];
@@ -94,8 +94,8 @@ fn surface_displaced_by_periods_acts_through_its_image_in_the_box() {
         let far = super::meshes::contacts(scene(by), 6);
         assert_eq!(near.len(), far.len());
         assert!(near.len() >= 4, "{}", near.len());
-        // The coordinates of a surface that is shifted by many periods have larger rounding errors. Each event
-        // multiplies the error by the ratio of path length to radius.
+        // Surfaces that are shifted by many periods have larger rounding errors. Each event multiplies these errors by
+        // the path length divided by the radius.
         let mut bound = 1e-12;
         for (one, other) in near.iter().zip(&far) {
             assert_eq!((one.particle, number(one)), (other.particle, number(other)));

@@ -31,7 +31,6 @@ const PIECES: [&[u8]; 16] = [
     b"v ",
 ];
 
-/// Changes, removes, inserts or duplicates bytes, or truncates the file.
 fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
     let length = content.len();
     let place = below(random, length);
@@ -54,7 +53,7 @@ fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
             content.splice(place..place, piece.iter().copied());
         }
         _ => {
-            // Overwrites a 32-bit number, in half of the cases at offset 80, the number of triangles in binary STL.
+            // Overwrites 32 bits. Byte 80 of binary STL begins the number of triangles.
             let place = if random.next_u32().is_multiple_of(2) { 80 } else { place };
             if let Some(bytes) = content.get_mut(place..place + 4) {
                 bytes.copy_from_slice(&(random.next_u32() >> (random.next_u32() % 32)).to_le_bytes());

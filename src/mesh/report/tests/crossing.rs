@@ -23,7 +23,7 @@ fn sides(corners: &[Whole]) -> Vec<Whole> {
     (0..corners.len()).map(|k| difference(corners[(k + 1) % corners.len()], corners[k])).collect()
 }
 
-/// Whether a plane normal to one of the candidate axes separates a triangle from another triangle or a segment.
+/// Whether a plane separates a triangle from another triangle or a segment.
 fn are_separate(one: &[Whole], triangle: &[Whole; 3]) -> bool {
     let normal = |corners: &[Whole]| {
         corners.get(2).map(|c| cross(difference(corners[1], corners[0]), difference(*c, corners[0])))
@@ -45,8 +45,8 @@ fn are_separate(one: &[Whole], triangle: &[Whole; 3]) -> bool {
     })
 }
 
-/// Whether two triangles intersect outside their shared corners, in integer arithmetic. If they share one corner, the
-/// opposite edge of the first triangle is tested against the second triangle, enlarged 100,000 times about the corner.
+/// Tests with integers whether two triangles intersect outside their shared corners. If one corner is shared, the
+/// second triangle is enlarged about this corner, and tested against the opposite edge of the first triangle.
 fn meet_in_whole_numbers(one: &[Whole; 3], two: &[Whole; 3]) -> bool {
     let not_in = |corners: &[Whole; 3], other: &[Whole; 3]| -> Vec<Whole> {
         corners.iter().copied().filter(|corner| !other.contains(corner)).collect()

@@ -54,8 +54,8 @@ fn tree_finds_the_same_thinnest_wall_as_brute_force() {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 2).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.4 + uniform(&mut random));
         let report = assert_clean(&mesh);
-        // The foot is the point where the line along the normal crosses the plane of the other triangle. It lies inside
-        // the other triangle if the triangles that it forms with the three sides have the same total area.
+        // The line along the normal crosses the plane of the other triangle at its foot. The foot is inside the other
+        // triangle if the triangles between the foot and the sides have the same total area.
         let mut shortest = [f64::INFINITY; 2];
         for (i, corners) in mesh.all_corners().enumerate() {
             let normal = crate::model::triangle_mesh::twice_area(&corners).normalize();

@@ -60,8 +60,8 @@ fn triangle_contact_time_matches_distance_with_and_without_gravity() {
         let found = mesh.next(&state, &g, contact).map(|(t, _)| t).filter(|t| *t < end);
         match (expected, found) {
             (Some(expected), Some(found)) => {
-                // Advancement stops at a gap of 1e-11. At a grazing angle, the error of the time is about the square
-                // root of it.
+                // Advancement stops at a gap of 1e-11. At a grazing angle, the error of the time is about the root of
+                // the gap.
                 let at = state.position + velocity * found + g * (0.5 * found * found);
                 assert!((mesh.distance(&at) - contact).abs() < 1e-12, "{case}");
                 assert!((found - expected).abs() < 1e-5, "{case}: {found} {expected}");
@@ -95,8 +95,7 @@ fn foot_entering_a_face_within_contact_height_is_an_event() {
 
 #[test]
 fn foot_entering_at_a_corner_hits_the_face() {
-    // Two extents rise to zero at the same time within round-off, so one may still be negative at the zero of the
-    // other.
+    // Two extents become positive at almost the same time. Rounding may leave one negative when the other is zero.
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for case in 0..20_000 {
         let at = 1.0 + uniform(&mut random);
@@ -108,13 +107,13 @@ fn foot_entering_at_a_corner_hits_the_face() {
         let met = face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides);
         assert!(met.is_some_and(|t| (t - at).abs() < 1e-13), "{case}: {met:?} {at}");
     }
-    // One extent becomes negative at the time when the other becomes positive, or just before, or just after.
+    // The first extent becomes positive at t = 1.5. The second becomes negative at this time, one float before, or
+    // later.
     for (leaves, expected) in [(1.5, Some(1.5)), (1.5_f64.next_down(), None), (1.75, Some(1.5))] {
         let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
         assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
     }
-    // In the first case, the extent that becomes positive last is listed first. The extent `dips` is negative between t
-    // = 1.5 and t = 2.
+    // In the first case, the first extent in the list becomes positive last. `dips` is negative from t = 1.5 to t = 2.
     let rising = |at: f64| Parabola([-at, 1.0, 0.0]);
     let dips = Parabola([1.5 * 2.0, -3.5, 1.0]);
     let height = Parabola([2.0, -0.5, 0.0]);
@@ -125,8 +124,7 @@ fn foot_entering_at_a_corner_hits_the_face() {
 
 #[test]
 fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
-    // The sphere touches the faces while its foot is on their common edge, within rounding errors. The foot moves
-    // across the edge or stays on it. The heights above the two faces differ by rounding errors.
+    // The sphere touches both faces while its foot crosses their common edge or stays on it, within rounding errors.
     let mut random = ChaCha8Rng::seed_from_u64(5);
     for case in 0..20_000 {
         let mut small = || f64::EPSILON * (f64::from(random.next_u32() % 9) - 4.0);

@@ -1,4 +1,4 @@
-//! Four numbers, for processors with AVX2. Only [`super::Simd::run`] creates them, after a check.
+//! Four numbers, for processors with AVX2. Only [`super::Simd::run`] uses this type, after a check of the processor.
 
 use super::Lanes;
 use std::arch::x86_64::*;
@@ -21,7 +21,7 @@ impl Lanes for Wide {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8] {
-        // Loads two numbers of every other row into one register, without a shuffle. A closure would not use AVX2.
+        // A macro, because a closure would not use AVX2.
         macro_rules! pairs {
             ($first:expr, $at:expr) => {{
                 let pairs = _mm256_castpd128_pd256(_mm_loadu_pd(row($first).as_ptr().add($at)));

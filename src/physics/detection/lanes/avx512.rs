@@ -1,4 +1,4 @@
-//! Eight numbers, for processors with AVX-512 (F and DQ). Only [`super::Simd::run`] creates them, after a check.
+//! Eight numbers, for processors with AVX-512 (F and DQ). Only [`super::Simd::run`] uses this type, after a check.
 
 use super::Lanes;
 use std::arch::x86_64::*;
@@ -21,7 +21,7 @@ impl Lanes for Widest {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8] {
-        // Loads two numbers of every other row into one register, without a shuffle. A closure would not use AVX-512.
+        // A macro, because a closure would not use AVX-512.
         macro_rules! pairs {
             ($first:expr, $at:expr) => {{
                 let pairs = _mm512_castpd128_pd512(_mm_loadu_pd(row($first).as_ptr().add($at)));

@@ -1,6 +1,6 @@
 use crate::model::species_pairs::SpeciesPairs;
 
-/// Minimum distances of the cores of each pair of species `[length]`; 0 for pairs without cores.
+/// Contact distance of each pair of species `[length]`, or 0 for pairs without a hard core.
 #[derive(Debug, Clone)]
 pub(crate) struct Contacts(SpeciesPairs<f64>);
 
@@ -24,7 +24,6 @@ impl Contacts {
         self.0.get(a, b).unwrap_or(0.0)
     }
 
-    /// Iterates over the contact distances, each pair of species once.
     pub(crate) fn iter(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
         self.0.iter()
     }

@@ -1,11 +1,10 @@
-//! A hashed grid of cells: linked lists of particles. The memory grows with the number of particles.
+//! A grid of cells in a hash table. Memory use depends on the number of particles, not on the volume.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::space::{Boundary, Space};
 
-/// Offsets to the adjacent cells, nearest first, where overlaps are most likely. Most random attempts overlap another
-/// particle, and the search ends at the first overlap.
+/// Offsets to the adjacent cells. The nearest cells come first, because overlaps are most likely there.
 const NEIGHBOURS: [[i64; 3]; 27] = neighbours();
 
 const fn neighbours() -> [[i64; 3]; 27] {
@@ -47,18 +46,18 @@ pub(super) struct Grid<'a> {
     edge: Vector,
     /// Number of cells along each periodic axis; 0 along all other axes.
     around: [i64; 3],
-    /// Number of adjacent cells to search on each side along each axis: 1, or 0 if there is only one cell.
+    /// Number of cells to search on each side along each axis: 1, or 0 if there is only one cell.
     reach: [i64; 3],
     /// Longest contact distance of each species with the particles in this grid `[length]`.
     pub(super) ranges: Vec<f64>,
-    /// Longest contact distance for which a search of the adjacent cells suffices `[length]`.
+    /// Contacts up to this distance are always in adjacent cells `[length]`.
     finest: f64,
     heads: Vec<u32>,
     members: Vec<u32>,
 }
 
 impl<'a> Grid<'a> {
-    /// Creates an empty grid. Its cells are so large that all contacts up to the length `cell` are in adjacent cells.
+    /// Creates an empty grid. Contacts up to the distance `cell` are always in adjacent cells.
     pub(super) fn new(space: &'a Space, cell: f64, ranges: Vec<f64>, capacity: usize) -> Self {
         let mut edge = Vector::repeat(cell);
         let (mut around, mut reach) = ([0; 3], [1; 3]);
@@ -87,7 +86,6 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Adds the particle with the index `number` in `taken` to this grid.
     pub(super) fn take(&mut self, number: u32, taken: &mut [Taken]) {
         self.members.push(number);
         if 2 * self.members.len() <= self.heads.len() {
@@ -106,8 +104,7 @@ impl<'a> Grid<'a> {
         self.heads[bucket] = number;
     }
 
-    /// Calls `found` for the particles within `range` of a position, and perhaps for farther ones, until it returns a
-    /// result. Returns this result.
+    /// Calls `found` for all particles within `range`, and for some farther ones. Returns the first result.
     pub(super) fn find<T>(
         &self,
         taken: &[Taken],
@@ -119,11 +116,10 @@ impl<'a> Grid<'a> {
             return self.find_far(taken, position, range, found);
         }
         let cell = self.cell(position);
-        // The position within its cell along each axis, as a fraction of the cell's edge.
         let within = self.within(position);
-        // The margin covers the rounding of positions within a cell.
+        // The margin covers round-off.
         let longest_squared = range * range * (1.0 + 1e-6);
-        // The first particles of all lists are loaded before any list is searched, so that their cache misses overlap.
+        // Loading the heads of all lists before the search lets their cache misses overlap.
         let (mut lists, mut count) = ([NONE; NEIGHBOURS.len()], 0);
         for offset in &NEIGHBOURS {
             let mut squared = 0.0;
@@ -147,7 +143,7 @@ impl<'a> Grid<'a> {
         lists[..count].iter().find_map(|&first| find_in(taken, first, &found))
     }
 
-    /// Searches beyond the adjacent cells: all cells within range, or all particles if they are fewer.
+    /// Searches all cells within `range`, or all particles if they are fewer than the cells.
     fn find_far<T>(
         &self,
         taken: &[Taken],
@@ -190,8 +186,7 @@ impl<'a> Grid<'a> {
         cell
     }
 
-    /// Returns the bucket of a cell in the hash table. Neighbours along x share cache lines. If two cells share a
-    /// bucket, the search is slower but still correct.
+    /// Returns the hash of a cell. Neighbours along x share cache lines. Collisions only slow the search down.
     fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
         let key = x.wrapping_add(y.wrapping_mul(8_191)).wrapping_add(z.wrapping_mul(67_867_967));
         #[expect(clippy::cast_possible_truncation, reason = "the lowest bits of a hash")]

@@ -12,8 +12,7 @@ fn overlaps_match_brute_force() {
         for length in [2.5, 5.0] {
             let mut space = Space::periodic_cube(length);
             space.boundary[1] = boundary;
-            // Only three particles are placed at a time, so that no other overlap hides an overlap that the search
-            // misses.
+            // With few particles, a missed overlap is not hidden by another overlap.
             for _ in 0..2000 {
                 let mut occupancy = Occupancy::new(&space, &contacts, 3);
                 let mut taken: Vec<(Vector, u32)> = Vec::new();
@@ -60,7 +59,6 @@ fn very_different_sizes_use_separate_grids() {
                 assert_eq!(overlap.is_some(), !expected.is_empty());
                 assert!(overlap.is_none_or(|overlap| expected.contains(&overlap.other)));
                 found += expected.len();
-                // Nine of ten particles that overlap are not placed, because they could hide a missed overlap.
                 if expected.is_empty() || random.below(10) == 0 {
                     occupancy.take(position, species);
                     taken.push((position, species));
@@ -114,7 +112,7 @@ fn first_overlap_has_the_lowest_id() {
     }
     let (second, overlapping) = first(&particles).unwrap();
     assert_eq!(second, 15_000);
-    // The search may report particle 700 or its neighbour along x, because the moved particle overlaps both.
+    // The moved particle overlaps particle 700 and its neighbour along x. The search may report either of them.
     assert!(overlapping.distance < 1.0 && overlapping.other < 15_000, "{overlapping:?}");
 }
 
@@ -122,7 +120,7 @@ fn first_overlap_has_the_lowest_id() {
 fn first_overlap_is_found_exactly_if_one_exists() {
     let mut random = Random::new(9, Purpose::Placement, 0);
     let mut counts = [0; 2];
-    // With a contact distance of 0.3, sizes differ too much for cells as large as the longest contact distance.
+    // With a contact distance of 0.3, sizes differ too much for a cell list.
     for (third, displacement, boundary) in [
         (0.8, 0.0, Boundary::Periodic),
         (0.8, 1.3, Boundary::Periodic),

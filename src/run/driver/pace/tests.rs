@@ -16,7 +16,7 @@ fn durations_are_rounded_to_two_digits() {
     assert_eq!(rounded(0.000_678_9), 0.000_68);
 }
 
-/// A recorder in memory: rows, times of frames, and the last checkpoint with the numbers of rows and frames before it.
+/// Keeps the rows, the times of the frames, and the last checkpoint with the numbers of rows and frames before it.
 #[derive(Default)]
 struct Kept {
     rows: Vec<Row>,
@@ -45,7 +45,7 @@ impl Recorder for Kept {
 }
 
 impl Kept {
-    /// Continues a run, and interrupts it at the `questions`-th call of `watch`.
+    /// Continues a run, and interrupts it after `questions` calls of `watch`.
     fn go_on(&mut self, run: Run, mut questions: u32) {
         let mut watch = |_: &crate::run::Progress| {
             questions = questions.saturating_sub(1);
@@ -88,8 +88,8 @@ fn run(scene: Scene) -> Kept {
 
 #[test]
 fn pilot_run_does_not_change_the_output() {
-    // Cases: a pilot run that is the beginning of its stage, a pilot run without an event before the first row, and
-    // runs so short that the first row is due at about the time of the first event.
+    // In the dense fluid, the stage continues from the pilot run. In the dilute gas, the first row is due before the
+    // first event. In the short runs, the first row and the first event are almost simultaneous.
     let few = [0.1, 0.2, 0.3, 0.4].into_iter().flat_map(|phi| [101, 201, 203, 399].map(|events| (phi, events)));
     for (packing_fraction, events) in [(0.4, 200_000), (1e-4, 10_000)].into_iter().chain(few) {
         let chosen = run(fluid(packing_fraction, events, OutputPlan::default()));
@@ -139,8 +139,8 @@ fn default_frames_take_at_most_200_megabytes() {
     assert!((8..16).contains(&most), "{most}");
     for limit in [Until::events(2_000), Until::time(2e-3)] {
         let frames = run(scene(limit, None)).frames.len();
-        // Events are rarer in the initial lattice than in the fluid. The estimated duration of a run limited by events
-        // is therefore too long, and there are fewer frames.
+        // Events are rarer in the initial lattice than in the fluid, so the duration of a run limited by events is
+        // overestimated.
         let least = if limit.time.is_some() { most / 2 } else { 1 };
         assert!((least..=most).contains(&frames), "{frames} of {most}");
     }

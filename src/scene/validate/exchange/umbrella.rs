@@ -1,4 +1,4 @@
-//! Validates umbrella windows: their ends, and the two groups whose distance they restrict.
+//! Validates umbrella windows.
 
 use crate::base::text::shortest;
 use crate::model::components::Component;
@@ -10,7 +10,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::positive;
 
-/// Minimum width of a window relative to its upper end. In a narrower window, reflections would dominate the run.
+/// Minimum width of a window, relative to its upper end. Narrower windows would cause too many reflections.
 const NARROWEST: f64 = 1e-6;
 
 fn at() -> ConfigPath {
@@ -49,7 +49,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
         if !(lower < next_lower && next_lower < upper) {
             let (lower, upper) = (shortest(lower), shortest(upper));
             let expected = format!(
-                "more than {lower} and less than {upper}: windows ascend, and each overlaps with the one before"
+                "more than {lower} and less than {upper}: windows ascend, and each overlaps the previous window"
             );
             return refuse(at.index(0), shortest(next_lower), expected);
         }
@@ -64,8 +64,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Checks the two groups of umbrella windows: their particles, their accelerations, and whether their distance can
-/// reach the windows. In a periodic box, each group must also have a unique centre.
+/// In a periodic box, each group must have a unique centre.
 pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
     let Some(umbrella) = &plan.umbrella else { return Ok(()) };
     check_members(scene, umbrella)?;
@@ -96,7 +95,7 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
     Ok(())
 }
 
-/// Checks that two particles can reach each window: it must not lie within their core or beyond their bond.
+/// No window may lie inside the core of two particles or beyond the maximum length of their bond.
 fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let [[a], [b]] = umbrella.between.each_ref().map(Vec::as_slice) else { return Ok(()) };
     let bond = scene.bonds.iter().find(|bond| bond.pair == [*a, *b] || bond.pair == [*b, *a]);
@@ -150,8 +149,7 @@ fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneErro
     Ok(())
 }
 
-/// Requires groups with equal accelerations. Between events, the vector between their centres then changes at a
-/// constant rate.
+/// All particles of both groups need the same acceleration, so that the distance vector is linear in time.
 fn check_accelerations(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let mut all = umbrella.between.iter().flatten().map(|id| scene.species_of(*id));
     let Some(first) = all.next() else { return Ok(()) };

@@ -1,5 +1,3 @@
-//! Reads the line of a particle.
-
 use std::collections::HashMap;
 
 use crate::Vector;
@@ -16,10 +14,9 @@ const DEFAULT_RADIUS: f64 = 0.5;
 /// Data of a trajectory file that have no field in [`Frame`](crate::trajectory::Frame).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Beside {
-    /// Momenta of the particles of a frame without velocities, otherwise empty `[mass length / time]`.
+    /// Momenta of the particles; empty if the frame has velocities `[mass length / time]`.
     pub momenta: Vec<Vector>,
-    /// Mass of each particle, 0 if static; empty without a column of masses, or if the species table has masses
-    /// `[mass]`.
+    /// Mass of each particle, 0 if static `[mass]`. Empty if the species table has masses, or if there are none.
     pub masses: Vec<f64>,
     pub unused: Vec<String>,
 }
@@ -36,7 +33,7 @@ impl Beside {
     }
 }
 
-/// Species by name: first the table of the file, then other species in the order of their appearance.
+/// First the species table of the file, then other species in the order of their appearance.
 pub(super) struct SpeciesTable {
     pub species: Vec<FrameSpecies>,
     index: HashMap<String, u32>,
@@ -63,7 +60,7 @@ impl SpeciesTable {
     }
 }
 
-/// Number of words of a line that are stored, enough for most files. Further words are found by scanning again.
+/// Number of words of a line that are stored. Further words are found by scanning the line again.
 const KEPT: usize = 64;
 
 pub(super) struct Words<'a> {
@@ -110,7 +107,7 @@ impl<'a> Words<'a> {
         Ok(Vector::new(component(0)?, component(1)?, component(2)?))
     }
 
-    /// Reads a particle. Its id is `id` if the file has no ids.
+    /// Reads a particle. `id` is used if the file has no ids.
     pub fn particle(&self, id: u32, columns: &Columns, table: &mut SpeciesTable) -> Result<FrameParticle, ReadError> {
         let length = |at| self.read(at, "radius", "a finite length, not negative", not_negative);
         let whole = |at| self.read(at, "id", "a whole number, 0 to 4294967295", |word| word.parse().ok());
@@ -123,7 +120,7 @@ impl<'a> Words<'a> {
         })
     }
 
-    /// Reads the periods that a particle has travelled, if the file has columns for them.
+    /// Reads the periods that a particle has travelled, if the file has them.
     pub fn image(&self, columns: &Columns) -> Result<Option<[i32; 3]>, ReadError> {
         let Some(first) = columns.image else { return Ok(None) };
         let periods =
@@ -131,8 +128,7 @@ impl<'a> Words<'a> {
         Ok(Some([periods(0)?, periods(1)?, periods(2)?]))
     }
 
-    /// Appends the scalars of the particle. A value that is not finite is skipped, and its incomplete column is dropped
-    /// at the end of the frame.
+    /// Appends the finite scalars of the particle. The reader drops incomplete scalars at the end of the frame.
     pub fn scalars(&self, columns: &Columns, scalars: &mut [Scalar]) {
         for ((_, column), scalar) in columns.scalars.iter().zip(scalars) {
             scalar.values.extend(finite(self.word(*column)));

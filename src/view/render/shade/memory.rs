@@ -2,7 +2,7 @@
 
 use super::super::colour::Colour;
 
-/// Largest number of bodies in the cache. The colours of further bodies are computed for each sample.
+/// Maximum number of bodies in the cache. The colours of further bodies are computed for each sample.
 const MOST: usize = 12;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -16,7 +16,6 @@ fn square(y: f64, columns: u32) -> TriangleMesh {
     TriangleMesh::welded(quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]))
 }
 
-/// A red ball in the middle of the box.
 fn ball() -> Frame {
     frame([10.0; 3], &[(0, [5.0, 5.0, 5.0], 1.0)])
 }
@@ -51,7 +50,7 @@ fn adjacent_triangles_join_without_gap_or_overlap() {
     for columns in [2, 3, 7, 64] {
         let parts = image(&square(0.0, columns), 0.5);
         let is_same = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).all(|k| a[k].abs_diff(b[k]) <= 1);
-        // In the rows at the upper and lower rim, the lines of two edges overlap.
+        // The lines of two edges overlap in the rows at the rim.
         let inner = 12 * 240..228 * 240;
         assert!(inner.clone().all(|k| is_same((&whole.pixels()[k], &parts.pixels()[k]))), "{columns}");
     }
@@ -65,7 +64,7 @@ fn surface_extending_behind_the_camera_is_drawn_in_front() {
         TriangleMesh::welded([[a, b, c], [a, c, d]].into_iter())
     };
     let near = image(&floor(4e3), 1.0);
-    // The floor is below the horizon. Above the horizon is background.
+    // The background is visible above the horizon.
     assert!(is_background(pixel(&near, 0.1, 0.2)) && !is_background(pixel(&near, 0.1, 0.95)));
     let far = image(&floor(1e30), 1.0);
     assert_eq!((far.width(), far.height()), (near.width(), near.height()));
@@ -112,7 +111,7 @@ fn moving_surface_is_drawn_at_its_position_if_its_file_exists() {
     let write = |name: &str, mesh: &TriangleMesh| {
         crate::mesh::write_stl(mesh, &mut std::fs::File::create(surfaces.join(name)).unwrap()).unwrap();
     };
-    // The list is not in alphabetical order, and the file of its first surface is missing.
+    // The list is not sorted, and the first file is missing.
     write("gate.stl", &square(7.0, 1));
     write("a.stl", &square(1.0, 1));
     let motion = r#"{"from": 0.0, "until": null, "kind": {"Translation": {"velocity": [0.0, -1.0, 0.0], "acceleration": [0.0, 0.0, 0.0]}}}"#;
@@ -157,7 +156,7 @@ fn static_spheres_and_surfaces_are_drawn_in_the_order_of_their_depth() {
         let image = draw_with(&frame([10.0; 3], &balls), &Surfaces::of([&square(y, 1)]), &style).unwrap();
         pixel(&image, 0.5, 0.5)
     };
-    // A surface changes the pixel if it is in front of the nearly opaque sphere, but not behind it.
+    // The sphere is nearly opaque, and hides only surfaces behind it.
     let alone = veiled(1e4);
     assert_eq!(veiled(7.0), alone);
     assert_ne!(veiled(2.0), alone);

@@ -1,5 +1,3 @@
-//! The potential of mean force on the page of an exchange between windows.
-
 use super::paths::paths_at;
 use super::{dot, given};
 use crate::analysis::statistics::Estimate;
@@ -51,7 +49,7 @@ fn along(
     curve(label, ["distance [length]", title], points, &text)
 }
 
-/// Plots the acceptance of swaps between neighbouring windows, at the middle of their overlap.
+/// Plots the acceptance of swaps between neighbouring windows, in the middle of their overlap.
 fn acceptance(summary: &ExchangeSummary) -> Option<String> {
     let windows = &summary.results.temperatures;
     let middle = |place: usize| {

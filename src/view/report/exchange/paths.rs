@@ -1,16 +1,12 @@
-//! The paths of replicas through temperatures or windows.
-
 use super::is_swapped;
 use crate::exchange::ExchangeSummary;
 use crate::view::report::figures::curves_figure;
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot};
 
-/// Largest number of rows of `exchange.csv` that are plotted.
 const MOST_ROWS: u64 = 120;
-/// Approximate number of plotted round trips.
 const ROUND_TRIPS: u64 = 4;
 
-/// Largest number of plotted paths. More paths could not be distinguished.
+/// Maximum number of plotted paths. More paths could not be distinguished.
 const MOST_PATHS: usize = 3;
 
 /// Returns `[n, last]`: the plot shows every n-th row of `exchange.csv` up to row `last`.

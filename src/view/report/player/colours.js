@@ -1,6 +1,4 @@
-// Colours, formats of numbers and base64 decoding.
-
-/** Palette of Okabe and Ito for the moving species, suited to colour-blind readers. */
+/** Palette of Okabe and Ito, suited to colour-blind readers. */
 const PALETTE = [
   [86, 180, 233], [230, 159, 0], [0, 158, 115], [213, 94, 0], [0, 114, 178], [204, 121, 167], [240, 228, 66], [120, 120, 120],
 ];
@@ -26,10 +24,8 @@ function speciesColours(species, fixed) {
   return species.map(({ isStatic }) => (isStatic ? fixed : PALETTE[next++ % PALETTE.length]));
 }
 
-/** Formats a number with four digits, without trailing zeros. */
 const short = (x) => String(Number(x.toPrecision(4)));
 
-/** Writes exponents as superscripts. */
 const raised = (unit) => unit.replace(/\^(-?\d+)/g, (_, digits) => [...digits].map((d) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(d)]).join(""));
 
 function decoded(text) {

@@ -1,8 +1,8 @@
 // Positions of particles between two frames.
 
 /**
- * Returns the displacement along a cubic curve at fraction `s` of an interval. `way` is the total displacement; `first`
- * and `last` are the slopes at the ends.
+ * Returns the displacement along a cubic curve at fraction `s` of an interval. `way` is the total displacement, and
+ * `first` and `last` are the slopes at the ends.
  */
 const cubic = (way, first, last, s) => s * (first + s * (3 * way - 2 * first - last + s * (first + last - 2 * way)));
 
@@ -10,9 +10,8 @@ const cubic = (way, first, last, s) => s * (first + s * (3 * way - 2 * first - l
 const bounded = (slope, way) => (way > 0 ? Math.min(Math.max(slope, 0), 3 * way) : Math.max(Math.min(slope, 0), 3 * way));
 
 /**
- * Computes states between the frames of a recording. Particles in free flight are on their exact line or parabola.
- * Other particles have known positions only in the frames, and move between them on a smooth curve that does not
- * overshoot.
+ * Computes states between frames. Particles in free flight are on their exact line or parabola. The positions of other
+ * particles are known only in the frames. These particles move on a smooth curve that does not overshoot.
  */
 class Between {
   constructor(recording) {
@@ -21,10 +20,7 @@ class Between {
     this.curves = { index: -1 };
   }
 
-  /**
-   * Returns the displacements of all particles from a frame to the next, by nearest images; undefined for the last
-   * frame.
-   */
+  /** Returns the displacements of all particles from a frame to the next; undefined for the last frame. */
   interval(index) {
     const { recording, intervals } = this;
     if (index < 0 || index + 1 >= recording.length) {
@@ -37,7 +33,7 @@ class Between {
       const ways = this.ways(from, recording.positions(next), next.head);
       found = { from, ways, flights: frame.flights, fall: recording.head.falls[frame.head.fall], time: next.head.time - frame.head.time };
       intervals.set(index, found);
-      // Interpolation uses the previous, the present and the next interval.
+      // Interpolation uses three intervals.
       if (intervals.size > 4) {
         intervals.delete(intervals.keys().next().value);
       }
@@ -65,8 +61,8 @@ class Between {
   }
 
   /**
-   * Returns the displacement in an interval at the speed at its boundary with a neighbouring interval. `side` is -1 for
-   * the interval before, and 1 for the interval after.
+   * Returns the speed at the boundary with a neighbouring interval, as a displacement per interval. `side` is -1 for
+   * the earlier neighbour, and 1 for the later one.
    */
   speed(interval, neighbour, k, side) {
     if (!neighbour || neighbour.time <= 0 || neighbour.ways[k] !== neighbour.ways[k]) {
@@ -100,7 +96,7 @@ class Between {
     return this.curves;
   }
 
-  /** Returns the state at fraction `s` of the time from a frame to the next, with the colours of the first frame. */
+  /** Returns the state at fraction `s` of an interval, with the colours of its first frame. */
   state(index, s, channel) {
     const { recording } = this;
     const [frame, next] = [recording.head.frames[index], recording.head.frames[index + 1]];
@@ -109,7 +105,7 @@ class Between {
     const displacement = frame.displacement + recording.head.slide * s * time;
     const positions = new Float32Array(from.length);
     for (let k = 0; k < from.length; k += 1) {
-      // A particle that is missing from the next frame stays at its place.
+      // A particle that is missing from the next frame does not move.
       const way = cubic(ways[k], first[k], last[k], s);
       positions[k] = from[k] + (way === way ? way : 0);
     }

@@ -1,5 +1,3 @@
-// Periodic images of particles at the sides of the box.
-
 /**
  * Returns the shifts at which a particle is drawn, in periods along an axis. A particle that crosses a side is drawn at
  * both sides.
@@ -18,8 +16,8 @@ function sticksOut(place, radius, lower, size) {
 const NO_SHIFT = [0];
 
 /**
- * Returns the periodic images of particles that cross sides of the box: their owners and positions. A particle has one
- * image at a side, three at an edge and seven at a corner. The image one period up along y is displaced along x.
+ * Returns the images of particles that cross sides of the box: their owners and positions. There is one image at a
+ * side, three at an edge and seven at a corner. The next image along y is displaced along x.
  */
 function imagesOf({ positions, count, radii }, { lower, size }, periodic, displacement) {
   const [owners, places] = [[], []];
@@ -56,7 +54,7 @@ class Images {
     this.table = renderer.spheres(0);
   }
 
-  /** Loads the images of a state that the renderer has already loaded. */
+  /** The renderer must have loaded the state. */
   load({ positions, box, displacement = 0 }) {
     const { renderer, renderer: { moving, particles: { radii, periodic } } } = this;
     const { owners, places } = imagesOf({ positions, radii, count: moving.count }, box, periodic, displacement);

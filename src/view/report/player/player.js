@@ -1,4 +1,4 @@
-/** Largest number of particles for drawing states between frames by default. */
+/** If there are more particles, states between frames are not drawn by default. */
 const MOST_BETWEEN = 100000;
 
 /** Drawing time of a slow picture `[ms]`. */
@@ -179,7 +179,7 @@ class Player {
     return Number(element("colour").value);
   }
 
-  /** Index of the visible frame, or of the frame before a state between frames. */
+  /** Index of the visible frame, or of the frame before. */
   get index() {
     return Math.floor(this.place);
   }
@@ -272,7 +272,7 @@ class Player {
     }
   }
 
-  /** Draws the next picture once the last one is complete, so that slow graphics do not fall behind. */
+  /** Draws the next picture once the last one is complete. */
   tick(now) {
     if (this.renderer.isBusy()) {
       this.hasWaited = true;

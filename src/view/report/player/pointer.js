@@ -1,6 +1,6 @@
 /**
- * Turns, moves and zooms a camera by mouse, pen, touch and keyboard, and calls `changed` after each change. One finger
- * scrolls the page, unless the picture fills the screen. Two fingers turn and pinch; three fingers move the target.
+ * Turns, moves and zooms a camera, and calls `changed` after each change. One finger scrolls the page, unless the
+ * picture fills the screen. Two fingers turn and zoom. Three fingers move the target.
  */
 function steer(canvas, camera, changed) {
   const pointers = new Map();
@@ -37,7 +37,7 @@ function steer(canvas, camera, changed) {
     }
     changed();
   });
-  // Keeps the browser from handling gestures with several fingers.
+  // Keeps the browser from handling gestures.
   for (const kind of ["touchstart", "touchmove"]) {
     canvas.addEventListener(kind, (event) => {
       if (event.touches.length > 1 && event.cancelable) {
@@ -60,7 +60,7 @@ function steer(canvas, camera, changed) {
   }, { passive: false });
 }
 
-/** Turns or zooms by a key. Returns whether the key has a function. */
+/** Returns whether the key has a function. */
 function steerByKey(event, camera) {
   const turn = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];
   if (turn && (event.shiftKey || turn[0] === 0)) {

@@ -41,8 +41,8 @@ function poseBetween(from, to, s) {
 }
 
 /**
- * Returns the poses between two frames. An empty list means that all surfaces are at rest. A surface that is absent
- * from one of the frames keeps its state of the earlier frame.
+ * Returns the poses between two frames. The list is empty if all surfaces are at rest. If a surface is absent from one
+ * frame, its state is taken from the earlier frame.
  */
 function posesBetween(from, to, s) {
   if (from.length === 0 && to.length === 0) {

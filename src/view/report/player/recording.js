@@ -1,5 +1,3 @@
-// Access to the trajectory in the page.
-
 /** Largest size of the cache of decoded frames, in bytes. */
 const CACHE = 1 << 26;
 
@@ -7,7 +5,7 @@ const CACHE = 1 << 26;
 const SPECIES = -1;
 const FLIGHT = -2;
 
-/** Colour index of a particle that flies freely until the next frame, and of any other particle. */
+/** Colour indices of particles that fly freely until the next frame, and of other particles. */
 const FREE = 235;
 const HINDERED = 80;
 
@@ -35,7 +33,7 @@ class Recording {
     this.coordinateBytes = Math.ceil((6 * moving) / 4) * 4;
     this.flightBytes = Math.ceil(moving / 8);
     this.frameBytes = this.coordinateBytes + channels.length * moving + this.flightBytes;
-    // Number of frames per text element, the same as in src/view/report/motion.rs.
+    // Number of frames per text element, as in src/view/report/motion.rs.
     this.framesPerChunk = Math.max(1, Math.ceil((1 << 18) / Math.max(this.frameBytes, 1)));
     this.chunks = new Map();
   }
@@ -45,8 +43,7 @@ class Recording {
   }
 
   /**
-   * Returns a frame: coordinates in steps of the field, bytes of each channel, and whether each particle flies freely
-   * until the next frame.
+   * Returns a frame: coordinates in steps of the field, bytes of each channel, and free flights until the next frame.
    */
   frame(index) {
     const number = Math.floor(index / this.framesPerChunk);
@@ -75,7 +72,7 @@ class Recording {
     return bytes;
   }
 
-  /** Returns the positions of the particles of a frame; NaN for missing particles. */
+  /** Returns the positions of the particles of a frame. A missing particle is at NaN. */
   positions({ steps, head }) {
     const [lower, size] = head.field;
     const positions = new Float32Array(steps.length);

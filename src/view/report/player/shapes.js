@@ -1,6 +1,6 @@
 const SIDES = 14;
 
-/** Returns a triangle strip around a cylinder. A vertex is a normal perpendicular to the axis, and an end. */
+/** Returns a triangle strip around a cylinder. A vertex is a normal and an end. */
 function tube() {
   const strip = [];
   for (let side = 0; side <= SIDES; side += 1) {
@@ -25,7 +25,7 @@ function boxEdges({ lower, size }, flat) {
   return new Float32Array(edges);
 }
 
-/** Returns the halves of each bond along the shortest path, which may cross a side of the box. */
+/** Returns the halves of each bond along the shortest path. The path may cross a side of the box. */
 function bondRods({ moving, bonds, bondEnds, bondRadii, fixedPositions, periodic }, { positions, box, displacement = 0 }) {
   const rods = new Float32Array(14 * bonds);
   for (let bond = 0; bond < bonds; bond += 1) {
@@ -34,7 +34,7 @@ function bondRods({ moving, bonds, bondEnds, bondRadii, fixedPositions, periodic
       return index < moving ? [positions, 3 * index] : [fixedPositions, 3 * (index - moving)];
     };
     const [[from, a], [to, b]] = [place(0), place(1)];
-    // In a sheared box, the periodic image beyond a side along y is displaced along x.
+    // In a sheared box, the next image along y is displaced along x.
     const rise = to[b + 1] - from[a + 1];
     const slide = periodic[1] && Math.abs(rise) > box.size[1] / 2 ? Math.sign(rise) * displacement : 0;
     for (let k = 0; k < 3; k += 1) {

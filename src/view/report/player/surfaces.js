@@ -2,10 +2,7 @@
 const SHEET = 0.35;
 const OUTLINE = 0.45;
 
-/**
- * Returns the surfaces from their bytes (see `src/view/report/recording/surface.rs`): vertices with normals, edges,
- * triangles.
- */
+/** Returns the surfaces from their bytes, see `src/view/report/recording/surface.rs`. */
 function surfacesOf(head) {
   const { triangles, edges, vertices, parts, lower, size } = head;
   const bytes = head.bytes.buffer;
@@ -26,9 +23,7 @@ function surfacesOf(head) {
 /** Pose at rest: the columns of the identity matrix, then a displacement of zero. */
 const AT_REST = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 
-/**
- * Applies a pose to the vectors in a range of indices with a stride. `move` is 1 for positions and 0 for directions.
- */
+/** Transforms the vectors in a range of indices. `move` is 1 for positions and 0 for directions. */
 function posed(from, to, pose, [first, end, stride], move) {
   for (let k = first; k < end; k += stride) {
     const [x, y, z] = [from[k], from[k + 1], from[k + 2]];
@@ -38,7 +33,6 @@ function posed(from, to, pose, [first, end, stride], move) {
   }
 }
 
-/** Draws surfaces over the opaque objects of a picture. */
 class Surfaces {
   constructor(renderer, head) {
     const { gl } = renderer;
@@ -58,7 +52,7 @@ class Surfaces {
     this.place([]);
   }
 
-  /** Places the surfaces. Surfaces that are absent from the frame are left out. */
+  /** Surfaces that are absent from the frame are left out. */
   place(poses) {
     const key = JSON.stringify(poses);
     if (this.placed === key) {

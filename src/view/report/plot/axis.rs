@@ -1,5 +1,3 @@
-//! Axes of plots: ranges and ticks.
-
 use crate::base::numbers::trunc_to_i32;
 use crate::view::report::html;
 
@@ -10,7 +8,7 @@ const SMALLEST_SPAN: f64 = 1e-5;
 const ENOUGH: usize = 4;
 const FEWEST: usize = 3;
 
-/// Approximate width of a letter in a label `[pixels]`.
+/// Approximate width of a letter `[pixels]`.
 const LETTER: f64 = 7.0;
 
 /// A linear or logarithmic axis between two positions `[pixels]`.
@@ -24,8 +22,8 @@ pub(in crate::view::report) struct Axis {
 }
 
 impl Axis {
-    /// Returns an axis between two finite values, which must be positive on a logarithmic axis. If they nearly
-    /// coincide, the axis is a little longer.
+    /// Returns an axis between two finite values. On a logarithmic axis, they must be positive. If the values nearly
+    /// coincide, the axis extends beyond them.
     pub fn new([low, high]: [f64; 2], is_logarithmic: bool) -> Self {
         let (low, high) = (low.clamp(-1e300, 1e300), high.clamp(-1e300, 1e300));
         let (low, high) = match is_logarithmic {
@@ -42,7 +40,7 @@ impl Axis {
         Self { low, high, is_logarithmic, from: 0.0, to: 1.0 }
     }
 
-    /// Extends both ends of the axis by a fraction of its length. A lower end at zero stays.
+    /// Extends both ends of the axis by a fraction of its length. A lower end at zero is not moved.
     pub fn widened(self, room: f64) -> Self {
         let margin = room * (self.high - self.low);
         let low = if self.low == 0.0 && !self.is_logarithmic { 0.0 } else { self.low - margin };
@@ -57,7 +55,7 @@ impl Axis {
         value.is_finite() && (!self.is_logarithmic || value > 0.0)
     }
 
-    /// Returns the position of a value relative to the axis, 0 at the lower and 1 at the upper end.
+    /// Returns the position of a value on the axis, from 0 to 1.
     pub fn fraction(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic { value.max(1e-300).log10() } else { value };
         (value - self.low) / (self.high - self.low)
@@ -73,8 +71,7 @@ impl Axis {
         decades.unwrap_or_else(|| self.evenly().steps().into_iter().map(|value| (value, true)).collect())
     }
 
-    /// Returns a linear axis with the same ends. Its ticks serve a logarithmic axis over less than about a factor of
-    /// two.
+    /// Returns a linear axis with the same ends. Short logarithmic axes use its ticks.
     fn evenly(&self) -> Self {
         match self.is_logarithmic {
             true => Self::new([self.low, self.high].map(|end| 10_f64.powf(end)), false).between(self.from, self.to),
@@ -82,7 +79,7 @@ impl Axis {
         }
     }
 
-    /// Returns the ends of the axis and their positions `[pixels]`. On a logarithmic axis, the ends are logarithms.
+    /// Returns the ends of the axis and their positions `[pixels]`. The ends of a logarithmic axis are logarithms.
     pub fn scale(&self) -> [f64; 4] {
         [self.low, self.high, self.from, self.to]
     }
@@ -95,8 +92,8 @@ impl Axis {
         multiples(self.step(), [self.low, self.high])
     }
 
-    /// Returns the step between ticks, 1, 2 or 5 times a power of ten: the largest step with enough ticks, or a larger
-    /// one if the labels of a horizontal axis would touch.
+    /// Returns the largest step of 1, 2 or 5 times a power of ten with at least `ENOUGH` ticks. If labels of a
+    /// horizontal axis would touch, `FEWEST` ticks are enough.
     fn step(&self) -> f64 {
         let power = 10_f64.powf((self.high - self.low).log10().floor());
         let ticks = |step: f64| multiples(step, [self.low, self.high]);
@@ -109,9 +106,9 @@ impl Axis {
         if room > 1.0 && LETTER * letters as f64 > room { with(FEWEST).unwrap_or(step) } else { step }
     }
 
-    /// Returns ticks at powers of ten and at two to nine times each power. The powers have labels. If there are fewer
-    /// than three labels, two and five times each power get labels too; if there are still too few, all ticks do.
-    /// `None` if there are fewer than three ticks.
+    /// Returns ticks at one to nine times each power of ten. The powers have labels. If there are fewer than three
+    /// labels, two and five times each power also have labels, or else all ticks. Returns `None` if there are fewer
+    /// than three ticks.
     fn decades(&self) -> Option<Vec<(f64, bool)>> {
         let (low, high) = (trunc_to_i32(self.low.floor()), trunc_to_i32(self.high.ceil()));
         let number = self.high - self.low;
@@ -192,7 +189,6 @@ mod tests {
 
     #[test]
     fn every_axis_has_three_labels_at_least() {
-        // Axes with many different starts and lengths.
         for k in 0..500 {
             let (start, length) = (
                 (f64::from(k) * 0.618_034).fract() * 20.0 - 10.0,

@@ -1,23 +1,21 @@
-//! Plots of curves against one variable.
+//! Plots of curves.
 
 use std::fmt::Write;
 
 use super::{Axis, BOTTOM, Key, LEFT, STRIP, TOP, WIDTH, deviations, frame, key, mark, open, px, values};
 
-/// Right end of the plot area `[pixels]`.
 const RIGHT: f64 = WIDTH - 14.0;
 
 /// Largest number of points with error bars. Longer lines show errors as a band.
 const MOST_BARS: usize = 60;
 
-/// Largest number of markers on a line without error bars. The markers distinguish the lines of a plot.
+/// Largest number of markers on a line without error bars.
 const SPARSE: usize = 9;
 
 /// Largest ratio of values on a linear axis: two and a half decades.
 pub(super) const LARGEST_RATIO: f64 = 316.3;
 
-/// Largest extension of the vertical axis by an error band on each side, relative to the range of the values, or in
-/// decades on a logarithmic axis. Error bars have no limit.
+/// Largest extension of the vertical axis by error bands, in ranges of the values, or in decades on a logarithmic axis.
 const WIDEST_BAND: f64 = 2.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,20 +28,18 @@ pub(in crate::view::report) struct Point {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::view::report) enum LineStyle {
-    /// Measured values: points with error bars, or a line with a band.
+    /// Points with error bars, or a line with a band.
     #[default]
     Measured,
-    /// A time series: a line.
     TimeSeries,
-    /// Published values: a dashed line.
+    /// A dashed line.
     Published,
 }
 
-/// A line of a plot. Its index determines its colour and its marker; published lines are counted separately.
+/// A line of a plot. Its index determines its colour and marker. Published lines are counted separately.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Line {
     pub style: LineStyle,
-    /// Name of the line in the legend.
     pub label: String,
     /// Points in order; `None` for a gap.
     pub points: Vec<Option<Point>>,
@@ -74,7 +70,7 @@ pub(in crate::view::report) struct Curves {
 }
 
 impl Curves {
-    /// Returns the plot and its numbers as JSON; `None` if there are no points to draw.
+    /// Returns the plot and its numbers as JSON; `None` if there are no points.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let mut scaled = self.clone();
         scaled.is_logarithmic = [0, 1].map(|k| self.is_logarithmic[k] || self.asks_for_logarithms(k));
@@ -140,9 +136,9 @@ impl Curves {
         self.lines.iter().map(class).collect()
     }
 
-    /// Whether a logarithmic axis shows more than a linear axis. All values must be positive, and their range must be
-    /// large. On the horizontal axis, the median must be below a tenth of the largest value, and no line may be a time
-    /// series. On the vertical axis, all values must exceed their errors.
+    /// Whether values need a logarithmic axis. All values must be positive, and their range must be large. On the
+    /// horizontal axis, the median must be below a tenth of the largest value, and no line may be a time series. On the
+    /// vertical axis, all values must exceed their errors.
     fn asks_for_logarithms(&self, k: usize) -> bool {
         let lines = || self.lines.iter().filter(|line| line.style != LineStyle::Published);
         let points = || lines().flat_map(|line| line.points.iter().flatten());
@@ -174,8 +170,8 @@ impl Curves {
         extent(self.drawn(|style| style != LineStyle::Published).map(|point| point.x))
     }
 
-    /// Returns the range of the vertical axis: the measured values with their errors, and the published values.
-    /// Published values extend it on each side by at most the range of the measured values, or by one decade.
+    /// Returns the range of the vertical axis. Published values extend each side by at most the measured range, or by
+    /// one decade on a logarithmic axis.
     fn vertical(&self) -> Option<[f64; 2]> {
         let measured = || self.drawn(|style| style != LineStyle::Published);
         let level =
@@ -217,7 +213,7 @@ pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Opti
     })
 }
 
-/// Draws a line. `number` selects the marker; `None` for lines without markers.
+/// `number` selects the marker; `None` for lines without markers.
 fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
     let has_bars = has_bars(line);
@@ -253,7 +249,7 @@ fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis
     }
 }
 
-/// Draws an error bar. Below the plot area, it ends at the lower side without a cap.
+/// An error bar that extends below the plot area has no lower cap.
 fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
     if point.error > 0.0 {
         let [low, high] = [point.y - point.error, point.y + point.error];
@@ -299,7 +295,7 @@ mod tests {
         let axes = ends(&curves(&[(0.0, 1.0, 0.1), (1.0, 2.0, 30.0), (2.0, 1.5, 0.1)]));
         let ends: Vec<f64> = axes[1]["ends"].as_array().unwrap().iter().map(|it| it.as_f64().unwrap()).collect();
         assert!(ends[0] < -28.0 && ends[1] > 32.0, "{ends:?}");
-        // A wide band leaves the curve visible.
+        // A wide band is cut off, so that the curve remains visible.
         let many: Vec<(f64, f64, f64)> = (0..100).map(|k| (f64::from(k), f64::from(k), 1e4)).collect();
         let axes = self::ends(&curves(&many));
         assert!(axes[1]["ends"][1].as_f64().unwrap() < 400.0, "{axes}");
@@ -311,11 +307,11 @@ mod tests {
             |points: &[(f64, f64, f64)]| [0, 1].map(|k| ends(&curves(points))[k]["isLogarithmic"] == true);
         let decades: Vec<(f64, f64, f64)> = (-4..3).map(|k| (10_f64.powi(k), 10_f64.powi(2 * k), 0.0)).collect();
         assert_eq!(is_logarithmic(&decades), [true, true]);
-        // Many evenly spaced values, or values that include zero, get a linear axis.
+        // The axis is linear if values are evenly spaced, or if a value is zero.
         let even: Vec<(f64, f64, f64)> = (1..2000).map(|k| (f64::from(k), 1.0 + f64::from(k) / 100.0, 0.0)).collect();
         assert_eq!(is_logarithmic(&even), [false, false]);
         assert_eq!(is_logarithmic(&[(1.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1e4, 0.0)]), [false, false]);
-        // A value that is zero within its error gets a linear axis.
+        // The axis is linear if a value is zero within its error.
         assert_eq!(is_logarithmic(&[(1.0, 1e-4, 0.1), (2.0, 1.0, 0.1), (3.0, 2.0, 0.1)]), [false, false]);
     }
 

@@ -1,4 +1,4 @@
-//! Deviations of measured values from a published curve, drawn in a strip below the plot.
+//! Deviations of measured values from a published curve, in a strip below the plot.
 
 use std::fmt::Write;
 
@@ -6,12 +6,11 @@ use super::curve::{Curves, Line, LineStyle, Point};
 use super::mark::{arrow, mark};
 use super::{Axis, LEFT, STRIP, frame_of_strip, px};
 
-/// Smallest and largest half-height of the strip, in standard errors. A point beyond the strip is drawn as an arrow at
-/// its edge.
+/// Smallest and largest half-height of the strip, in standard errors. Arrows mark points beyond the strip.
 const ENDS: [f64; 2] = [3.0, 8.0];
 
-/// Returns `(measured - published) / sigma` for each measured point with a standard error `sigma`. Published values are
-/// interpolated. `None` outside the published curve.
+/// Returns `(measured - published) / sigma` for each measured point with a standard error `sigma`. The published curve
+/// is interpolated, but not extrapolated.
 pub(in crate::view::report) fn deviations(
     measured: &[Option<Point>],
     published: &[Option<Point>],
@@ -45,7 +44,6 @@ pub(super) fn draw(svg: &mut String, curves: &Curves, x: &Axis, right: f64) {
     let y = Axis::new([-end, end], false).widened(0.1).between(STRIP[1], STRIP[0]);
     let width = px(right - LEFT);
     let [top, bottom] = [2.0, -2.0].map(|value| y.place(value));
-    // Writing to a string cannot fail.
     let _ = write!(
         svg,
         "<rect class=\"level\" x=\"{LEFT}\" y=\"{}\" width=\"{width}\" height=\"{}\"/>",

@@ -1,4 +1,4 @@
-//! Colour key beside a family of curves, which has one curve for each value of a parameter.
+//! Colour key of a family of curves.
 
 use std::fmt::Write;
 
@@ -7,13 +7,12 @@ use super::{Axis, BOTTOM, TOP, WIDTH, name, px};
 /// Number of colours of a family in the style sheet, from dark to light.
 const TONES: usize = 16;
 
-/// Right end of the plot area beside a colour key, and left and right end of the key `[pixels]`.
+/// Right edge of the plot area, and left and right edges of the key `[pixels]`.
 pub(super) const RIGHT: f64 = WIDTH - 108.0;
 const SCALE: [f64; 2] = [WIDTH - 92.0, WIDTH - 76.0];
 
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Key {
-    /// Title of the parameter, with its unit.
     pub title: String,
     /// Smallest and largest value of the parameter.
     pub ends: [f64; 2],
@@ -36,7 +35,6 @@ impl Key {
         for tone in 0..TONES {
             let top = px(BOTTOM - (tone + 1) as f64 * height);
             let (width, height) = (right - left, px(height + 0.3));
-            // Writing to a string cannot fail.
             let _ = write!(
                 svg,
                 "<rect class=\"tone f{tone}\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>"

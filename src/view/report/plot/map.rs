@@ -1,4 +1,4 @@
-//! Maps: a quantity as colour against two variables.
+//! Maps that show a quantity as colour against two variables.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,14 +9,14 @@ use super::curve::{LARGEST_RATIO, extent};
 use super::{Axis, BOTTOM, LEFT, TOP, WIDTH, frame, open, px, values};
 use crate::base::numbers::trunc_to_usize;
 
-/// Right end of the plot area, and left and right end of the colour scale `[pixels]`.
+/// Right end of the plot area, and left and right ends of the colour scale `[pixels]`.
 const RIGHT: f64 = WIDTH - 108.0;
 const SCALE: [f64; 2] = [WIDTH - 92.0, WIDTH - 76.0];
 
-/// Number of colours of a map in the style sheet.
+/// Number of colours for maps in the style sheet.
 pub(in crate::view::report) const LEVELS: usize = 32;
 
-/// Largest number of cells of a map. With more cells, a table is easier to read.
+/// Largest number of cells of a map.
 pub(in crate::view::report) const MOST_CELLS: usize = 40_000;
 
 /// Largest number of cells whose values the page shows at the pointer. More values would make the page large.
@@ -36,7 +36,7 @@ pub(in crate::view::report) struct Map {
 }
 
 impl Map {
-    /// Returns the plot, and its numbers as JSON unless there are too many cells; `None` if there is nothing to draw.
+    /// Returns the plot, and its numbers as JSON unless there are too many; `None` if there is nothing to draw.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let columns = edges(self.cells.iter().map(|cell| cell.0))?;
         let rows = edges(self.cells.iter().map(|cell| cell.1))?;
@@ -105,7 +105,7 @@ impl Map {
     }
 }
 
-/// Returns the coordinates of a grid in ascending order, each with the edges of its cell, half-way to its neighbours.
+/// Returns the coordinates of a grid in ascending order, and the edges of each cell half-way between coordinates.
 fn edges(coordinates: impl Iterator<Item = f64>) -> Option<BTreeMap<OrderedFloat<f64>, [f64; 2]>> {
     let mut all: Vec<f64> = coordinates.filter(|x| x.is_finite()).collect();
     all.sort_by(f64::total_cmp);

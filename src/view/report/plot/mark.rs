@@ -1,8 +1,8 @@
-//! Markers, which distinguish lines without colour.
+//! Markers distinguish lines without colour.
 
 use super::px;
 
-/// Markers 1 to 7 as SVG paths around the origin, all with about the same area. Marker 0 is a circle.
+/// Markers 1 to 7 as SVG paths around the origin, with about equal areas. Marker 0 is a circle.
 const SHAPES: [&str; 7] = [
     "m-2.6 -2.6h5.2v5.2h-5.2z",
     "m0 -3.7l3.7 3.7l-3.7 3.7l-3.7 -3.7z",
@@ -13,7 +13,7 @@ const SHAPES: [&str; 7] = [
     "m-3.4 0h6.8",
 ];
 
-/// Index of the first marker that consists of lines only and cannot be filled.
+/// Index of the first marker that cannot be filled.
 const FIRST_OPEN: usize = 5;
 
 /// Returns the marker of a line, given its index, at a position `[pixels]`.

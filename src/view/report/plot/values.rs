@@ -1,4 +1,4 @@
-//! The numbers of a plot as JSON, for a script that shows the value at the pointer.
+//! The numbers of a plot as JSON. A script shows the value at the pointer.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use super::curve::{Curves, LineStyle, Point};
 
 #[derive(Debug, Serialize)]
 struct Values<'c> {
-    /// Axes of a plot. The third axis of a map is its colour scale.
+    /// The third axis of a map is its colour scale.
     axes: Vec<Scale>,
     lines: Vec<Column<'c>>,
 }
@@ -17,7 +17,7 @@ struct Values<'c> {
 struct Scale {
     title: String,
     is_logarithmic: bool,
-    /// Lower and upper end of the axis (logarithms on a logarithmic axis), and their positions `[pixels]`.
+    /// Ends of the axis (logarithms on a logarithmic axis), and their positions `[pixels]`.
     ends: [f64; 4],
 }
 
@@ -28,18 +28,18 @@ struct Column<'c> {
     class: String,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Values of the cells of a map; empty for a curve.
+    /// Values of the cells of a map.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     cells: Vec<f64>,
-    /// Standard errors of the values; empty if there are none.
+    /// Standard errors of the values.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     errors: Vec<f64>,
-    /// Deviations from published values, in standard errors; empty if there are none.
+    /// Deviations from published values, in standard errors.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     deviations: Vec<Option<f64>>,
 }
 
-/// Returns the numbers of a plot as JSON. Five digits keep large plots small.
+/// Five digits keep large plots small.
 pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     let lines = curves.lines.iter().zip(curves.classes()).map(|(line, class)| {
         let none = [];
@@ -82,7 +82,6 @@ fn text(titles: &[String], axes: &[&Axis], lines: Vec<Column<'_>>) -> String {
         Scale { title, is_logarithmic, ends: axis.scale().map(short) }
     };
     let values = Values { axes: axes.iter().zip(titles).map(axis).collect(), lines };
-    // JSON can represent all numbers and text.
     serde_json::to_string(&values).unwrap_or_default()
 }
 

@@ -1,4 +1,4 @@
-//! Scalars of particles for their colours.
+//! Scalars that colour particles.
 
 use super::ChannelHead;
 use super::neighbours::WellNeighbours;
@@ -9,17 +9,15 @@ use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 use crate::view::render::legend;
 
-/// Largest number of scalars from the trajectory. Each makes the page larger.
 const MOST_GIVEN: usize = 4;
 
 #[derive(Debug, Clone, PartialEq)]
 enum Quantity {
     Speed,
-    /// Height: the coordinate along an axis, times a sign.
+    /// The coordinate along an axis, times a sign.
     Height(usize, f64),
     /// Number of neighbours within the range of a potential with finite steps.
     Captured(WellNeighbours),
-    /// A scalar of the trajectory, by its name.
     Given(String),
 }
 
@@ -28,8 +26,8 @@ enum Quantity {
 pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
 
 impl Channels {
-    /// Chooses the scalars: the speed, a height if particles fall, numbers of neighbours if there are finite steps, and
-    /// the scalars of the trajectory.
+    /// Chooses the scalars: speeds, heights if particles fall, numbers of neighbours if potentials have finite steps,
+    /// and scalars of the trajectory.
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
             name: name.to_owned(),
@@ -97,7 +95,7 @@ impl Channels {
 
     pub fn heads(self) -> Vec<ChannelHead> {
         let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
-            // Without moving particles, a scale may have infinite ends.
+            // If no particles move, the ends of a scale may be infinite.
             let low = if head.low.is_finite() { head.low } else { 0.0 };
             let high = if head.high > low { head.high } else { low + 1.0 };
             ChannelHead { low, high, is_exceeded: highest > high, ..head }

@@ -1,20 +1,19 @@
-//! Free flight: which particles had no event between two frames.
+//! Free flight: particles that had no event between two frames.
 //!
 //! The later position and velocity of a free particle follow from the earlier frame and the acceleration. The player
-//! computes the path from the two positions, by nearest images along periodic axes. All other particles have known
-//! positions only in the frames.
+//! computes the path from the two positions. It takes the nearest image along periodic axes.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
 
-/// Largest relative deviation of a free flight. Each move of a particle has a relative round-off of `2^-53`, so
-/// millions of moves are possible. A collision with a smaller effect is not noticed.
+/// Largest relative deviation of a free flight. Each move of a particle adds a relative round-off of `2^-53`, so
+/// millions of moves are allowed. A collision with a smaller effect is not noticed.
 const ROUNDING: f64 = 1e-9;
 
 /// Longest displacement along a periodic axis, in units of 1/500 of a period. Below half a period, the nearest image is
-/// certainly the right one. `PERIOD` is the number of units in a period.
+/// correct. `PERIOD` is the number of units in a period.
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 
@@ -37,13 +36,13 @@ impl Moment {
 pub(super) struct Flights {
     /// Index in [`FlightFinder::falls`] of the accelerations.
     pub fall: usize,
-    /// Upper bound of each particle's displacement along any periodic axis, in units of 1/500 of a period; 0 if the
-    /// particle had an event or moved too far.
+    /// Upper bound of the displacement of each particle along any periodic axis, in units of 1/500 of a period. It is 0
+    /// if the particle had an event or moved too far.
     ways: Vec<u8>,
 }
 
 impl Flights {
-    /// Joins the flights over this interval and the next one. A flight continues only under the same acceleration.
+    /// Joins the flights with those of the next interval. A flight continues only under the same acceleration.
     pub fn then(mut self, next: &Self) -> Self {
         let joined = |(first, second): (&mut u8, &u8)| {
             let is_flight = *first > 0 && *second > 0 && self.fall == next.fall;
@@ -68,9 +67,9 @@ impl Flights {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FlightFinder {
-    /// Accelerations of each species: of the scene, then of stages with their own gravity.
+    /// Accelerations of each species: first those of the scene, then those of each stage with its own gravity.
     pub falls: Vec<Vec<Vector>>,
-    /// In a sheared box, velocity along x of a particle relative to its periodic image one period up along y.
+    /// Shear: velocity along x of a particle relative to its next image along y.
     pub slide: f64,
     last: Option<Moment>,
 }
@@ -90,7 +89,7 @@ impl FlightFinder {
         Self { falls, slide: rate * frame.size.y, last: None }
     }
 
-    /// Returns the flights since the previous frame; `None` for the first frame.
+    /// Returns the flights since the previous frame.
     pub fn next(&mut self, frame: &Frame) -> Option<Flights> {
         let now = Moment::of(frame);
         let last = self.last.replace(now)?;
@@ -119,8 +118,7 @@ impl FlightFinder {
 }
 
 /// Returns the shortest displacement between periodic images of two points, and the number of periods along y by which
-/// the end point was moved. `way` is the displacement between any two images. `frame` is the later frame. In a sheared
-/// box, it contains the displacement along x of images along y.
+/// the end point was moved. `way` is the displacement between any two images. `frame` is the later frame.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };
@@ -133,8 +131,8 @@ fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     (way, up)
 }
 
-/// Returns an upper bound of a displacement along any periodic axis, in units of 1/500 of a period; 0 if it is too
-/// long.
+/// Returns an upper bound of a displacement along any periodic axis, in units of 1/500 of a period. Returns 0 if the
+/// displacement is too long.
 fn parts_of_period(frame: &Frame, way: &Vector) -> u8 {
     let parts = (0..3).filter(|axis| frame.periodic[*axis]).map(|axis| way[axis].abs() / frame.size[axis] * PERIOD);
     let most = parts.fold(0.0, f64::max).ceil() + 1.0;

@@ -5,7 +5,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::trajectory::Frame;
 
-/// Number of steps along each axis of the field, and a value for particles outside.
+/// Number of steps along each axis of the field, and the value for a particle outside the field.
 const STEPS: f64 = 65_534.0;
 const BEYOND: u16 = u16::MAX;
 
@@ -59,7 +59,7 @@ impl Encoded {
     }
 }
 
-/// Returns the lower corner and edges of the field: the box, extended to particles outside within the margin.
+/// Returns the lower corner and edges of the field: the box, extended to particles up to `REACH` edge lengths outside.
 fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     let mut lower = frame.lower;
     let mut upper = frame.lower + frame.size;
@@ -75,7 +75,7 @@ fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     (lower, upper - lower)
 }
 
-/// Returns a position in steps of the field, or three times `BEYOND` outside the field.
+/// Returns a position in steps of the field. Outside the field, all three numbers are `BEYOND`.
 fn steps(position: &Vector, lower: &Vector, size: &Vector) -> [u16; 3] {
     let fraction = |k: usize| if size[k] > 0.0 { (position[k] - lower[k]) / size[k] } else { 0.0 };
     let fractions = [0, 1, 2].map(fraction);

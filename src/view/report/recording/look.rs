@@ -1,9 +1,7 @@
-//! Colours and view of the player's first picture.
-
 use super::Recording;
 use crate::model::{Colouring, LivePlan};
 
-/// Stands for colours by species.
+/// Value of `colour` for colours by species.
 const SPECIES: i64 = -1;
 
 impl Recording {

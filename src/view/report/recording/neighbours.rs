@@ -9,16 +9,15 @@ use crate::trajectory::Frame;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WellNeighbours {
-    /// Range of each pair of species; negative without finite steps.
+    /// Range of the potential of each pair of species. It is negative if the potential has no finite steps.
     ranges: Vec<f64>,
     species: usize,
     longest: f64,
-    /// Pairs of bonded particles.
     bonded: HashSet<[u32; 2]>,
 }
 
 impl WellNeighbours {
-    /// Returns `None` if no potential has finite steps, or if the species of the frame and the scene differ.
+    /// Returns `None` if no potential has finite steps, or if the frame and the scene have different species.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
         let names = || frame.species.iter().map(|species| &species.name);
         if !names().eq(scene.species.iter().map(|species| &species.name)) {
@@ -39,7 +38,7 @@ impl WellNeighbours {
         (longest > 0.0).then_some(Self { ranges, species, longest, bonded })
     }
 
-    /// Returns the number of neighbours of each moving particle, without bonded partners, in the order of the frame.
+    /// Returns the number of neighbours of each moving particle, without bonded partners.
     pub fn count(&self, frame: &Frame) -> Vec<f64> {
         let positions = frame.particles.iter().map(|particle| frame.wrapped(&particle.position));
         let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));

@@ -1,15 +1,13 @@
-//! Compact encoding of surfaces.
-
 use serde::Serialize;
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// Largest number of triangles on a page. With their vertices, they take one or two megabytes.
+/// Largest number of triangles on a page. They need one or two megabytes.
 pub(in crate::view) const MOST_TRIANGLES: usize = 50_000;
 
-/// Number of steps along each axis of the box around all surfaces.
+/// Number of steps along each edge of the box around all surfaces.
 const STEPS: f64 = 65_535.0;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -28,8 +26,8 @@ pub(in crate::view) struct SurfaceHead {
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view) struct SurfaceData {
     pub head: SurfaceHead,
-    /// Little-endian bytes: three vertex indices (u32) per triangle, the positions (u16) of the ends of each edge and
-    /// of each vertex, and a normal (i8) per vertex. Positions are in steps of the box around all surfaces.
+    /// Little-endian bytes: three vertex indices (u32) per triangle, positions (u16) of the ends of each edge and of
+    /// each vertex, and a normal (i8) per vertex. Positions are in units of 1 / `STEPS` of the box.
     pub bytes: Vec<u8>,
 }
 

@@ -8,14 +8,13 @@ use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, Species
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::FrameSpecies;
 
-/// Returns a frame with `count` moving grains, a static pivot, and a bond between the first grain and the pivot, in a
-/// box that is periodic along x.
+/// Returns a frame with `count` moving grains and a static pivot. The first grain is bonded to the pivot.
 fn frame(time: f64, count: u32) -> Frame {
     let place = |k: u32, factor: f64| (f64::from(k) * factor + time).rem_euclid(1.0);
     let grain = |k: u32| FrameParticle {
         id: ParticleId(k),
         species: SpeciesId(0),
-        // Every second grain is shifted by one period, which does not change its position.
+        // Every second grain is shifted by one period, so its position in the box is unchanged.
         position: Vector::new(
             10.0 * place(k, 0.618) + 10.0 * f64::from(k % 2),
             4.0 * place(k, 0.414),
@@ -78,7 +77,7 @@ fn positions_and_speeds_are_recorded_within_quantisation_step() {
             let found = decoded(&recording, index, particle);
             for (k, found) in found.into_iter().enumerate() {
                 let expected = if k == 0 { expected.position.x % 10.0 } else { expected.position[k] };
-                // Half a step, plus the round-off of a few operations.
+                // Half a step, plus round-off.
                 let bound = head.frames[index].field[1][k] / 131_068.0 * (1.0 + 1e-9);
                 assert!((found - expected).abs() <= bound, "{k}: {found} but {expected}");
                 assert!((frame.lower[k]..=frame.lower[k] + frame.size[k]).contains(&found));
@@ -169,7 +168,7 @@ fn channels_depend_on_potential_and_gravity() {
 fn particle_scalars_become_colour_channels() {
     let mut frames = [frame(0.0, 3), frame(1.0, 3)];
     for (frame, shift) in frames.iter_mut().zip([0.0, 0.25]) {
-        // The recording leaves out the value of the pivot, which is static.
+        // The pivot is static, so its value is not recorded.
         let values = vec![0.125 + shift, 0.25 + shift, 0.375 + shift, 9.0];
         frame.scalars = vec![Scalar { name: "q6".into(), values }];
     }
@@ -222,7 +221,7 @@ fn well_neighbours_match_brute_force() {
         let all = &frame.particles;
         let mut expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();
         assert!(expected.iter().sum::<f64>() > 100.0);
-        // Bonds two neighbours, which then no longer count as neighbours of each other.
+        // Bonded particles do not count as neighbours.
         let one = expected.iter().position(|count| *count > 0.0).unwrap();
         let other = all.iter().position(|b| near(&all[one], b)).unwrap();
         frame.bonds = vec![[all[other].id, all[one].id]];

@@ -1,4 +1,4 @@
-//! Plots of the results of measured stages against temperature.
+//! Plots against the temperatures of measured stages.
 
 use crate::analysis::observables::OBSERVABLES;
 use crate::base::text;
@@ -8,7 +8,6 @@ use crate::view::report::html::quantity;
 use crate::view::report::inputs::Results;
 use crate::view::report::plot::{Curves, Line, Point, extent};
 
-/// Name of the observable along the horizontal axis.
 pub(in crate::view::report) const TEMPERATURE: &str = "temperature";
 
 /// Smallest ratio of the highest to the lowest temperature in an anneal.
@@ -17,11 +16,11 @@ const LEAST_RATIO: f64 = 1.02;
 /// Largest ratio of temperatures on a linear axis.
 const LONG: f64 = 10.0;
 
-/// Largest relative difference of a quantity that counts as equal in all stages.
+/// Largest relative difference of equal values.
 const SAME: f64 = 1e-9;
 
 /// Returns figures of all observables and measured numbers against the temperature of the stage. Measured functions
-/// become families of curves, coloured by this temperature. Empty if all stages have the same temperature.
+/// become families of curves, coloured by the temperature.
 pub(super) fn plots(all: &[Results<'_>]) -> String {
     let temperature =
         |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
@@ -44,12 +43,11 @@ pub(super) fn plots(all: &[Results<'_>]) -> String {
     format!("<div class=\"plots\">\n{}</div>\n", figures.concat())
 }
 
-/// Whether temperatures belong to an anneal, and not to a single temperature.
+/// Whether the temperatures differ enough for plots.
 pub(in crate::view::report) fn is_spread(temperatures: impl Iterator<Item = f64>) -> bool {
     extent(temperatures).is_some_and(|[least, most]| least > 0.0 && most >= LEAST_RATIO * least)
 }
 
-/// Whether temperatures need a logarithmic axis.
 pub(in crate::view::report) fn is_long(temperatures: impl Iterator<Item = f64>) -> bool {
     extent(temperatures).is_some_and(|[least, most]| most > LONG * least)
 }

@@ -1,5 +1,3 @@
-//! Families of measured functions in a sweep, with one curve for each varied value.
-
 use super::plots::Horizontal;
 use super::settings;
 use crate::analysis::instruments::{Curve, Measured};
@@ -9,7 +7,7 @@ use crate::sweep::{Group, Results, Standing, Sweep, SweepFolder};
 use crate::view::report::families::{self, Member, Parameter, mean};
 use crate::view::report::html::escape;
 
-/// Largest number of figures on a page. A sweep along many axes has many families.
+/// Largest number of figures on a page. A sweep with many axes has many families.
 const MOST_FIGURES: usize = 48;
 
 /// Curves of state points that differ in one value.
@@ -18,7 +16,7 @@ struct Family {
     members: Vec<Member>,
 }
 
-/// Returns the section on measured functions; empty if there are no functions to compare.
+/// Returns the section on measured functions.
 pub(super) fn section(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Horizontal) -> String {
     let parameter = Parameter { title: along.title(), is_logarithmic: along.is_logarithmic };
     let files = "in the folder of each run";
@@ -60,8 +58,7 @@ fn of_sweep(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Hori
     families
 }
 
-/// Returns the curves of a state point and stage, averaged over its runs. The table of the runs reports unreadable
-/// files.
+/// Returns the curves of a state point and stage, averaged over its runs. Unreadable files are left out.
 fn curves_of(
     folder: &SweepFolder,
     sweep: &Sweep,

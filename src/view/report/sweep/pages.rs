@@ -1,5 +1,3 @@
-//! The pages of single runs of a sweep.
-
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,14 +7,14 @@ use crate::sweep::{Results, Sweep, SweepFolder};
 use crate::view::ViewError;
 use crate::view::report::{small_page, write};
 
-/// Path of the page in the folder of a run, to which the page of the sweep links.
+/// Path of the page in the folder of a run.
 #[must_use]
 pub fn run_page_in(run: &Path) -> PathBuf {
     run.join(SMALL_PAGE)
 }
 
-/// Makes a small page for each run with results, unless the existing page is newer than the files of its run. Returns
-/// the errors of the pages that could not be made.
+/// Makes a small page for each run with results, unless the existing page is newer than the files of the run. Returns
+/// the errors of pages that could not be made.
 pub fn write_run_pages(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Vec<ViewError> {
     let with = sweep.points().iter().zip(&results.points).filter(|(_, result)| !result.measurements.is_empty());
     with.filter_map(|(point, _)| write_page(&folder.of(point)).err()).collect()

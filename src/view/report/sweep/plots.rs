@@ -1,5 +1,4 @@
-//! Plots of all quantities of a sweep against the varied value, and of measured stages against temperature, with
-//! published values.
+//! Plots the quantities of a sweep against the varied value, and also against temperature for annealing stages.
 
 use std::fmt::Write;
 
@@ -11,16 +10,16 @@ use crate::view::report::html::{self, escape, symbols};
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot, deviations, extent};
 use crate::view::report::stages::{TEMPERATURE, is_long, is_spread};
 
-/// Largest ratio of values on a linear axis.
+/// The axis is logarithmic if the ratio of the largest to the smallest value exceeds this number.
 const LONG: f64 = 50.0;
 
-/// Largest relative difference of a quantity that counts as constant.
+/// Two values are equal within this relative difference.
 const SAME: f64 = 1e-9;
 
 /// The varied number on the horizontal axis.
 pub(super) struct Horizontal {
     entry: Entry,
-    /// Index of the sweep's axis that varies the number.
+    /// Index of the sweep axis that sets this number.
     axis: Option<usize>,
     pub is_logarithmic: bool,
 }
@@ -34,32 +33,30 @@ impl Horizontal {
         self.entry.of(sweep.points().get(*group.places.first()?)?)
     }
 
-    /// Returns the values of a state point in words, without the horizontal value and values that change together with
-    /// it.
+    /// Returns the settings of a state point as `name = value`, except those that vary with the horizontal value.
     pub fn others(&self, sweep: &Sweep, settings: &[(String, &str)]) -> Vec<String> {
         let others = settings.iter().zip(sweep.state_point_axes()).filter(|(_, axis)| self.axis != Some(*axis));
         others.map(|((name, value), _)| format!("{name} = {value}")).collect()
     }
 }
 
-/// A series of points: state points that differ only in the horizontal value, or stages of a state point.
+/// A line in a plot. The points are state points that differ only in the horizontal value, or stages of a state point.
 #[derive(Clone)]
 struct Series<'r> {
-    /// Name of the stage, if there are several, and the other varied values.
     label: String,
-    /// Points in ascending order along the axis.
+    /// Sorted by the horizontal value.
     points: Vec<(f64, &'r StageMeans)>,
 }
 
 struct Along {
     title: String,
     is_logarithmic: bool,
-    /// Sentence of the caption about the points; empty if they are means of runs.
+    /// A sentence for the caption.
     words: &'static str,
 }
 
-/// Chooses the number on the horizontal axis from the first key with varying numbers. In lists or tables, this is the
-/// first entry that differs in all of them, if there is one.
+/// Chooses the number on the horizontal axis from the first key with varying numbers. If this key contains several
+/// numbers, prefers a number that differs between all values of the key.
 pub(super) fn horizontal(sweep: &Sweep) -> Option<Horizontal> {
     let all = sweep.numbers();
     let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect::<Vec<f64>>();
@@ -98,7 +95,7 @@ fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Se
     ascending(all)
 }
 
-/// Returns a series for each annealed state point: its stages against their mean temperatures.
+/// Returns a line for each state point whose stages differ in temperature. Each stage is a point.
 fn stages<'r>(sweep: &Sweep, results: &'r Results) -> Vec<Series<'r>> {
     let Some(at) = results.quantities.iter().position(|it| it.name == TEMPERATURE) else { return Vec::new() };
     let of_group = |group: &'r Group| {
@@ -151,7 +148,7 @@ pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n{of_stages}{constants}")
 }
 
-/// Returns the figures of all quantities except `but`, and constant quantities as `name = value`.
+/// Returns the figures of all quantities except `but`, and the values of constant quantities as text.
 fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<&str>) -> (String, Vec<String>) {
     let (mut constants, mut figures) = (Vec::new(), String::new());
     for (at, quantity) in results.quantities.iter().enumerate().filter(|(_, it)| but != Some(it.name.as_str())) {
@@ -196,8 +193,8 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
-/// Returns the published values of a quantity: label, source and points. The values are for the system sizes of the
-/// runs. Series with the same published values share an entry.
+/// Returns the published values of a quantity for the system sizes of the runs, as label, source and points. Equal
+/// series are listed once.
 fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {
@@ -235,8 +232,8 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
         })
 }
 
-/// Describes by chi-squared how far the runs deviate from published values for their system sizes and, if known, for
-/// infinite systems.
+/// Describes the deviation from published values by chi-squared. If published values depend on the system size,
+/// chi-squared for infinite systems is added.
 fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
     let agreement: Agreement = results.agreements(at).into_iter().find(|it| it.label == label)?;
     let Agreement { chi_square, without_size, freedom, .. } = agreement;

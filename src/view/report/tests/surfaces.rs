@@ -27,7 +27,7 @@ fn the_player_has_the_surfaces_of_the_run() {
         (&surfaces["triangles"], &surfaces["edges"], &surfaces["vertices"]),
         (&12.into(), &12.into(), &24.into())
     );
-    // In base64: 12 bytes per triangle and per edge, 9 bytes per vertex.
+    // Base64 of 12 bytes per triangle and per edge, and 9 bytes per vertex.
     let start = with.html.find("id=\"player-surface-data\">").unwrap() + "id=\"player-surface-data\">".len();
     let length = with.html[start..].find("</script>").unwrap();
     assert_eq!(length, (12 * 12 + 12 * 12 + 24 * 9) / 3 * 4);
@@ -88,7 +88,7 @@ fn player_moves_surfaces_with_each_frame() {
     let mut seen = [0; 2];
     for frame in head["frames"].as_array().unwrap() {
         let (time, poses) = (frame["time"].as_f64().unwrap(), &frame["poses"]);
-        // The gate is removed at t = 1. A frame at t = 1 shows the state before or after the removal.
+        // The gate is removed at t = 1. A frame at this time may show the gate.
         assert!(if time < 1.0 { !poses[0].is_null() } else { poses[0].is_null() || time == 1.0 }, "{time} {poses}");
         assert!((poses[1][9].as_f64().unwrap() - 0.25 * time).abs() < 1e-12 && poses[1][0] == 1.0, "{time} {poses}");
         seen[usize::from(poses[0].is_null())] += 1;

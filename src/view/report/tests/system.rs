@@ -8,7 +8,7 @@ fn subtitle_summarises_the_system() {
         let start = html.find("<p class=\"subtitle\">").unwrap() + "<p class=\"subtitle\">".len();
         html[start..start + html[start..].find("</p>").unwrap()].to_owned()
     };
-    // Volume fraction of 27 spheres of diameter 1 in a volume of 216.
+    // The volume fraction is `27 (pi / 6) / 216`.
     assert_eq!(subtitle(SCENE), "27 square-well spheres, φ = 0.06545");
     assert_eq!(subtitle(GROWN), "32 hard spheres, φ = 0.4");
 }

@@ -12,7 +12,6 @@ struct Face {
     inwards: [Vector; 3],
 }
 
-/// Faces, edges and points of a triangle mesh, each listed once.
 pub struct Mesh {
     faces: Vec<Face>,
     edges: Vec<[Vector; 2]>,
@@ -72,7 +71,7 @@ impl Mesh {
         Self { faces, edges: edges.into_iter().map(|edge| edge.map(|k| points[k])).collect(), points }
     }
 
-    /// Returns the time of the ball's first contact, and the unit vector from the feature to the ball at contact.
+    /// Returns the time of the first contact, and the unit vector from the feature to the ball.
     pub fn next(&self, ball: &RelativeState, g: &Vector, contact: f64) -> Option<(f64, Vector)> {
         let squared = contact * contact;
         let from = |p: &Vector| RelativeState { position: ball.position - p, velocity: ball.velocity };
@@ -108,7 +107,7 @@ impl Mesh {
         faces.chain(edges).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether a position is inside the mesh: a ray from it crosses an odd number of faces.
+    /// Whether a position is inside the mesh. A ray from an inside position crosses an odd number of faces.
     pub fn is_inside(&self, at: &Vector) -> bool {
         let along = Vector::new(0.3, 0.5, 0.81).normalize();
         let crossings = self.faces.iter().filter(|face| {

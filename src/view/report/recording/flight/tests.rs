@@ -5,7 +5,6 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use crate::trajectory::extended_xyz::write_frame;
 
-/// Returns the frames of a scene at these times, as in a run.
 fn frames(scene: &Scene, times: &[f64]) -> Vec<Frame> {
     let mut simulation = Simulation::without_plan(scene.clone());
     let at = |time: &f64| {
@@ -53,7 +52,7 @@ const PERIODIC: [Boundary; 3] = [Boundary::Periodic; 3];
 
 #[test]
 fn balls_that_collide_between_frames_do_not_fly_freely() {
-    // The first two balls collide at t = 1.5. The third ball does not collide.
+    // The first two balls collide at t = 1.5.
     let scene = balls(OPEN)
         .particle("ball", Vector::new(2.0, 5.0, 5.0), Vector::x())
         .particle("ball", Vector::new(6.0, 5.0, 5.0), -Vector::x())

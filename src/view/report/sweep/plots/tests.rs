@@ -7,8 +7,7 @@ fn sweep(axes: &[&str]) -> Sweep {
     Sweep::new("configs/hard_sphere_fluid.toml", &[], axes).unwrap()
 }
 
-/// Means of a stage: the temperature and a quantity `z`. The published `z` is 8 for an infinite system, and 7 for the
-/// size of the runs.
+/// The published value of `z` is 8 for an infinite system, and 7 for the system size of the runs.
 fn means(stage: &str, temperature: f64, z: f64) -> StageMeans {
     let value = |mean| Some(Pooled { mean, error: Some(0.5), scatter: None, runs: 1 });
     let known = PublishedValue {
@@ -43,7 +42,6 @@ fn the_axis_is_the_first_number_that_varies_also_within_a_list() {
     let of = |title: &str, numbers: &[f64]| Some((title.to_owned(), numbers.to_vec()));
     assert_eq!(along(&["fill.0.arrangement=fcc,bcc", "fill.0.count=1,2"]), of("count", &[1.0, 2.0, 1.0, 2.0]));
     assert_eq!(along(&["space.size=[9, 5, 5],[9, 7, 7]"]), of("size 1", &[5.0, 7.0]));
-    // The first entry is equal in two of the lists. The second entry differs in all lists.
     assert_eq!(along(&["space.size=[1, 1],[1, 2],[2, 3]"]), of("size 1", &[1.0, 2.0, 3.0]));
     assert_eq!(along(&["fill.0.arrangement=fcc,bcc"]), None);
     assert_eq!(along(&["space.size=[1, 2],[1, 2, 3]", "seed=1,2"]).map(|(title, _)| title), None);
@@ -59,13 +57,12 @@ fn stages_are_drawn_against_their_temperature() {
     let annealed = page(2.0);
     let (before, after) = annealed.split_once("Measured stages against their temperature").unwrap();
     assert!(before.contains("hot") && !before.contains("temperature of each"));
-    // Each state point has a line. The temperature is not plotted against itself.
     assert!(
         after.contains("count = 100") && after.contains("count = 200") && !after.contains(">Temperature</"),
         "{after}"
     );
     assert_eq!(after.matches("<figure").count(), 1);
-    // Two nearly equal temperatures are no anneal.
+    // Nearly equal temperatures are not an anneal.
     assert!(!page(1.001).contains("against their temperature"));
 }
 
@@ -74,8 +71,8 @@ fn published_values_are_drawn_at_the_run_size() {
     let sweep = sweep(&["fill.0.count=100,200"]);
     let of = |z: f64| vec![means("measurement", 1.0, z)];
     let page = section(&sweep, &results(vec![of(7.0), of(7.5)]));
-    // The means are 7 and 7.5, with a standard error of 0.5. They deviate from 7, the published value for this size, by
-    // 0 and 1 errors, and from 8, the value for an infinite system, by -2 and -1 errors.
+    // The means are 7 and 7.5, with an error of 0.5. Chi-squared is `0^2 + 1^2` for the published value 7 at this size,
+    // and `2^2 + 1^2` for the value 8 of an infinite system.
     assert!(page.contains("χ² = 1 for 2 degrees of freedom, 5 without the size."), "{page}");
     assert_eq!(page.matches("a journal").count(), 1);
     let alone = section(&sweep, &results(vec![of(7.0)]));
