@@ -4,3 +4,4 @@ pub mod detection;
 pub mod motion;
 pub mod overlap;
 pub mod response;
+pub mod rough;

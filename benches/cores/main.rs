@@ -63,6 +63,7 @@ struct Row {
     cores: Vec<Estimate>,
 }
 
+/// Speed on a number of cores, relative to one thread.
 pub struct Estimate {
     cores: usize,
     speedup: f64,

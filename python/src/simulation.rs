@@ -319,6 +319,7 @@ impl Simulation {
         let counts = state.engine.event_counts();
         let energies = [
             ("kinetic", energy.kinetic),
+            ("rotational", energy.rotational),
             ("thermal", energy.thermal),
             ("potential", energy.potential),
             ("pair", energy.pair),
@@ -355,6 +356,10 @@ impl Simulation {
 
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.numbers(py, |particle| <[f64; 3]>::from(particle.velocity))
+    }
+
+    fn spins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.numbers(py, |particle| <[f64; 3]>::from(particle.spin))
     }
 
     fn images<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

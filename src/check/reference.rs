@@ -24,6 +24,7 @@ mod event;
 mod execute;
 mod moving;
 mod response;
+mod rough;
 mod rules;
 mod surfaces;
 
@@ -92,6 +93,8 @@ pub struct Reference {
     time: f64,
     positions: Vec<Vector>,
     velocities: Vec<Vector>,
+    /// Angular velocities about the centres.
+    spins: Vec<Vector>,
     /// False for removed particles, whose ids remain valid indices.
     is_present: Vec<bool>,
     features: Vec<Feature>,
@@ -125,6 +128,7 @@ impl Reference {
             time: 0.0,
             positions: scene.particles.iter().map(|p| p.position).collect(),
             velocities: scene.particles.iter().map(|p| p.velocity).collect(),
+            spins: scene.particles.iter().map(|p| p.spin).collect(),
             is_present: vec![true; count],
             features: features(&scene.surfaces),
             timelines: scene
@@ -167,6 +171,7 @@ impl Reference {
         self.scene.particles.push(particle);
         self.positions.push(particle.position);
         self.velocities.push(particle.velocity);
+        self.spins.push(particle.spin);
         self.is_present.push(true);
         if let Some(tc_model) = &mut self.tc_model {
             tc_model.meet_newcomer();
@@ -219,6 +224,12 @@ impl Reference {
     #[must_use]
     pub fn velocities(&self) -> &[Vector] {
         &self.velocities
+    }
+
+    /// Current spins.
+    #[must_use]
+    pub fn spins(&self) -> &[Vector] {
+        &self.spins
     }
 
     /// Executes the next event if it is before a simulated time; otherwise moves all particles to that time.

@@ -40,6 +40,7 @@ mod outcome;
 mod pace;
 mod pairs;
 mod replay;
+mod rub;
 mod rules;
 mod schedule;
 mod swing;

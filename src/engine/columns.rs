@@ -102,6 +102,27 @@ impl Column for Vec<u16> {
     fn set(&mut self, _: u32, _: &Record) {}
 }
 
+/// The spins; empty if the scene has none.
+impl Column for Vec<Vector> {
+    fn permuted(&self, order: &Order) -> Self {
+        if self.is_empty() { Self::new() } else { order.permuted(self) }
+    }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.spin = self.get(particle as usize).copied();
+    }
+
+    fn push(&mut self, record: &Record) {
+        self.extend(record.spin);
+    }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        if let Some(spin) = record.spin {
+            self[particle as usize] = spin;
+        }
+    }
+}
+
 impl Column for Travelled {
     const CHANGES_IN_CONTACTS: bool = false;
 
@@ -268,6 +289,8 @@ macro_rules! columns {
         $body;
         let $column = &$($mutable)? $engine.state.images;
         $body;
+        let $column = &$($mutable)? $engine.state.spins;
+        $body;
         let $column = &$($mutable)? $engine.schedule.predictions;
         $body;
         let $column = &$($mutable)? $engine.neighbours;
@@ -344,7 +367,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns true if contacts change nothing but motions and predictions.
     pub(super) fn changes_motion_only(&self) -> bool {
-        self.pairs.states.is_empty() && self.pairs.contact_times.is_none() && self.sources.surface_random.is_none()
+        self.pairs.states.is_empty()
+            && self.state.spins.is_empty()
+            && self.pairs.contact_times.is_none()
+            && self.sources.surface_random.is_none()
     }
 
     #[inline(always)]

@@ -59,9 +59,9 @@ pub struct Event {
     /// The momentum that the particle gained `[mass length / time]`. The other particle of a pair gained the
     /// opposite momentum.
     pub impulse: Vector,
-    /// The particle's gain of angular momentum about its centre `[mass length^2 / time]`. It is zero, because all
-    /// contacts are smooth.
-    pub torque: Vector,
+    /// Angular momenta that the particle and the other particle gained about their centres `[mass length^2 / time]`.
+    /// Smooth contacts give none.
+    pub torques: [Vector; 2],
     /// Distance of the discontinuity that the pair reached `[length]`. For a surface, the distance of the particle's
     /// centre from the surface; 0 for a heat bath.
     pub distance: f64,

@@ -17,8 +17,9 @@ impl Simulation {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn unsound_index(&self, species: usize) -> Option<&'static str> {
-        let State { bodies, numbers, next_name, species: rows, images, .. } = &self.state;
+        let State { bodies, numbers, next_name, species: rows, images, spins, .. } = &self.state;
         let count = bodies.len();
+        let spinning = if self.pairs.rules.has_spins { count } else { 0 };
         let is_particle = |number: u32| (number as usize) < count;
         let rows_of_table = self.pairs.rules.rows.species();
         let is_partner = |prediction: &Prediction| {
@@ -28,7 +29,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let are_found = |&number: &u32| bodies.get(number as usize).is_some();
         match () {
-            () if numbers.len() != count || images.len() != count => Some("the number of particles"),
+            () if numbers.len() != count || images.len() != count || spins.len() != spinning => {
+                Some("the number of particles")
+            }
             () if !numbers.iter().all(are_found)
                 || !numbers.is_sorted_by(|a, b| bodies[*a as usize].name < bodies[*b as usize].name)
                 || numbers.last().is_some_and(|last| bodies[*last as usize].name >= *next_name) =>

@@ -22,8 +22,9 @@ impl Simulation {
     ///
     /// # Errors
     /// [`SetStateError::Species`] for a species that the scene does not have, or that has no row in its tables.
-    /// [`SetStateError::NotFinite`]. [`SetStateError::Fixed`] for a static particle that moves, and for components
-    /// along flat axes. [`SetStateError::OutsideOfShearedBox`]. [`SetStateError::Overlap`] with a particle, a wall or
+    /// [`SetStateError::NotFinite`]. [`SetStateError::Fixed`] for a static particle that moves, for components along
+    /// flat axes, and for spins about other axes in two dimensions. [`SetStateError::NoSpins`] for a spin in a scene of
+    /// smooth contacts. [`SetStateError::OutsideOfShearedBox`]. [`SetStateError::Overlap`] with a particle, a wall or
     /// a surface. [`SetStateError::TooMany`]. While diameters grow, [`SetStateError::Growing`]. The errors name the
     /// particle by the id that it would get. After an error, the simulation is unchanged.
     ///
@@ -103,7 +104,7 @@ impl Simulation {
         let Some(species) = self.scene.species.get(new.species.0 as usize).filter(|_| has_row) else {
             return Err(SetStateError::Species { particle, species: new.species });
         };
-        let components = || new.position.iter().chain(&new.velocity);
+        let components = || new.position.iter().chain(&new.velocity).chain(&new.spin);
         if !components().all(|component| component.abs() <= LARGEST) {
             return Err(SetStateError::NotFinite { particle });
         }
@@ -115,6 +116,16 @@ impl Simulation {
         };
         if let Some(axis) = (0..3).find(is_wrong) {
             return Err(SetStateError::Fixed { particle, axis });
+        }
+        if new.spin != Vector::zeros() {
+            if !with_engine!(&self.engine, engine => engine.pairs.rules.has_spins) {
+                return Err(SetStateError::NoSpins { particle });
+            }
+            if let Some(axis) =
+                (0..3).find(|axis| new.spin[*axis] != 0.0 && (species.is_static() || !space.turns_about(*axis)))
+            {
+                return Err(SetStateError::Fixed { particle, axis });
+            }
         }
         if self.scene.shear_rate.is_some() && !(space.lower.y..space.upper().y).contains(&new.position.y) {
             return Err(SetStateError::OutsideOfShearedBox { particle });
@@ -190,6 +201,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (position, images) = self.wrapped(particle.position);
             let mut record = Record::new(name, position, particle.velocity, now);
             record.images = Some(images);
+            record.spin = self.pairs.rules.has_spins.then_some(particle.spin);
             record.species = TABLE.then(|| self.pairs.rules.rows.row(particle.species));
             record.captured = TABLE.then(Vec::new);
             records.push(record);
@@ -220,7 +232,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn note_population(&mut self, before: &super::Energy) {
         let after = self.energy();
-        let gained = (after.kinetic - before.kinetic) + (after.potential - before.potential);
+        let gained = (after.kinetic - before.kinetic)
+            + (after.rotational - before.rotational)
+            + (after.potential - before.potential);
         self.note_energies(after.pair - before.pair, 0.0, gained);
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
         if let Some(bath) = &mut self.sources.andersen {

@@ -72,6 +72,12 @@ pub enum SetStateError {
         /// The species of this particle.
         species: SpeciesId,
     },
+    /// A new particle has a spin, but no contact of the scene is rough.
+    #[error("particle {} has a spin, expected none in a scene without rough contacts", particle.0)]
+    NoSpins {
+        /// The particle.
+        particle: ParticleId,
+    },
     /// A particle to remove does not exist, or its id is given twice.
     #[error("no particle {} to remove, expected each id of a present particle once", particle.0)]
     NoParticle {

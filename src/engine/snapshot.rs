@@ -25,6 +25,9 @@ pub struct Snapshot {
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,
+    /// Spins `[1 / time]`, `N x 3`; empty if the scene has no spins.
+    #[doc(alias = "angular velocity")]
+    pub spins: Vec<Vector>,
     /// Number of periods that each particle has travelled along each axis since the start. Unwrapped positions are
     /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` in a box with edges `L`.
     pub images: Vec<[i32; 3]>,
@@ -59,6 +62,8 @@ pub struct ParticleNow {
     pub position: Vector,
     /// Velocity `[length / time]`.
     pub velocity: Vector,
+    /// Spin `[1 / time]`; zero if the scene has no spins.
+    pub spin: Vector,
     /// Number of periods travelled along each axis, as in [`Snapshot::images`].
     pub image: [i32; 3],
 }
@@ -67,8 +72,10 @@ pub struct ParticleNow {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Energy {
-    /// Kinetic energy, `sum m/2 |v|^2`.
+    /// Kinetic energy of the motion of the centres, `sum m/2 |v|^2`.
     pub kinetic: f64,
+    /// Kinetic energy of the rotation about the centres, `sum I/2 |w|^2`; 0 if the scene has no spins.
+    pub rotational: f64,
     /// Kinetic energy relative to the streaming velocity `u` of a sheared box, `sum m/2 |v - u|^2`.
     pub thermal: f64,
     /// Energy of all pairs, plus `- m a . r` for accelerated particles at the unwrapped position `r`.
@@ -82,6 +89,14 @@ pub struct Energy {
     pub momentum: Vector,
     /// Momentum relative to the streaming velocity `u` of a sheared box, `sum m (v - u)`.
     pub peculiar_momentum: Vector,
+}
+
+impl Energy {
+    /// Total energy: kinetic, rotational and potential.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.rotational + self.potential
+    }
 }
 
 impl Simulation {
@@ -121,6 +136,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             ids: Vec::with_capacity(count),
             positions: Vec::with_capacity(count),
             velocities: Vec::with_capacity(count),
+            spins: Vec::with_capacity(self.state.spins.len()),
             images: Vec::with_capacity(count),
             displacement: self.displacement().0,
             size: self.state.space.size,
@@ -132,6 +148,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             snapshot.positions.push(particle.position);
             snapshot.velocities.push(particle.velocity);
             snapshot.images.push(particle.image);
+            if !self.state.spins.is_empty() {
+                snapshot.spins.push(particle.spin);
+            }
             Ok::<(), Infallible>(())
         });
         snapshot
@@ -144,7 +163,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (position, velocity) = self.state_at(particle, self.clock.now);
             let image = self.image_numbers(particle, periods);
             let species = species[usize::from(self.row(particle))];
-            visit(ParticleNow { id: self.name(particle), species, position, velocity, image })?;
+            let spin = self.spin(particle);
+            visit(ParticleNow { id: self.name(particle), species, position, velocity, spin, image })?;
         }
         Ok(())
     }
@@ -161,6 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn energy(&self) -> Energy {
         let mut kinetic = Sum::default();
+        let mut rotational = Sum::default();
         let mut thermal = Sum::default();
         let mut external = Sum::default();
         let mut pair = Sum::default();
@@ -171,6 +192,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.clock.now);
             kinetic.add(0.5 * mass * velocity.norm_squared());
+            if let Some(spin) = self.state.spins.get(particle as usize) {
+                rotational.add(rotational_energy(spin, species.inverse_inertia));
+            }
             if self.images.slide() {
                 let streaming = self.streaming_velocity(&position);
                 thermal.add(0.5 * mass * (velocity - streaming).norm_squared());
@@ -199,6 +223,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let pair = pair.total();
         Energy {
             kinetic: kinetic.total(),
+            rotational: rotational.total(),
             thermal: if self.images.slide() { thermal.total() } else { kinetic.total() },
             potential: pair + external.total(),
             pair,
@@ -207,4 +232,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             peculiar_momentum: Vector::from_fn(|k, _| momentum[k].total() - streaming_momentum[k].total()),
         }
     }
+}
+
+/// Returns `I/2 |w|^2`; 0 for particles that cannot turn.
+fn rotational_energy(spin: &Vector, inverse_inertia: f64) -> f64 {
+    if inverse_inertia > 0.0 { 0.5 * spin.norm_squared() / inverse_inertia } else { 0.0 }
 }

@@ -44,6 +44,8 @@ pub(super) struct State {
     /// Row of each particle's species in the interaction table. Empty if there is no table.
     pub species: Vec<u16>,
     pub images: Travelled,
+    /// Spin of each particle `[1 / time]`; empty if the scene has no spins.
+    pub spins: Vec<Vector>,
     pub space: Space,
     /// Periods of the box, infinite along axes that are not periodic.
     pub periods: Vector,
@@ -71,6 +73,7 @@ impl State {
             numbers,
             species: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
             images: Travelled::new(names.len()),
+            spins: particles().filter(|_| scene.has_spins()).map(|p| p.spin).collect(),
             space: scene.space().clone(),
             periods: scene.space().periods(),
         }

@@ -43,6 +43,8 @@ pub struct States {
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,
+    /// Spins `[1 / time]`, `N x 3`; empty if the scene has no spins.
+    pub spins: Vec<Vector>,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -50,10 +52,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         states.elapsed = Elapsed { epoch: self.clock.epoch, since_epoch: self.clock.now, epochs: self.clock.epochs };
         states.positions.clear();
         states.velocities.clear();
+        states.spins.clear();
         for &particle in &self.state.numbers {
             let (position, velocity) = self.state_at(particle, self.clock.now);
             states.positions.push(position);
             states.velocities.push(velocity);
+            states.spins.extend(self.state.spins.get(particle as usize));
         }
     }
 

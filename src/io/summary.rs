@@ -135,6 +135,9 @@ pub struct Energies {
     pub initial: f64,
     pub r#final: f64,
     pub kinetic: f64,
+    /// Kinetic energy of the rotation; `None` without spins.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotational: Option<f64>,
     pub potential: f64,
     pub dissipated: f64,
     #[serde(default)]
@@ -225,8 +228,9 @@ impl Summary {
             events: events(&finished.measurement),
             energy: Energies {
                 initial: audit.initial_energy,
-                r#final: audit.energy.kinetic + audit.energy.potential,
+                r#final: audit.energy.total(),
                 kinetic: audit.energy.kinetic,
+                rotational: scene.is_rough().then_some(audit.energy.rotational),
                 potential: audit.energy.potential,
                 dissipated: audit.dissipated,
                 supplied: audit.event_counts.supplied.total(),

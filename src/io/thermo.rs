@@ -70,11 +70,12 @@ impl Columns {
         columns
     }
 
-    fn quantities(&self) -> [Quantity; 9] {
+    fn quantities(&self) -> [Quantity; 10] {
         let applicable = &self.applicable;
         [
             (applicable.has_temperature, "temperature", "energy", |row| row.temperature),
             (true, "kinetic", "energy", |row| Some(row.kinetic)),
+            (applicable.has_spins, "rotational", "energy", |row| Some(row.rotational)),
             (true, "potential", "energy", |row| Some(row.potential)),
             (true, "energy_and_dissipated", "energy", |row| Some(row.ledger)),
             (self.is_driven, "supplied", "energy", |row| Some(row.supplied)),

@@ -3,7 +3,7 @@
 use crate::Vector;
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
-use crate::model::{InteractionId, Scene, Species, Thermostat};
+use crate::model::{ContactLaw, InteractionId, Scene, Species, Thermostat};
 
 /// An external influence that changes the total momentum of the moving particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,7 +11,8 @@ use crate::model::{InteractionId, Scene, Species, Thermostat};
 pub enum Influence {
     /// Reflecting walls. Each wall changes the momentum along its normal.
     Walls,
-    /// Contacts with dissipative walls under the TC model, which change the momentum parallel to the wall.
+    /// Contacts with rough walls, and with dissipative walls under the TC model. They change the momentum parallel to
+    /// the wall.
     SlidingContacts,
     /// Thermal walls and surfaces, which give particles new velocities and so change all components of the momentum.
     ThermalWalls,
@@ -35,8 +36,9 @@ impl Scene {
     fn influences_with(&self, thermostat: Option<&Thermostat>) -> Vec<(Influence, [bool; 3])> {
         let walls = |k: usize| self.space.boundary[k].contact_laws();
         let is_walled: [bool; 3] = std::array::from_fn(|k| walls(k) != [None; 2]);
-        let is_altered =
-            |k: usize| self.contact_time.is_some() && walls(k).into_iter().flatten().any(|law| law.dissipates());
+        let changes_tangential =
+            |law: ContactLaw| law.roughness.is_some() || (self.contact_time.is_some() && law.dissipates());
+        let is_altered = |k: usize| walls(k).into_iter().flatten().any(changes_tangential);
         let is_slid: [bool; 3] =
             std::array::from_fn(|k| !is_walled[k] && (0..3).any(|other| other != k && is_altered(other)));
         let redrawn = match thermostat {
@@ -99,12 +101,16 @@ impl Scene {
         falls_for_ever || !self.loses_energy() || self.is_heated_with(thermostat)
     }
 
-    /// False if a heat bath, thermal wall, moving surface, shear or a dissipative contact changes the energy. A
-    /// thermostat that rescales all velocities is allowed.
+    /// False if a heat bath, thermal wall, moving surface, shear, or a dissipative or rough contact changes the energy of
+    /// translation. A thermostat that rescales all velocities is allowed.
     pub(crate) fn conserves_heat_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let heats = |what: Influence| matches!(what, Influence::ThermalWalls | Influence::AndersenCollisions);
         let is_heated = self.influences_with(thermostat).iter().any(|(what, _)| heats(*what));
-        !is_heated && self.shear_rate.is_none() && !self.has_moving_surfaces() && !self.loses_energy()
+        !is_heated
+            && self.shear_rate.is_none()
+            && !self.has_moving_surfaces()
+            && !self.loses_energy()
+            && !self.is_rough()
     }
 
     /// Whether all contacts in a stage with this thermostat only exchange velocities, as between equal hard particles

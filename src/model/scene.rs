@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use super::predecessor::LastState;
+use super::space::Boundary;
 use super::{
     AuditPlan, ExchangePlan, InputFile, LivePlan, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan,
     SceneSurface, Space, SpeciesPairs, StaticSurface,
@@ -50,6 +51,8 @@ pub struct Species {
     pub diameter: f64,
     /// Constant acceleration, usually gravity `[length / time^2]`; static species are not accelerated.
     pub acceleration: Vector,
+    /// Moment of inertia `[mass length^2]`; `None` for a uniform sphere, or for a uniform disk in two dimensions.
+    pub moment_of_inertia: Option<f64>,
 }
 
 impl Species {
@@ -63,6 +66,24 @@ impl Species {
     #[must_use]
     pub fn inverse_mass(&self) -> f64 {
         self.mass.recip()
+    }
+
+    /// Inverse moment of inertia `1 / I` in a space of the given number of dimensions `[1 / (mass length^2)]`. A
+    /// uniform sphere has `I = 2/5 m R^2`, a uniform disk `I = m R^2 / 2`. The result is 0 for a static species and on
+    /// a line, where nothing turns.
+    #[must_use]
+    pub fn inverse_inertia(&self, dimensions: usize) -> f64 {
+        let radius = 0.5 * self.diameter;
+        let uniform = match dimensions {
+            3 => 0.4,
+            2 => 0.5,
+            _ => return 0.0,
+        };
+        if self.is_static() {
+            0.0
+        } else {
+            1.0 / self.moment_of_inertia.unwrap_or(uniform * self.mass * radius * radius)
+        }
     }
 }
 
@@ -96,13 +117,22 @@ pub struct Particle {
     pub position: Vector,
     /// Velocity `[length / time]`, zero for static particles.
     pub velocity: Vector,
+    /// Spin: angular velocity about the centre `[1 / time]`. Only rough contacts change it.
+    #[doc(alias = "angular velocity")]
+    pub spin: Vector,
 }
 
 impl Particle {
-    /// Creates a particle.
+    /// Creates a particle without spin.
     #[must_use]
     pub fn new(species: SpeciesId, position: Vector, velocity: Vector) -> Self {
-        Self { species, position, velocity }
+        Self { species, position, velocity, spin: Vector::zeros() }
+    }
+
+    /// Sets the spin `[1 / time]`.
+    #[must_use]
+    pub fn spin(self, spin: Vector) -> Self {
+        Self { spin, ..self }
     }
 }
 
@@ -239,6 +269,26 @@ impl Scene {
     #[must_use]
     pub fn is_driven(&self) -> bool {
         self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls() || self.has_moving_surfaces()
+    }
+
+    /// Whether the particles have spins: a contact is rough, or a particle spins at the start.
+    #[must_use]
+    pub fn has_spins(&self) -> bool {
+        self.is_rough() || self.particles.iter().any(|particle| particle.spin != Vector::zeros())
+    }
+
+    /// Whether any contact is rough.
+    #[must_use]
+    pub fn is_rough(&self) -> bool {
+        let surfaces = self.surfaces.iter().filter_map(|surface| surface.law.contact());
+        let mut laws = self.interactions.iter().map(|interaction| interaction.law).chain(surfaces);
+        self.has_rough_walls() || laws.any(|law| law.roughness.is_some())
+    }
+
+    /// Whether any wall of the box is rough.
+    pub(crate) fn has_rough_walls(&self) -> bool {
+        let mut laws = self.space.boundary.iter().flat_map(Boundary::contact_laws).flatten();
+        laws.any(|law| law.roughness.is_some())
     }
 
     /// Whether any surface moves at some time.

@@ -84,6 +84,17 @@ impl Space {
         self.boundary.iter().filter(|b| **b != Boundary::Flat).count()
     }
 
+    /// Whether a particle can turn about an axis: about any axis in three dimensions, about the flat axis in two, and
+    /// about none on a line.
+    #[must_use]
+    pub fn turns_about(&self, axis: usize) -> bool {
+        match self.dimensions() {
+            3 => true,
+            2 => self.boundary[axis] == Boundary::Flat,
+            _ => false,
+        }
+    }
+
     /// Volume, area or length of the box: the product of the edges that are not flat.
     #[must_use]
     pub fn volume(&self) -> f64 {

@@ -1,7 +1,7 @@
 //! Hash of the state point of a system.
 
-use super::Scene;
 use super::space::Boundary;
+use super::{ContactLaw, Roughness, Scene};
 
 /// Systems with different hashes draw different random numbers from the same seed. The hash does not depend on names,
 /// the order of species, species without particles, or the division into stages.
@@ -25,7 +25,7 @@ impl StatePoint {
         let interaction = |id: usize| {
             let interaction = &scene.interactions[id];
             let potential = &interaction.potential;
-            Self(0).with(potential.radii()).with(potential.energies()).with(&[interaction.law.restitution])
+            Self(0).with(potential.radii()).with(potential.energies()).with_law(&interaction.law)
         };
         let present = (0..scene.species.len()).filter(|&id| population[id] > 0);
         let meet = |pair: [usize; 2]| pair.iter().all(|&id| population[id] > 0);
@@ -34,7 +34,7 @@ impl StatePoint {
             interaction(id.0 as usize).and(a.wrapping_add(b))
         });
         let walls = scene.space.boundary.iter().flat_map(Boundary::contact_laws).flatten();
-        let walls = walls.map(|law| Self(1).with(&[law.restitution]));
+        let walls = walls.map(|law| Self(1).with_law(&law));
         let of_surfaces = scene.surfaces.iter().filter_map(|surface| surface.law.temperature());
         let temperatures = scene.wall_temperatures.iter().flatten().flatten().copied().chain(of_surfaces);
         let temperatures = temperatures.map(|temperature| Self(2).with(&[temperature]));
@@ -51,6 +51,12 @@ impl StatePoint {
         let mut population = vec![0; scene.species.len()];
         scene.particles.iter().for_each(|particle| population[particle.species.0 as usize] += 1);
         Self::of(scene, &population)
+    }
+
+    fn with_law(self, law: &ContactLaw) -> Self {
+        let of_law = self.with(&[law.restitution]);
+        let add = |rough: Roughness| of_law.with(&[rough.tangential_restitution, rough.friction]);
+        law.roughness.map_or(of_law, add)
     }
 
     pub fn with(self, values: &[f64]) -> Self {

@@ -78,6 +78,15 @@ impl SurfaceLaw {
         }
     }
 
+    /// Contact law of a reflecting surface; `None` for a thermal surface.
+    #[must_use]
+    pub fn contact(&self) -> Option<ContactLaw> {
+        match *self {
+            Self::Reflecting(law) => Some(law),
+            Self::Thermal { .. } => None,
+        }
+    }
+
     /// Whether particles lose kinetic energy in a contact with the surface.
     #[must_use]
     pub fn dissipates(&self) -> bool {

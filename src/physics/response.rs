@@ -4,6 +4,7 @@
 //! the energy step and the radial kinetic energy decide the outcome (Bannerman and Strobl, section 1).
 
 use crate::physics::overlap::Side;
+use crate::physics::rough::Roughness;
 use serde::{Deserialize, Serialize};
 
 /// Contact law of an infinite barrier: the core of a pair, the end of a bond, a wall or a surface.
@@ -11,19 +12,41 @@ use serde::{Deserialize, Serialize};
 pub struct ContactLaw {
     /// Coefficient of restitution in `[0, 1]`: normal relative speed after a contact, divided by the speed before.
     pub restitution: f64,
+    /// Friction and tangential restitution; `None` for a smooth barrier, which exerts no tangential forces.
+    pub roughness: Option<Roughness>,
 }
 
 impl ContactLaw {
     /// Law of a smooth barrier, which leaves the tangential velocity unchanged.
     #[must_use]
     pub const fn smooth(restitution: f64) -> Self {
-        Self { restitution }
+        Self { restitution, roughness: None }
+    }
+
+    /// Law of a rough barrier, which also acts on spins.
+    #[must_use]
+    pub const fn rough(restitution: f64, roughness: Roughness) -> Self {
+        Self { restitution, roughness: Some(roughness) }
+    }
+
+    /// Makes the barrier rough, with a tangential restitution. Contacts never slide unless friction is set, too.
+    #[must_use]
+    pub fn with_tangential_restitution(self, tangential_restitution: f64) -> Self {
+        let friction = self.roughness.map_or(f64::INFINITY, |roughness| roughness.friction);
+        Self { roughness: Some(Roughness { tangential_restitution, friction }), ..self }
+    }
+
+    /// Makes the barrier rough, with a friction coefficient. The tangential restitution is 0 unless it is set, too.
+    #[must_use]
+    pub fn with_friction(self, friction: f64) -> Self {
+        let tangential_restitution = self.roughness.map_or(0.0, |roughness| roughness.tangential_restitution);
+        Self { roughness: Some(Roughness { tangential_restitution, friction }), ..self }
     }
 
     /// Whether contacts dissipate kinetic energy.
     #[must_use]
     pub fn dissipates(&self) -> bool {
-        self.restitution < 1.0
+        self.restitution < 1.0 || self.roughness.is_some_and(|roughness| roughness.dissipates())
     }
 }
 
@@ -65,6 +88,8 @@ pub struct Response {
     pub radial: f64,
     /// Factor that multiplies the relative tangential velocity; 1 except in sliding contacts of the TC model.
     pub tangential_scale: f64,
+    /// Roughness of the barrier; `None` if the contact is smooth.
+    pub roughness: Option<Roughness>,
 }
 
 /// Decides the response of a pair at a discontinuity.
@@ -81,13 +106,14 @@ pub struct Response {
 #[must_use]
 pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactLaw) -> Response {
     let &Approach { radial, squared, reduced_mass } = approach;
-    let smooth = |outcome, radial| Response { outcome, radial, tangential_scale: 1.0 };
+    let smooth = |outcome, radial| Response { outcome, radial, tangential_scale: 1.0, roughness: None };
     if energy_step == f64::INFINITY {
-        let outcome = match side {
-            Side::Positive => Outcome::Core,
-            Side::Negative => Outcome::Bounce,
+        // The end of a bond is smooth, because the particles do not touch there.
+        let (outcome, roughness) = match side {
+            Side::Positive => (Outcome::Core, law.roughness),
+            Side::Negative => (Outcome::Bounce, None),
         };
-        return smooth(outcome, reflect(side, radial, law.restitution));
+        return Response { roughness, ..smooth(outcome, reflect(side, radial, law.restitution)) };
     }
     let beyond = radial * radial - 2.0 * energy_step / reduced_mass * squared;
     if beyond <= 0.0 {
@@ -115,6 +141,8 @@ pub struct Leaving {
     pub speed: f64,
     /// Factor that multiplies the relative tangential velocity; 1 unless the contact is sliding.
     pub tangential_scale: f64,
+    /// Roughness of the barrier; `None` if the contact is smooth.
+    pub roughness: Option<Roughness>,
 }
 
 /// Maximum number of contacts within one contact time. A pair that would have more contacts slides.
@@ -125,7 +153,7 @@ const SLIDING: f64 = 64.0;
 /// `approach >= 0` is the normal speed of approach, `tangential` the relative speed along the barrier, and `closing`
 /// the relative acceleration towards the barrier `[length / time^2]`, negative if it drives the pair away.
 ///
-/// A contact is elastic if either particle had a contact less than `contact_time` ago (`is_recent`). With a restitution
+/// A contact is elastic and smooth if either particle had a contact less than `contact_time` ago (`is_recent`). With a restitution
 /// near 0 this rule is not sufficient, and the events would never end. The speed after a contact is therefore at least
 /// `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides along the barrier
 /// with hardly any normal speed, a small fraction of its tangential motion is turned into the normal direction, at
@@ -146,11 +174,14 @@ pub fn tc_contact(
         let energy = approach * approach + tangential * tangential;
         let speed = slowest.min(energy.sqrt());
         let left = (energy - speed * speed).max(0.0).sqrt();
-        return Leaving { speed, tangential_scale: if tangential > 0.0 { left / tangential } else { 1.0 } };
+        let tangential_scale = if tangential > 0.0 { left / tangential } else { 1.0 };
+        return Leaving { speed, tangential_scale, roughness: None };
     }
-    let speed =
-        if is_recent { approach } else { (law.restitution * approach).max(away_for_contact_time.min(approach)) };
-    Leaving { speed, tangential_scale: 1.0 }
+    if is_recent {
+        return Leaving { speed: approach, tangential_scale: 1.0, roughness: None };
+    }
+    let speed = (law.restitution * approach).max(away_for_contact_time.min(approach));
+    Leaving { speed, tangential_scale: 1.0, roughness: law.roughness }
 }
 
 #[cfg(test)]
@@ -222,7 +253,7 @@ mod tests {
 
     #[test]
     fn the_tc_model_makes_frequent_contacts_elastic() {
-        let leaving = |speed| Leaving { speed, tangential_scale: 1.0 };
+        let leaving = |speed| Leaving { speed, tangential_scale: 1.0, roughness: None };
         assert_eq!(tc_contact(&ContactLaw::smooth(0.5), true, 3.0, 1.0, 1.0, 0.1), leaving(3.0));
         assert_eq!(tc_contact(&ContactLaw::smooth(0.5), false, 3.0, 1.0, 1.0, 0.1), leaving(1.5));
         assert_eq!(
@@ -250,8 +281,12 @@ mod tests {
         let energy = leaving.speed.powi(2) + (2.0 * leaving.tangential_scale).powi(2);
         assert!((energy - 4.0).abs() < 4.0 * f64::EPSILON);
         let slow = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 1e-6, 1.0, 0.128);
-        assert_eq!(slow, Leaving { speed: 1e-6, tangential_scale: 0.0 }, "all of a slow motion");
+        assert_eq!(slow, Leaving { speed: 1e-6, tangential_scale: 0.0, roughness: None }, "all of a slow motion");
         let rest = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 0.0, 1.0, 0.128);
-        assert_eq!(rest, Leaving { speed: 0.0, tangential_scale: 1.0 }, "a pair at rest stays at rest");
+        assert_eq!(
+            rest,
+            Leaving { speed: 0.0, tangential_scale: 1.0, roughness: None },
+            "a pair at rest stays at rest"
+        );
     }
 }

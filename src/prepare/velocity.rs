@@ -186,7 +186,13 @@ mod tests {
     fn start(masses: &[f64], count: usize, space: &Space) -> (Vec<Particle>, Vec<Species>) {
         let species: Vec<Species> = masses
             .iter()
-            .map(|&mass| Species { name: String::new(), mass, diameter: 1.0, acceleration: Vector::zeros() })
+            .map(|&mass| Species {
+                name: String::new(),
+                mass,
+                diameter: 1.0,
+                acceleration: Vector::zeros(),
+                moment_of_inertia: None,
+            })
             .collect();
         let mut particles: Vec<Particle> =
             (0..count).map(|i| Particle::new(SpeciesId(id(i % masses.len())), space.lower, Vector::zeros())).collect();
@@ -219,7 +225,13 @@ mod tests {
     fn equal(numbers: [usize; 3], boundary: [Boundary; 3], seed: u64) -> Vec<(f64, Vector)> {
         let species: Vec<Species> = [0.7, 3.0, 11.0]
             .iter()
-            .map(|&mass| Species { name: String::new(), mass, diameter: 1.0, acceleration: Vector::zeros() })
+            .map(|&mass| Species {
+                name: String::new(),
+                mass,
+                diameter: 1.0,
+                acceleration: Vector::zeros(),
+                moment_of_inertia: None,
+            })
             .collect();
         let space = Space { boundary, ..Space::periodic_cube(9.0) };
         let kinds = numbers.iter().enumerate().flat_map(|(kind, &number)| std::iter::repeat_n(kind, number));

@@ -141,7 +141,7 @@ impl Audit {
         let mut faults = Vec::new();
         let drift = self.momentum_drift.unwrap_or(0.0);
         let depth = self.deepest();
-        let all = [self.energy.kinetic, self.energy.potential, self.ledger_error, drift, depth];
+        let all = [self.energy.total(), self.ledger_error, drift, depth];
         if all.iter().any(|x| !x.is_finite()) {
             faults.push(AuditFault::NotFinite);
         }
@@ -186,7 +186,7 @@ pub(crate) struct Ledger {
 impl Ledger {
     pub fn open(simulation: &Simulation, conserves_momentum: bool) -> Self {
         let energy = simulation.energy();
-        let initial_energy = energy.kinetic + energy.potential;
+        let initial_energy = energy.total();
         // Without `allow_invalid_start`, scenes with overlaps were rejected.
         let is_valid = !simulation.scene().allow_invalid_start;
         let overlaps = if is_valid { 0 } else { simulation.real_overlaps().len() };
@@ -195,7 +195,7 @@ impl Ledger {
             initial_momentum: conserves_momentum.then_some(energy.momentum),
             largest_momenta: if conserves_momentum { sum_of_momenta(simulation) } else { 0.0 },
             earlier_drift: 0.0,
-            scale: initial_energy.abs().max(energy.kinetic),
+            scale: initial_energy.abs().max(energy.kinetic).max(energy.rotational),
             initial: Initial { overlaps, resolved_after: None },
         }
     }
@@ -230,24 +230,25 @@ impl Ledger {
 
     /// Updates the largest energy and the largest sum of momenta at times without a row.
     pub fn note(&mut self, simulation: &Simulation, energy: &Energy) {
-        self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
+        self.scale = self.scale.max(energy.total().abs()).max(energy.kinetic).max(energy.rotational);
         if self.initial_momentum.is_some() {
             self.largest_momenta = self.largest_momenta.max(sum_of_momenta(simulation));
         }
     }
 
     pub fn see(&mut self, row: &Row) {
-        let energy = row.kinetic + row.potential;
+        let energy = row.kinetic + row.rotational + row.potential;
         let dissipated = row.ledger - energy;
-        self.scale = self.scale.max(energy.abs()).max(row.kinetic).max(dissipated.abs());
+        self.scale = self.scale.max(energy.abs()).max(row.kinetic).max(row.rotational).max(dissipated.abs());
     }
 
     pub fn close(mut self, simulation: &Simulation) -> Audit {
         self.see_overlaps(simulation);
         let (energy, event_counts) = (simulation.energy(), *simulation.event_counts());
-        let (total, dissipated) = (energy.kinetic + energy.potential, event_counts.dissipated.total());
+        let (total, dissipated) = (energy.total(), event_counts.dissipated.total());
         let supplied = event_counts.supplied.total();
-        self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(dissipated).max(supplied.abs());
+        self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(energy.rotational);
+        self.scale = self.scale.max(dissipated).max(supplied.abs());
         Audit {
             initial_energy: self.initial_energy,
             energy,

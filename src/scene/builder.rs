@@ -197,14 +197,20 @@ impl SceneBuilder {
 
     /// Adds a particle.
     pub fn particle(mut self, species: &str, position: Vector, velocity: Vector) -> Self {
-        self.push("particle", Group::Listed(Listed::one(species, position, velocity)));
+        self.push("particle", Group::Listed(Listed::one(species, position, velocity, Vector::zeros())));
+        self
+    }
+
+    /// Adds a particle with a spin, the angular velocity about its centre `[1 / time]`.
+    pub fn spinning_particle(mut self, species: &str, position: Vector, velocity: Vector, spin: Vector) -> Self {
+        self.push("particle", Group::Listed(Listed::one(species, position, velocity, spin)));
         self
     }
 
     /// Adds a particle and returns its id. After a fill or surface with an unknown number of particles, the id is
     /// unknown, and [`Self::build`] returns an error.
     pub fn insert_particle(&mut self, species: &str, position: Vector, velocity: Vector) -> ParticleId {
-        self.insert("particle", Group::Listed(Listed::one(species, position, velocity)))
+        self.insert("particle", Group::Listed(Listed::one(species, position, velocity, Vector::zeros())))
     }
 
     /// Adds many particles. Without a box, the count and the density of the only fill determine the box.

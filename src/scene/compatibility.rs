@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::base::text::shortest;
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{
-    Barostat, ExchangeEnsemble, Growth, Interaction, RunPlan, SceneParts, SurfaceLaw, Thermostat, Threads,
+    Barostat, ContactLaw, ExchangeEnsemble, Growth, Interaction, RunPlan, SceneParts, SurfaceLaw, Thermostat, Threads,
 };
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -194,6 +194,22 @@ const LOSSES: Feature = feature(
     ],
     losses,
 );
+const ROUGH: Feature = feature(
+    "rough contacts",
+    &[
+        "interaction.tangential_restitution",
+        "interaction.friction",
+        "space.x.tangential_restitution",
+        "space.x.friction",
+        "space.y.tangential_restitution",
+        "space.y.friction",
+        "space.z.tangential_restitution",
+        "space.z.friction",
+        "surface.tangential_restitution",
+        "surface.friction",
+    ],
+    roughness,
+);
 const WELLS: Feature = feature("wells, shoulders or bonds", &[], |it| {
     given(it.start.interactions.list().iter().any(|it| !it.potential.is_hard_sphere() || it.potential.is_bond()))
 });
@@ -284,8 +300,9 @@ fn laws(it: &Subject<'_>) -> impl Iterator<Item = (ConfigPath, SurfaceLaw)> {
 fn losses(it: &Subject<'_>) -> Option<Found> {
     let lossy =
         |at: ConfigPath, restitution| (restitution < 1.0).then(|| (Some(at.key("restitution")), shortest(restitution)));
-    let of_draft =
-        |(index, draft): (usize, &InteractionDraft)| lossy(ConfigPath::entry("interaction", index), draft.restitution);
+    let of_draft = |(index, draft): (usize, &InteractionDraft)| {
+        lossy(ConfigPath::entry("interaction", index), draft.law.restitution)
+    };
     let of_interaction = |(index, interaction): (usize, &Interaction)| {
         let (at, restitution) = lossy(ConfigPath::entry("interaction", index), interaction.law.restitution)?;
         // A scene without interactions takes the interactions of the run from which it starts.
@@ -296,6 +313,31 @@ fn losses(it: &Subject<'_>) -> Option<Found> {
         SurfaceLaw::Reflecting(law) => lossy(at, law.restitution),
         SurfaceLaw::Thermal { .. } => None,
     };
+    let (drafts, interactions) =
+        (it.builder.interactions.iter().enumerate(), it.start.interactions.list().iter().enumerate());
+    let pairs = drafts.filter_map(of_draft).chain(interactions.filter_map(of_interaction));
+    pairs.chain(laws(it).filter_map(of_law)).next()
+}
+
+fn roughness(it: &Subject<'_>) -> Option<Found> {
+    let rough = |at: ConfigPath, law: &ContactLaw| {
+        let roughness = law.roughness?;
+        let is_limited = roughness.friction < f64::INFINITY;
+        let (key, value) = if is_limited {
+            ("friction", roughness.friction)
+        } else {
+            ("tangential_restitution", roughness.tangential_restitution)
+        };
+        Some((Some(at.key(key)), shortest(value)))
+    };
+    let of_draft =
+        |(index, draft): (usize, &InteractionDraft)| rough(ConfigPath::entry("interaction", index), &draft.law);
+    let of_interaction = |(index, interaction): (usize, &Interaction)| {
+        let found = rough(ConfigPath::entry("interaction", index), &interaction.law)?;
+        let of_run = || (Some(path("start.from")), "a run with rough contacts".to_owned());
+        Some(if it.builder.start.is_some() { of_run() } else { found })
+    };
+    let of_law = |(at, law): (ConfigPath, SurfaceLaw)| rough(at, &law.contact()?);
     let (drafts, interactions) =
         (it.builder.interactions.iter().enumerate(), it.start.interactions.list().iter().enumerate());
     let pairs = drafts.filter_map(of_draft).chain(interactions.filter_map(of_interaction));
@@ -335,6 +377,7 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(FORMATS, EXCHANGE, "", ABSENT, "convert later with `carom convert DIR/trajectory-1.xyz --to FORMAT`"),
     row(INVALID_START, EXCHANGE, "", "false with [exchange]", "it averages over valid states; let `carom run` separate the particles, and start from the end of that run with start.from"),
     row(LOSSES, EXCHANGE, "", "1 with [exchange]", "a system that loses energy in contacts has no equilibrium"),
+    row(ROUGH, EXCHANGE, "", ABSENT, "replicas exchange velocities, but no spins"),
     row(SHEAR, EXCHANGE, "", ABSENT, "a sheared fluid has no equilibrium"),
     row(OPEN, EXCHANGE, "", "\"wall\" or \"periodic\" with [exchange]", "particles that can escape have no equilibrium"),
     row(ENDLESS_FALL, EXCHANGE, "", "\"wall\" with [exchange]", "particles that fall for ever have no equilibrium"),
@@ -344,6 +387,7 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(MULTICANONICAL, ALL_HARD, "", "\"canonical\" in a scene of hard bodies", "their potential energy is always zero"),
     row(GROWTH, MEASURED_STAGE, "in a measured stage", "no growth", "a stage that is measured has diameters that are constant; let them grow in a stage before it"),
     row(GROWTH, SURFACE, "", ABSENT, CONSTANT_SIZE),
+    row(GROWTH, ROUGH, "", ABSENT, "growth would change the moments of inertia"),
     row(GROWTH, WELLS, "with other interactions", HARD_SPHERES, ""),
     row(GROWTH, SIDES, "in a box with open sides or walls", HARD_SPHERES, ""),
     row(GROWTH, GRAVITY, "with gravity", HARD_SPHERES, ""),
@@ -361,6 +405,7 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(BAROSTAT, GRAVITY, "with gravity", ABSENT, "particles that fall along a periodic axis have no equilibrium"),
     row(BAROSTAT, SHEAR, "in a sheared box", ABSENT, "a sheared system has no equilibrium"),
     row(BAROSTAT, TC_MODEL, "with the TC model", ABSENT, "contacts must be elastic"),
+    row(BAROSTAT, ROUGH, "with rough contacts", "smooth contacts", "a barostat sets the temperature of the centres only"),
     row(BAROSTAT, LOSSES, "with a restitution below 1", "a restitution of 1", "a system that loses energy has no equilibrium"),
     row(BAROSTAT, INVALID_START, "with allow_invalid_start", "a start without overlaps", "volume moves are rejected as long as particles overlap"),
     row(BAROSTAT, GROWTH, "together with grow", "only one of them", "volume moves need constant diameters"),

@@ -258,13 +258,18 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
         }
         // All species with particles were found above, so the default is never used.
         let species = of_run.get(now.species.0 as usize).copied().flatten().unwrap_or(SpeciesId(0));
-        left.particles.push(Particle::new(species, position, now.velocity));
+        left.particles.push(Particle::new(species, position, now.velocity).spin(now.spin));
         left.images.push(image);
         Ok::<(), Infallible>(())
     });
-    let is_moving = |particle: &&Particle| particle.velocity != Vector::zeros();
-    for particle in left.particles.iter().filter(is_moving) {
-        motion(&species[particle.species.0 as usize], &particle.velocity, &at_start())?;
+    for particle in &mut left.particles {
+        let species = &species[particle.species.0 as usize];
+        if particle.velocity != Vector::zeros() {
+            motion(species, &particle.velocity, &at_start())?;
+        }
+        if species.is_static() {
+            particle.spin = Vector::zeros();
+        }
     }
     Ok(left)
 }

@@ -19,7 +19,7 @@ pub(crate) use interaction::InteractionFile;
 pub(crate) use live::{LiveFile, SliderFile};
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
-pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile};
+pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile, WallFile};
 pub(crate) use surface::{MotionFile, RotationFile, SurfaceFile};
 
 use schemars::JsonSchema;
@@ -147,6 +147,10 @@ pub(crate) struct SpeciesFile {
     pub is_static: bool,
     /// Constant acceleration `[length / time^2]`; gravity if not given.
     pub acceleration: Option<[f64; 3]>,
+    /// Moment of inertia about any axis through the centre `[mass length^2]`. If not given, it is that of a uniform
+    /// sphere, `2/5 m R^2`, or of a uniform disk in two dimensions, `m R^2 / 2`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub moment_of_inertia: Option<f64>,
 }
 
 /// `[audit]`: relative limits of the audit of a run.

@@ -17,7 +17,7 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::interactions::{Interactions, species_named};
-use crate::scene::limits::{affordable, motion, on_flat_axes};
+use crate::scene::limits::{self, affordable, motion, on_flat_axes};
 use crate::scene::unvalidated::{Group, Listed, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
@@ -146,17 +146,18 @@ fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) 
             return Err(wrong(listed, row, (species, space), at));
         };
         let position = space.wrapped(particle.position);
-        particles.push(Particle::new(SpeciesId(id(kind)), position, particle.velocity));
+        particles.push(Particle { species: SpeciesId(id(kind)), position, ..*particle });
     }
     Ok(particles)
 }
 
 fn is_right(particle: &Particle, species: &Species, space: &Space) -> bool {
-    let Particle { position, velocity, .. } = particle;
+    let Particle { position, velocity, spin, .. } = particle;
     let is_on_flat =
         |k: usize| space.boundary[k] != Boundary::Flat || (position[k] == space.lower[k] && velocity[k] == 0.0);
-    position.iter().chain(velocity.iter()).all(|x| x.abs() <= LARGEST)
-        && (0..3).all(is_on_flat)
+    let turns = |k: usize| spin[k] == 0.0 || (!species.is_static() && space.turns_about(k));
+    position.iter().chain(velocity.iter()).chain(spin.iter()).all(|x| x.abs() <= LARGEST)
+        && (0..3).all(|k| is_on_flat(k) && turns(k))
         && (!species.is_static() || *velocity == Vector::zeros())
 }
 
@@ -172,7 +173,8 @@ fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at
         let [position, velocity] = [["position", "positions"], ["velocity", "velocities"]].map(place);
         on_flat_axes(&particle.position, &space.lower, space, &position)?;
         on_flat_axes(&particle.velocity, &Vector::zeros(), space, &velocity)?;
-        motion(&species[id.0 as usize], &particle.velocity, &velocity)
+        motion(&species[id.0 as usize], &particle.velocity, &velocity)?;
+        limits::spin(&particle.spin, &species[id.0 as usize], space, &place(["spin", "spins"]))
     };
     checked().err().unwrap_or_else(|| SceneError::new(at.clone(), SceneErrorKind::value("wrong", "a particle")))
 }

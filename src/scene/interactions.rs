@@ -5,11 +5,11 @@ use std::collections::HashMap;
 use crate::base::numbers::id;
 use crate::model::error::PotentialError;
 use crate::model::species_pairs::SpeciesPairs;
-use crate::model::{ContactLaw, Interaction, InteractionId, Species, SpeciesId};
+use crate::model::{Interaction, InteractionId, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse, unknown};
-use crate::scene::limits::{above_one, finite, positive, positive_if_given, restitution};
+use crate::scene::limits::{above_one, contact_law, finite, positive, positive_if_given};
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{InteractionDraft, Model};
 
@@ -101,6 +101,11 @@ impl<'a> Interactions<'a> {
                 "no further interactions in a scene",
             );
         }
+        if draft.law.roughness.is_some() && potential.as_ref().is_some_and(|potential| potential.core().is_none()) {
+            let expected = "a potential with a hard core: only bodies that touch are rough";
+            let at = ConfigPath::entry("interaction", index);
+            return refuse(at.key("potential"), "without a hard core in a rough interaction", expected);
+        }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
         // A stepped Lennard-Jones potential has one more radius, at its core.
         if steps > MOST_STEPS + 1 {
@@ -109,11 +114,7 @@ impl<'a> Interactions<'a> {
             return refuse(at, steps, expected);
         }
         let id = potential.map(|potential| {
-            self.list.push(Interaction {
-                potential,
-                law: ContactLaw::smooth(draft.restitution),
-                name: draft.name.clone(),
-            });
+            self.list.push(Interaction { potential, law: draft.law, name: draft.name.clone() });
             InteractionId(id(self.list.len() - 1))
         });
         self.made.insert((index, key), id);
@@ -127,7 +128,7 @@ impl<'a> Interactions<'a> {
         species: &'a [Species],
     ) -> Result<Self, SceneError> {
         for (index, interaction) in list.iter().enumerate() {
-            restitution(interaction.law.restitution, ConfigPath::entry("interaction", index).key("restitution"))?;
+            contact_law(&interaction.law, &ConfigPath::entry("interaction", index))?;
         }
         let is_in_list = table.iter().all(|(_, id)| (id.0 as usize) < list.len());
         if table.species() != species.len() || !is_in_list {
@@ -216,7 +217,7 @@ pub(crate) fn species_named(species: &[Species], name: &str, at: &ConfigPath) ->
 }
 
 fn check(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
-    restitution(draft.restitution, at.key("restitution"))?;
+    contact_law(&draft.law, at)?;
     positive_if_given(draft.diameter, at.key("diameter"))?;
     match draft.model {
         Model::SquareWell { lambda, well_depth } => {

@@ -3,10 +3,10 @@
 use crate::Vector;
 use crate::base::memory;
 use crate::base::text::shortest;
-use crate::model::Species;
 use crate::model::limits::MOST_PARTICLES;
 use crate::model::limits::{LARGEST, is_positive};
 use crate::model::space::{Boundary, Space};
+use crate::model::{ContactLaw, Roughness, Species};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
@@ -101,6 +101,15 @@ pub(crate) fn restitution(value: f64, at: ConfigPath) -> Result<f64, SceneError>
     check(value, (0.0..=1.0).contains(&value), "a number from 0 to 1", at)
 }
 
+/// Checks the numbers of a contact law. `at` is the table of its keys.
+pub(crate) fn contact_law(law: &ContactLaw, at: &ConfigPath) -> Result<(), SceneError> {
+    restitution(law.restitution, at.key("restitution"))?;
+    let Some(Roughness { tangential_restitution: tangential, friction }) = law.roughness else { return Ok(()) };
+    let key = at.key("tangential_restitution");
+    check(tangential, (-1.0..=1.0).contains(&tangential), "a number from -1 to 1", key)?;
+    check(friction, friction >= 0.0, "zero or a positive number", at.key("friction")).map(drop)
+}
+
 pub(crate) fn above_one(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 1.0 && value.is_finite();
     let expected = instead(is_of_kind, "a finite number above 1", "a number above 1, up to 1e50");
@@ -112,6 +121,17 @@ pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), Scen
         finite(component, at.index(k))?;
     }
     Ok(())
+}
+
+/// Checks a spin: static particles do not turn, and in two dimensions particles turn about the flat axis only.
+pub(crate) fn spin(spin: &Vector, species: &Species, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    finite_vector(spin, at)?;
+    let wrong = |k: &usize| spin[*k] != 0.0 && (species.is_static() || !space.turns_about(*k));
+    match (0..3).find(wrong) {
+        None => Ok(()),
+        Some(k) if species.is_static() => refuse(at.index(k), shortest(spin[k]), "0: static particles do not turn"),
+        Some(k) => refuse(at.index(k), shortest(spin[k]), "0, because particles turn about a flat axis only"),
+    }
 }
 
 /// Requires a finite vector that equals `flat` along the flat axes.

@@ -19,7 +19,7 @@ use toml::Table;
 
 use crate::Vector;
 use crate::model::Format;
-use crate::model::{AuditPlan, InputFile, OutputPlan};
+use crate::model::{AuditPlan, ContactLaw, InputFile, OutputPlan};
 use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
@@ -134,8 +134,8 @@ pub(crate) fn parts(
         scene.interactions.push(interaction::parse_interaction(file, &ConfigPath::entry("interaction", index))?);
     }
     for particle in file.particle {
-        let (position, velocity) = (vector(particle.position), vector(particle.velocity));
-        scene.push("particle", Group::Listed(Listed::one(&particle.species, position, velocity)));
+        let [position, velocity, spin] = [particle.position, particle.velocity, particle.spin].map(vector);
+        scene.push("particle", Group::Listed(Listed::one(&particle.species, position, velocity, spin)));
     }
     // A coordinate file may give the box only if there is no fill.
     let frames = Frames { given, files: &file.file, directory, space: &space, may_give_box: file.fill.is_empty() };
@@ -198,15 +198,23 @@ fn parse_output(output: OutputFile, directory: &Path) -> Result<(OutputPlan, Vec
     Ok((plan, inputs))
 }
 
+/// Returns the contact law of a table. Without the keys of rough contacts, it is smooth.
+fn contact_law(restitution: Option<f64>, tangential: Option<f64>, friction: Option<f64>) -> ContactLaw {
+    let law = ContactLaw::smooth(restitution.unwrap_or(1.0));
+    let law = tangential.map_or(law, |tangential| law.with_tangential_restitution(tangential));
+    friction.map_or(law, |friction| law.with_friction(friction))
+}
+
 /// Parses a species. Also returns the classes of its diameters if they are distributed.
 fn parse_species(species: SpeciesFile, at: &ConfigPath) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
-    let SpeciesFile { name, diameter, mass, is_static, acceleration } = species;
+    let SpeciesFile { name, diameter, mass, is_static, acceleration, moment_of_inertia } = species;
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
         // The classes replace this species, so its own diameter is never used.
         DiameterFile::Distribution(file) => (0.0, Some(diameter::parse_distribution(file, &at.key("diameter"))?)),
     };
-    let draft = SpeciesDraft { name, mass, diameter, is_static, acceleration: acceleration.map(vector) };
+    let acceleration = acceleration.map(vector);
+    let draft = SpeciesDraft { name, mass, diameter, is_static, acceleration, moment_of_inertia };
     draft.check_mass(at)?;
     Ok((draft, classes))
 }

@@ -25,7 +25,23 @@ impl SurfaceDraft {
     /// Sets the ratio of the normal speeds after and before a contact, 0 to 1.
     #[must_use]
     pub fn restitution(self, restitution: f64) -> Self {
-        Self { law: SurfaceLaw::Reflecting(ContactLaw::smooth(restitution)), ..self }
+        let law = self.law.contact().unwrap_or(ContactLaw::smooth(1.0));
+        Self { law: SurfaceLaw::Reflecting(ContactLaw { restitution, ..law }), ..self }
+    }
+
+    /// Makes the surface rough, with a tangential restitution from -1 to 1. Without [`Self::friction`], contacts never
+    /// slide.
+    #[must_use]
+    pub fn tangential_restitution(self, restitution: f64) -> Self {
+        let law = self.law.contact().unwrap_or(ContactLaw::smooth(1.0));
+        Self { law: SurfaceLaw::Reflecting(law.with_tangential_restitution(restitution)), ..self }
+    }
+
+    /// Makes the surface rough, with a friction coefficient. The tangential restitution is 0 unless it is set, too.
+    #[must_use]
+    pub fn friction(self, coefficient: f64) -> Self {
+        let law = self.law.contact().unwrap_or(ContactLaw::smooth(1.0));
+        Self { law: SurfaceLaw::Reflecting(law.with_friction(coefficient)), ..self }
     }
 
     /// Sets the temperature of a thermal surface `[energy]`, which gives particles new velocities.

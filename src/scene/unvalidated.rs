@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::model::Region;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
-use crate::model::{Particle, Species, SpeciesId};
+use crate::model::{ContactLaw, Particle, Species, SpeciesId};
 pub use crate::prepare::lattice::Lattice;
 use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::Surface;
@@ -223,13 +223,22 @@ pub struct SpeciesDraft {
     pub(crate) is_static: bool,
     /// Acceleration instead of gravity.
     pub(crate) acceleration: Option<Vector>,
+    /// Moment of inertia instead of the one of a uniform body.
+    pub(crate) moment_of_inertia: Option<f64>,
 }
 
 impl SpeciesDraft {
     /// Creates a species without a mass, and with a diameter of zero.
     #[must_use]
     pub fn new(name: &str) -> Self {
-        Self { name: name.to_owned(), mass: None, diameter: 0.0, is_static: false, acceleration: None }
+        Self {
+            name: name.to_owned(),
+            mass: None,
+            diameter: 0.0,
+            is_static: false,
+            acceleration: None,
+            moment_of_inertia: None,
+        }
     }
 
     /// Sets the mass `[mass]`, which every moving species needs.
@@ -250,6 +259,13 @@ impl SpeciesDraft {
         Self { acceleration: Some(acceleration), ..self }
     }
 
+    /// Sets the moment of inertia about every axis through the centre `[mass length^2]`. The default is a uniform sphere
+    /// of the mass and the diameter, or a uniform disk in two dimensions.
+    #[must_use]
+    pub fn moment_of_inertia(self, moment: f64) -> Self {
+        Self { moment_of_inertia: Some(moment), ..self }
+    }
+
     /// Makes all particles of the species static.
     #[must_use]
     pub fn fixed(self) -> Self {
@@ -263,6 +279,7 @@ impl SpeciesDraft {
             diameter: species.diameter,
             is_static: species.is_static(),
             acceleration: Some(species.acceleration),
+            moment_of_inertia: species.moment_of_inertia,
         }
     }
 
@@ -270,7 +287,12 @@ impl SpeciesDraft {
         match self.mass {
             None if !self.is_static => Err(missing(at, "mass", "every species that moves needs a mass")),
             Some(mass) if self.is_static => refuse(at.key("mass"), mass, "no mass: static = true makes it infinite"),
-            _ => Ok(()),
+            _ => match self.moment_of_inertia {
+                Some(moment) if self.is_static => {
+                    refuse(at.key("moment_of_inertia"), moment, "no moment of inertia: static particles do not turn")
+                }
+                _ => Ok(()),
+            },
         }
     }
 }
@@ -295,14 +317,14 @@ pub struct InteractionDraft {
     pub(crate) model: Model,
     /// Contact distance; if `None`, half the sum of the diameters of the two species.
     pub(crate) diameter: Option<f64>,
-    pub(crate) restitution: f64,
+    pub(crate) law: ContactLaw,
 }
 
 impl InteractionDraft {
     /// Creates an interaction with a restitution of 1 from a potential, or from the form of a potential.
     #[must_use]
     pub fn new(model: impl Into<Model>) -> Self {
-        Self { name: None, species: None, model: model.into(), diameter: None, restitution: 1.0 }
+        Self { name: None, species: None, model: model.into(), diameter: None, law: ContactLaw::smooth(1.0) }
     }
 
     /// Applies the interaction to pairs of particles of two species, which may be the same.
@@ -326,7 +348,21 @@ impl InteractionDraft {
     /// Sets the ratio of the normal speeds after and before a contact with an infinite barrier, 0 to 1.
     #[must_use]
     pub fn restitution(self, restitution: f64) -> Self {
-        Self { restitution, ..self }
+        Self { law: ContactLaw { restitution, ..self.law }, ..self }
+    }
+
+    /// Makes the cores rough, with the tangential restitution `b`, -1 to 1: contacts without sliding multiply the
+    /// tangential velocity of the surfaces by `-b`. Without [`Self::friction`], they never slide.
+    #[must_use]
+    pub fn tangential_restitution(self, restitution: f64) -> Self {
+        Self { law: self.law.with_tangential_restitution(restitution), ..self }
+    }
+
+    /// Makes the cores rough, with the friction coefficient `mu`: the largest ratio of the tangential to the normal
+    /// impulse. Without [`Self::tangential_restitution`], contacts that do not slide leave the surfaces rolling.
+    #[must_use]
+    pub fn friction(self, coefficient: f64) -> Self {
+        Self { law: self.law.with_friction(coefficient), ..self }
     }
 }
 
@@ -341,8 +377,8 @@ pub(crate) struct Listed {
 }
 
 impl Listed {
-    pub fn one(species: &str, position: Vector, velocity: Vector) -> Self {
-        let particle = Particle::new(SpeciesId(0), position, velocity);
+    pub fn one(species: &str, position: Vector, velocity: Vector, spin: Vector) -> Self {
+        let particle = Particle::new(SpeciesId(0), position, velocity).spin(spin);
         Self { names: vec![species.to_owned()], particles: vec![particle], are_rows: false }
     }
 

@@ -22,7 +22,7 @@ use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::{Interactions, MOST_KINDS};
 use crate::scene::limits::{
-    AXES, affordable_species, finite, finite_vector, on_flat_axes, positive, positive_if_given, restitution,
+    AXES, affordable_species, contact_law, finite, finite_vector, on_flat_axes, positive, positive_if_given,
 };
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{Group, SurfaceFill};
@@ -182,11 +182,13 @@ impl SceneBuilder {
             draft.check_mass(&at)?;
             positive(draft.diameter, at.key("diameter"))?;
             let mass = draft.mass.map_or(Ok(f64::INFINITY), |mass| positive(mass, at.key("mass")))?;
+            positive_if_given(draft.moment_of_inertia, at.key("moment_of_inertia"))?;
             species.push(Species {
                 name: draft.name.clone(),
                 mass,
                 diameter: draft.diameter,
                 acceleration: Vector::zeros(),
+                moment_of_inertia: draft.moment_of_inertia,
             });
         }
         Ok(species)
@@ -216,7 +218,7 @@ impl SceneBuilder {
                 positive(temperature, at.key(["x", "y", "z"][k]).key("temperature"))?;
             }
             for law in boundary.contact_laws().into_iter().flatten() {
-                restitution(law.restitution, at.key(["x", "y", "z"][k]).key("restitution"))?;
+                contact_law(&law, &at.key(["x", "y", "z"][k]))?;
             }
         }
         let unsized_space = &self.parts.space;

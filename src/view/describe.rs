@@ -22,8 +22,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    Equilibration, GrowthTarget, Influence, Interaction, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
-    Until,
+    ContactLaw, Equilibration, GrowthTarget, Influence, Interaction, Roughness, RunPlan, Scene, Species, SpeciesId,
+    StagePlan, Thermostat, Until,
 };
 
 /// Returns the number of particles of each species.
@@ -95,7 +95,7 @@ fn face(face: &Face, temperature: Option<f64>) -> String {
     match (face, temperature) {
         (Face::Open, _) => "open".to_owned(),
         (Face::Wall(_), Some(temperature)) => format!("wall (temperature {temperature})"),
-        (Face::Wall(law), None) => format!("wall (restitution {})", law.restitution),
+        (Face::Wall(law), None) => format!("wall ({})", contact_law(law)),
     }
 }
 
@@ -132,12 +132,18 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
 /// Describes an interaction in one line.
 #[must_use]
 pub fn interaction(interaction: &Interaction) -> String {
-    let restitution = if interaction.law.dissipates() {
-        format!(", restitution {}", interaction.law.restitution)
-    } else {
-        String::new()
-    };
-    format!("{}{restitution}", potential(&interaction.potential))
+    let law = &interaction.law;
+    let is_plain = law.roughness.is_none() && !law.dissipates();
+    let law = if is_plain { String::new() } else { format!(", {}", contact_law(law)) };
+    format!("{}{law}", potential(&interaction.potential))
+}
+
+/// Describes a contact law by its numbers.
+pub(super) fn contact_law(law: &ContactLaw) -> String {
+    let restitution = format!("restitution {}", law.restitution);
+    let Some(Roughness { tangential_restitution, friction }) = law.roughness else { return restitution };
+    let sliding = if friction == f64::INFINITY { "no sliding".to_owned() } else { format!("friction {friction}") };
+    format!("{restitution}, tangential restitution {tangential_restitution}, {sliding}")
 }
 
 fn potential(potential: &Potential) -> String {

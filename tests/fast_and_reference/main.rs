@@ -4,9 +4,9 @@ use carom::Vector;
 use carom::check::reference::{self, Reference};
 use carom::engine::event::{Event, EventKind, Other, Outcome};
 use carom::engine::{Simulation, Until};
-use carom::model::Scene;
 use carom::model::potential::Potential;
-use carom::model::space::{Boundary, Space};
+use carom::model::space::{Boundary, Face, Space};
+use carom::model::{ContactLaw, Scene};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -38,6 +38,8 @@ struct Recipe {
     boundary: [usize; 3],
     gravity: bool,
     restitution: f64,
+    /// Tangential restitution and friction of all contacts with cores and walls.
+    roughness: Option<[f64; 2]>,
     statics: usize,
     bonds: usize,
     contact_time: Option<f64>,
@@ -56,6 +58,7 @@ const PLAIN: Recipe = Recipe {
     boundary: [2; 3],
     gravity: false,
     restitution: 1.0,
+    roughness: None,
     statics: 0,
     bonds: 0,
     contact_time: None,
@@ -70,7 +73,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
         // Products of these numbers are rounded, because the numbers are not powers of two.
         (0.3..1.6_f64, prop::array::uniform2((-1.5..1.5_f64).prop_map(f64::exp))),
         (
-            prop::sample::select(vec![1.0, 0.9, 0.5]),
+            (prop::sample::select(vec![1.0, 0.9, 0.5]), prop::option::weighted(0.4, roughness())),
             0..4_usize,
             0..4_usize,
             0..6_usize,
@@ -82,7 +85,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
             |(
                 (seed, count, potential, boundary, gravity),
                 (depth, masses),
-                (restitution, statics, bonds, surfaces, contact_time, box_length),
+                ((restitution, roughness), statics, bonds, surfaces, contact_time, box_length),
             )| {
                 Recipe {
                     seed,
@@ -93,6 +96,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
                     boundary,
                     gravity,
                     restitution,
+                    roughness,
                     statics,
                     bonds,
                     contact_time,
@@ -102,6 +106,11 @@ fn recipe() -> impl Strategy<Value = Recipe> {
                 }
             },
         )
+}
+
+fn roughness() -> impl Strategy<Value = [f64; 2]> {
+    let tangential = prop_oneof![Just(1.0), Just(0.0), -1.0..1.0_f64];
+    (tangential, prop_oneof![Just(f64::INFINITY), 0.0..1.0_f64]).prop_map(|(b, mu)| [b, mu])
 }
 
 fn potential(kind: usize, depth: f64) -> Potential {
@@ -122,7 +131,7 @@ impl Recipe {
         for axis in 0..3 {
             space.boundary[axis] = match self.boundary[axis] {
                 0 => Boundary::Periodic,
-                1 => Boundary::walls(self.restitution),
+                1 => Boundary::Bounded { lower: self.wall(), upper: self.wall() },
                 _ => Boundary::OPEN,
             };
         }
@@ -134,7 +143,14 @@ impl Recipe {
             .species(SpeciesDraft::new("A").mass(self.masses[0]).diameter(1.0))
             .species(SpeciesDraft::new("B").mass(self.masses[1]).diameter(1.2))
             .species(SpeciesDraft::new("S").diameter(1.0).fixed());
-        let interaction = |potential: Potential| InteractionDraft::new(potential).restitution(self.restitution);
+        let interaction = |potential: Potential| {
+            let has_core = potential.core().is_some() && !potential.is_bond();
+            let draft = InteractionDraft::new(potential).restitution(self.restitution);
+            match self.roughness.filter(|_| has_core) {
+                Some([tangential, friction]) => draft.tangential_restitution(tangential).friction(friction),
+                None => draft,
+            }
+        };
         let kind = |next: usize| interaction(potential((self.potential + next) % 6, self.depth));
         builder = builder
             .interaction(kind(0).between("A", "A"))
@@ -167,10 +183,26 @@ impl Recipe {
         fill.region = Some(carom::scene::FillRegion::Box(region));
         if !space_is_periodic(&self.boundary) {
             for surface in surfaces(self.surfaces, self.box_length, self.restitution) {
+                let surface = self.roughened(surface);
                 builder = builder.surface(motions(self.motion).into_iter().fold(surface, SurfaceDraft::motion));
             }
         }
         builder.fill(fill).build().ok()
+    }
+}
+
+impl Recipe {
+    fn roughened(&self, surface: SurfaceDraft) -> SurfaceDraft {
+        let rough =
+            |[tangential, friction]: [f64; 2]| surface.clone().tangential_restitution(tangential).friction(friction);
+        self.roughness.map_or_else(|| surface.clone(), rough)
+    }
+
+    fn wall(&self) -> Face {
+        let law = ContactLaw::smooth(self.restitution);
+        let rough =
+            |[tangential, friction]: [f64; 2]| law.with_tangential_restitution(tangential).with_friction(friction);
+        Face::Wall(self.roughness.map_or(law, rough))
     }
 }
 
@@ -240,6 +272,13 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
             (ours.normal_impulse().abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE,
             "{ours:?} {theirs:?}"
         );
+        let torques =
+            if ours.particle == theirs.particle { theirs.torques } else { [theirs.torques[1], theirs.torques[0]] };
+        for (one, other) in ours.torques.iter().zip(&torques) {
+            prop_assert!((one - other).norm() < 1e3 * TOLERANCE, "event {k}: {ours:?} {theirs:?}");
+        }
+        let lost = (ours.dissipated - theirs.dissipated).abs();
+        prop_assert!(lost < 1e3 * TOLERANCE, "event {k}: {ours:?} {theirs:?}");
         // The work done by a surface is computed from velocities, so it contains rounding errors.
         let rounding = if ours.kind == EventKind::Surface { 1e2 * TOLERANCE } else { 1e-12 };
         prop_assert!((ours.energy_step - theirs.energy_step).abs() < rounding, "{ours:?} {theirs:?}");

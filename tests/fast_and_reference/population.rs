@@ -69,7 +69,15 @@ fn same_events(ours: &[Event], theirs: &[reference::Event], until: f64) -> Resul
 
 fn total(simulation: &Simulation) -> f64 {
     let (energy, counts) = (simulation.energy(), simulation.event_counts());
-    energy.kinetic + energy.potential + counts.dissipated.total() - counts.supplied.total()
+    energy.total() + counts.dissipated.total() - counts.supplied.total()
+}
+
+fn check_energy(simulation: &Simulation, at_start: f64) -> Result<(), TestCaseError> {
+    let energy = simulation.energy();
+    let scale = 1.0 + energy.kinetic + energy.rotational + at_start.abs();
+    let change = (total(simulation) - at_start).abs();
+    prop_assert!(change < 1e-9 * scale, "energy {change} of {scale}");
+    Ok(())
 }
 
 fn run(recipe: &Recipe, changes: &[Change], tally: &Cell<Tally>) -> Result<(), TestCaseError> {
@@ -110,7 +118,9 @@ fn run(recipe: &Recipe, changes: &[Change], tally: &Cell<Tally>) -> Result<(), T
             let is_static = *species == 2;
             let place = Vector::from_fn(|axis, _| (0.1 + 0.8 * place[axis]) * recipe.box_length);
             let velocity = if is_static { Vector::zeros() } else { Vector::from(*velocity) };
-            let new = Particle::new(SpeciesId(*species), place, velocity);
+            let spins = recipe.roughness.is_some() && !is_static;
+            let spin = if spins { place.cross(&velocity) / recipe.box_length } else { Vector::zeros() };
+            let new = Particle::new(SpeciesId(*species), place, velocity).spin(spin);
             match simulation.insert(&[new]) {
                 Ok(ids) => {
                     prop_assert_eq!(&ids, &[reference.insert(new)]);
@@ -119,13 +129,13 @@ fn run(recipe: &Recipe, changes: &[Change], tally: &Cell<Tally>) -> Result<(), T
                 Err(_) => count.refused += 1,
             }
         }
-        let scale = 1.0 + simulation.energy().kinetic + at_start.abs();
-        let change = (total(&simulation) - at_start).abs();
-        prop_assert!(change < 1e-9 * scale, "energy {change} of {scale}");
+        check_energy(&simulation, at_start)?;
         let snapshot = simulation.snapshot();
         for (id, velocity) in snapshot.ids.iter().zip(&snapshot.velocities) {
             let expected = reference.velocities()[id.0 as usize];
             prop_assert!((velocity - expected).amax() < 1e2 * TOLERANCE, "{id:?}");
+            let spin = snapshot.index(*id).and_then(|index| snapshot.spins.get(index).copied()).unwrap_or_default();
+            prop_assert!((spin - reference.spins()[id.0 as usize]).amax() < 1e2 * TOLERANCE, "{id:?}");
         }
     }
     tally.set(count);

@@ -22,6 +22,7 @@ mod measure;
 mod moving;
 mod multicanonical;
 mod rates;
+mod rough;
 mod sheared;
 mod single_bodies;
 mod steps;

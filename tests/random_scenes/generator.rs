@@ -68,7 +68,51 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     // The limit is a few thousand mean free times. It ends scenes without collisions.
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
-    text
+    let mut dice = Dice::new(seed ^ 0x00f0_71c7);
+    if dice.chance(0.35) { roughened(&text, &mut dice, dimensions) } else { text }
+}
+
+/// Potentials with a hard core, whose contacts may be rough.
+const WITH_CORES: [&str; 5] = ["hard-sphere", "square-well", "square-shoulder", "stepped-lennard-jones", "bond"];
+
+/// Keys that make a contact rough.
+const ROUGHNESS: [&[&str]; 6] = [
+    &["tangential_restitution = 1.0"],
+    &["tangential_restitution = 0.0"],
+    &["tangential_restitution = 0.4", "friction = 0.3"],
+    &["tangential_restitution = -0.7", "friction = 0.1"],
+    &["friction = 0.5"],
+    &["tangential_restitution = 1.0", "friction = 2.0"],
+];
+
+/// Makes most contacts of a scene rough, and lets some particles spin.
+fn roughened(text: &str, dice: &mut Dice, dimensions: usize) -> String {
+    let mut rough = String::new();
+    let mut is_surface = false;
+    for line in text.lines() {
+        let has_core = WITH_CORES.iter().any(|name| line == format!("potential = \"{name}\""));
+        is_surface = line == "[[surface]]" || (is_surface && !line.starts_with('['));
+        let keys = dice.pick(&ROUGHNESS);
+        let is_chosen = dice.chance(0.8);
+        if let Some(wall) = line.strip_suffix(" }").filter(|line| is_chosen && line.contains(", restitution = ")) {
+            let _ = writeln!(rough, "{wall}, {} }}", keys.join(", "));
+            continue;
+        }
+        let _ = writeln!(rough, "{line}");
+        if is_chosen && (has_core || is_surface && line.starts_with("restitution = ")) {
+            let _ = writeln!(rough, "{}", keys.join("\n"));
+        }
+        if line.starts_with("velocity = ") && is_particle(&rough) && dimensions > 1 && dice.chance(0.5) {
+            let spin: [f64; 3] = std::array::from_fn(|k| if dimensions == 3 || k == 2 { dice.normal() } else { 0.0 });
+            let _ = writeln!(rough, "spin = {spin:?}");
+        }
+    }
+    rough
+}
+
+/// Whether the last table of a text is a particle.
+fn is_particle(text: &str) -> bool {
+    text.rfind("[[").is_some_and(|at| text[at..].starts_with("[[particle]]"))
 }
 
 fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {

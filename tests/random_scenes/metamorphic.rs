@@ -87,6 +87,8 @@ fn a_mirrored_scene_has_mirrored_events() {
         for particle in &mut scene.particles {
             particle.position.x *= -1.0;
             particle.velocity.x *= -1.0;
+            // A spin is an axial vector.
+            (particle.spin.y, particle.spin.z) = (-particle.spin.y, -particle.spin.z);
         }
         Vec::new()
     };
@@ -169,6 +171,7 @@ fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
         species.mass *= mass;
         species.diameter *= length;
         species.acceleration *= length / (time * time);
+        species.moment_of_inertia = species.moment_of_inertia.map(|moment| moment * mass * length * length);
     }
     for interaction in &mut scaled.interactions {
         let of = |values: &[f64], unit: f64| values.iter().map(|value| value * unit).collect();
@@ -179,6 +182,7 @@ fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
     for particle in &mut scaled.particles {
         particle.position *= length;
         particle.velocity *= speed;
+        particle.spin /= time;
     }
     scaled.contact_time = scaled.contact_time.map(|t| t * time);
     scaled.run.limit.time = scaled.run.limit.time.map(|t| t * time);

@@ -12,8 +12,14 @@ use crate::scene;
 
 const K: usize = 300;
 
+const ROUGH: &str = "potential = \"hard-sphere\"\ntangential_restitution = 0.5\nfriction = 0.3";
+
 fn fluid() -> Recording {
     Recording::of(scene(FLUID), 400)
+}
+
+fn rough() -> Recording {
+    Recording::of(scene(&FLUID.replace("potential = \"hard-sphere\"", ROUGH)), 400)
 }
 
 fn well() -> Recording {
@@ -141,6 +147,34 @@ fn wrong_event_quantities_are_reported() {
     assert_eq!(reported(Outcome::Core, &|event| event.dissipated = 1e-9), Quantity::Energy);
     assert_eq!(reported(Outcome::Core, &|event| event.impulse *= 1.0 + 1e-9), Quantity::Velocity);
     assert_eq!(reported(Outcome::Core, &|event| event.normal = -event.normal), Quantity::Normal);
+}
+
+#[test]
+fn wrong_torques_and_spins_are_reported() {
+    assert_eq!(rough().fault(), None);
+    let pair = |recording: &Recording| {
+        let event = &recording.events[K].0;
+        [event.particle, event.partner().unwrap()].map(|id| id.0 as usize)
+    };
+    for k in 0..2 {
+        let mut recording = rough();
+        recording.events[K].0.torques[k] *= 1.0 + 1e-9;
+        assert_eq!(wrong_quantity(&recording, K), Quantity::Torque);
+        let mut recording = rough();
+        let particle = pair(&recording)[k];
+        recording.events[K].1.spins[particle] *= 1.0 + 1e-9;
+        assert_eq!(wrong_quantity(&recording, K), Quantity::Torque);
+    }
+    // Without the tangential impulse, the contact would be smooth.
+    let mut recording = rough();
+    let normal = recording.events[K].0.normal;
+    let tangential = recording.events[K].0.impulse - normal * recording.events[K].0.normal_impulse();
+    recording.events[K].0.impulse -= tangential;
+    assert_eq!(wrong_quantity(&recording, K), Quantity::Impulse);
+    let mut recording = rough();
+    let other = bystander(&recording);
+    recording.events[K].1.spins[other.0 as usize].x += 1e-15;
+    assert_eq!(recording.fault(), Some((K, Fault::Turned { particle: other })));
 }
 
 #[test]

@@ -478,7 +478,7 @@ class Simulation(State, Driven):
     def energy(self) -> dict[str, float]:
         """Current energies `[energy]`.
 
-        They are ``kinetic``; ``thermal``, the kinetic energy without the streaming motion in a sheared box;
+        They are ``kinetic``, of the motion of the centres; ``rotational``, of the spins; ``thermal``, the kinetic energy without the streaming motion in a sheared box;
         ``potential``; ``pair``, the part of the potential energy that comes from pairs; and the energies
         ``dissipated`` and ``supplied`` since the start. ``kinetic + potential + dissipated - supplied`` is
         conserved.
@@ -582,6 +582,19 @@ class Simulation(State, Driven):
         positions: particle 106 overlaps with particle 107
         """
         self._core.set_positions(vectors("positions", positions, len(self._scene)), flag("keep_states", keep_states))
+
+    @property
+    def spins(self) -> NDArray[np.float64]:
+        """Current spins `[1 / time]`, of shape ``(n, 3)``, in the order of the ids.
+
+        A spin is the angular velocity of a particle about its centre. Without rough contacts, all spins are 0.
+
+        Examples
+        --------
+        >>> bool((carom.Simulation(fluid).spins == 0).all())
+        True
+        """
+        return self._core.spins()
 
     @property
     def velocities(self) -> NDArray[np.float64]:

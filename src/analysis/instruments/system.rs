@@ -51,7 +51,7 @@ pub struct SystemDescription {
     pub is_accelerated: bool,
     /// Whether the fluid is homogeneous and unconfined: periodic, without gravity, walls or static particles.
     pub is_homogeneous: bool,
-    /// Whether contacts between particles and contacts with walls of the box dissipate no energy.
+    /// Whether contacts between particles and with walls of the box are smooth and dissipate no energy.
     pub is_elastic: bool,
     /// Whether some pairs can have a potential energy.
     pub has_wells: bool,
@@ -151,7 +151,7 @@ impl SystemDescription {
             conserved_axes: applicable.conserved_axes,
             is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
             is_homogeneous: applicable.is_homogeneous,
-            is_elastic: scene.has_elastic_pairs() && !scene.space.boundary.iter().any(is_soft),
+            is_elastic: scene.has_elastic_pairs() && !scene.is_rough() && !scene.space.boundary.iter().any(is_soft),
             has_wells: applicable.has_wells,
             shear_rate: scene.shear_rate.unwrap_or(0.0),
             scaling_interval: applicable.scaling_interval,
@@ -170,7 +170,7 @@ impl SystemDescription {
             (self.moving.len() < 2, "with fewer than two moving particles"),
             (self.is_accelerated, "with gravity"),
             (!self.is_homogeneous, "in a box with non-periodic axes, surfaces or static particles"),
-            (!self.is_elastic, "with contacts that lose energy"),
+            (!self.is_elastic, "with contacts that lose energy or are rough"),
             (!self.conserves_momentum, "with a heat bath that changes the momentum"),
         ];
         obstacles.into_iter().find(|(is_one, _)| *is_one).map(|(_, words)| words)

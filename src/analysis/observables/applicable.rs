@@ -24,6 +24,8 @@ pub struct ApplicableObservables {
     pub conserves_momentum: bool,
     /// Whether a kinetic temperature is defined. It needs at least two moving particles and no acceleration.
     pub has_temperature: bool,
+    /// Whether the particles have spins, and so a rotational energy.
+    pub has_spins: bool,
     /// Whether events conserve the temperature. A thermostat may scale all velocities.
     pub conserves_temperature: bool,
     /// Whether a virial pressure is defined: for homogeneous or wall-confined fluids without shear.
@@ -83,13 +85,11 @@ impl ApplicableObservables {
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
         let has_static = moving < scene.particles.len();
-        let mut reached = all
-            .clone()
-            .filter(|&index| is_moving(index))
-            .map(|index| scene.space.accessible_volume(species_of(index).diameter));
-        let has_room = reached.all(|volume| volume > 0.0);
-        let is_confined =
-            has_walls && scene.space.is_closed() && has_temperature && !has_static && !has_surfaces && has_room;
+        let is_reached = |index: usize| scene.space.accessible_volume(species_of(index).diameter) > 0.0;
+        let has_room = all.clone().filter(|&index| is_moving(index)).all(is_reached);
+        // Rough walls also exert tangential forces, which the virial of the particles leaves out.
+        let has_smooth_walls = has_walls && !has_surfaces && !scene.has_rough_walls();
+        let is_confined = has_smooth_walls && scene.space.is_closed() && has_temperature && has_room && !has_static;
         let walled_axes = std::array::from_fn(|axis| is_confined && scene.space.walls(axis) == 2);
         let mut applicable = Self {
             moving,
@@ -98,6 +98,7 @@ impl ApplicableObservables {
             conserved_axes: [false; 3],
             conserves_momentum: false,
             has_temperature,
+            has_spins: moving > 0 && scene.has_spins(),
             conserves_temperature: false,
             has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
             walled_axes,

@@ -8,13 +8,15 @@ pub struct Row {
     pub events: u64,
     /// Current kinetic temperature `[energy]`.
     pub temperature: Option<f64>,
-    /// Current kinetic energy `[energy]`.
+    /// Current kinetic energy of the motion of the centres `[energy]`.
     pub kinetic: f64,
+    /// Current kinetic energy of the rotation of the particles `[energy]`.
+    pub rotational: f64,
     /// Current potential energy of pairs and of gravity `[energy]`.
     pub potential: f64,
     /// Net energy supplied so far by thermostats, walls, growth and shear `[energy]`.
     pub supplied: f64,
-    /// Kinetic plus potential plus dissipated minus supplied energy: constant within round-off `[energy]`.
+    /// Kinetic, rotational, potential and dissipated energy minus supplied energy: constant within round-off `[energy]`.
     pub ledger: f64,
     /// Pressure since the previous row `[energy / length^D]`.
     pub pressure: Option<f64>,

@@ -116,6 +116,7 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
     let interaction = &scene.interactions[scene.table.get(at, at)?.0 as usize];
     let is_plain = interaction.potential.is_hard_sphere()
         && !interaction.law.dissipates()
+        && interaction.law.roughness.is_none()
         && interaction.potential.core() == Some(species.diameter)
         && !species.is_static()
         && species.acceleration == Vector::zeros()

@@ -36,6 +36,8 @@ pub struct Event {
     pub normal: Vector,
     /// Momentum that the particle gained along `normal` `[mass length / time]`.
     pub impulse: f64,
+    /// Angular momenta that the particle and its partner gained about their centres `[mass length^2 / time]`.
+    pub torques: [Vector; 2],
     /// Potential energy gained `[energy]`.
     pub energy_step: f64,
     /// Kinetic energy lost at an infinite barrier `[energy]`.

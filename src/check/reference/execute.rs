@@ -1,6 +1,7 @@
 //! Executes the events of the reference engine.
 
 use super::response::Encounter;
+use super::rough::Rub;
 use super::rules::{Discontinuity, seen};
 use super::{Event, EventKind, Outcome, Reference, Side};
 use crate::Vector;
@@ -22,9 +23,22 @@ impl Reference {
         let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, law };
         // Like a wall, a static particle has no memory of its contacts in the TC model.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
-        let (outcome, after) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
+        let (outcome, after, roughness) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
 
-        let impulse = (after - velocity) * reduced_mass;
+        let mut impulse = (after - velocity) * reduced_mass;
+        let mut torques = [Vector::zeros(); 2];
+        let mut lost = 0.5 * reduced_mass * (velocity.norm_squared() - after.norm_squared());
+        // The end of a bond is smooth, because the particles do not touch there.
+        if let Some(roughness) = roughness.filter(|_| outcome == Outcome::Core) {
+            let [a, b] = [i, j].map(|p| self.species(p).diameter);
+            let radii = [a, b].map(|diameter| seen.distance * diameter / (a + b));
+            let kick = (after - velocity).dot(&normal);
+            let rub = Rub { particle: i, partner: Some(j), radii, normal, velocity, turning: Vector::zeros(), kick };
+            let rubbed = self.rub(&rub, &roughness);
+            impulse += rubbed.impulse;
+            torques = rubbed.torques;
+            lost += rubbed.dissipated;
+        }
         let before = [i, j].map(|p| self.velocities[p as usize]);
         self.velocities[i as usize] += impulse * wi;
         self.velocities[j as usize] -= impulse * wj;
@@ -34,7 +48,6 @@ impl Reference {
             Outcome::Core | Outcome::Bounce => (state, 0.0),
         };
         self.pairs.insert((i, j), (interaction, next));
-        let lost = 0.5 * reduced_mass * (velocity.norm_squared() - after.norm_squared());
         Some(Event {
             time: self.time(),
             kind: EventKind::Pair(outcome),
@@ -42,6 +55,7 @@ impl Reference {
             partner: Some(ParticleId(j)),
             normal,
             impulse: impulse.dot(&normal),
+            torques,
             energy_step,
             dissipated: if next == state { lost } else { 0.0 },
             before,
@@ -56,7 +70,7 @@ impl Reference {
         let mut normal = Vector::zeros();
         normal[k] = if is_upper { -1.0 } else { 1.0 };
         let encounter = self.encounter_at_rest(i, normal, law);
-        Some(self.reflect(i, &encounter, EventKind::Wall { axis, is_upper }))
+        Some(self.reflect(i, &encounter, Vector::zeros(), EventKind::Wall { axis, is_upper }))
     }
 
     pub(super) fn execute_surface(&mut self, i: u32, feature: u32) -> Option<Event> {
@@ -72,7 +86,16 @@ impl Reference {
         let acceleration = moment.map_or(push, |moment| moment.acceleration_seen(&place, &before, &push));
         let encounter = Encounter { side: contact.side, curvature, velocity, acceleration, ..encounter };
         let mass = encounter.reduced_mass;
-        let event = self.reflect(i, &encounter, EventKind::Surface { number: feature.surface });
+        // The spins are converted to the frame of the surface and back.
+        let to_shape = |vector: &Vector| moment.map_or(*vector, |moment| moment.pose.direction_of_shape(vector));
+        let turning = moment.map_or(Vector::zeros(), |moment| moment.pose.direction_of_shape(&moment.spin));
+        let spin = self.spins[i as usize];
+        self.spins[i as usize] = to_shape(&spin);
+        let event = self.reflect(i, &encounter, turning, EventKind::Surface { number: feature.surface });
+        if let Some(moment) = &moment {
+            self.spins[i as usize] = moment.pose.direction(&self.spins[i as usize]);
+        }
+        let gained = self.spins[i as usize] - spin;
         // The event's normal points from the surface to the particle, even if the surface surrounds the particle.
         let sign = contact.side.sign();
         let event = Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event };
@@ -81,7 +104,9 @@ impl Reference {
         self.velocities[i as usize] = after;
         Some(Event {
             normal: moment.pose.direction(&event.normal),
-            energy_step: mass * (after - before).dot(&moment.velocity_at(&place)),
+            torques: event.torques.map(|torque| moment.pose.direction(&torque)),
+            energy_step: mass * (after - before).dot(&moment.velocity_at(&place))
+                + self.angular_momentum(i, &gained).dot(&moment.spin),
             before: [before, Vector::zeros()],
             after: [after, Vector::zeros()],
             ..event
@@ -103,9 +128,21 @@ impl Reference {
     }
 
     /// Executes the contact of a particle with a barrier at rest. A moving surface is at rest in its own frame.
-    fn reflect(&mut self, i: u32, encounter: &Encounter, kind: EventKind) -> Event {
-        let Encounter { velocity: before, normal, reduced_mass: mass, .. } = *encounter;
-        let (_, after) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
+    fn reflect(&mut self, i: u32, encounter: &Encounter, turning: Vector, kind: EventKind) -> Event {
+        let Encounter { velocity: before, normal, reduced_mass: mass, seen, side, .. } = *encounter;
+        let (_, mut after, roughness) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
+        let mut torques = [Vector::zeros(); 2];
+        let mut dissipated = 0.5 * mass * (before.norm_squared() - after.norm_squared());
+        if let Some(roughness) = roughness {
+            let normal = normal * side.sign();
+            let kick = (after - before).dot(&normal);
+            let radii = [seen.distance, 0.0];
+            let rub = Rub { particle: i, partner: None, radii, normal, velocity: before, turning, kick };
+            let rubbed = self.rub(&rub, &roughness);
+            after += rubbed.impulse / mass;
+            torques = rubbed.torques;
+            dissipated += rubbed.dissipated;
+        }
         self.velocities[i as usize] = after;
         Event {
             time: self.time(),
@@ -114,8 +151,9 @@ impl Reference {
             partner: None,
             normal,
             impulse: mass * (after - before).dot(&normal),
+            torques,
             energy_step: 0.0,
-            dissipated: 0.5 * mass * (before.norm_squared() - after.norm_squared()),
+            dissipated,
             before: [before, Vector::zeros()],
             after: [after, Vector::zeros()],
         }

@@ -2,7 +2,7 @@
 
 use super::rules::{Discontinuity, Side};
 use crate::Vector;
-use crate::model::ContactLaw;
+use crate::model::{ContactLaw, Roughness};
 
 /// Outcome of a pair event (paper, figure 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -50,14 +50,21 @@ pub(super) struct Encounter {
 }
 
 impl Encounter {
-    /// Returns the outcome and the relative velocity after the event. `moving` lists the particles that are not static.
-    pub fn leave(&self, tc_model: Option<&mut TcModel>, moving: &[u32], time: f64) -> (Outcome, Vector) {
+    /// Returns the outcome of the event, `v_ij` after it, and the roughness of the contact if it is rough. `moving` lists
+    /// the particles that are not static.
+    pub fn leave(
+        &self,
+        tc_model: Option<&mut TcModel>,
+        moving: &[u32],
+        time: f64,
+    ) -> (Outcome, Vector, Option<Roughness>) {
         let Self { seen, side, normal, velocity, acceleration, .. } = self;
         let vn = velocity.dot(normal);
         let along = velocity - normal * vn;
         let (outcome, after) = respond(seen, *side, vn, self.reduced_mass, &self.law);
         let Some(tc_model) = tc_model.filter(|_| seen.energy_step == f64::INFINITY) else {
-            return (outcome, along + normal * after);
+            let roughness = self.law.roughness.filter(|_| seen.energy_step == f64::INFINITY);
+            return (outcome, along + normal * after, roughness);
         };
         let arrival = Arrival {
             restitution: self.law.restitution,
@@ -67,8 +74,10 @@ impl Encounter {
             closing: -side.sign() * (acceleration.dot(normal) + along.norm_squared() * self.curvature),
         };
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
+        let is_rough = !tc_model.is_smooth;
         let recedes = arrival.approach == 0.0 && speed == 0.0;
-        (outcome, along * scale + normal * if recedes { vn } else { side.sign() * speed })
+        let after = along * scale + normal * if recedes { vn } else { side.sign() * speed };
+        (outcome, after, self.law.roughness.filter(|_| is_rough))
     }
 }
 
@@ -83,17 +92,19 @@ pub(super) struct Arrival {
     pub closing: f64,
 }
 
-/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic if either particle had its
-/// previous contact less than `t_c` ago.
+/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic and smooth if either particle
+/// had its previous contact less than `t_c` ago.
 #[derive(Debug)]
 pub(super) struct TcModel {
     contact_time: f64,
     last: Vec<f64>,
+    /// Whether the latest contact was smooth, because another contact preceded it or because the particle slid.
+    pub is_smooth: bool,
 }
 
 impl TcModel {
     pub fn new(contact_time: f64, particles: usize) -> Self {
-        Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
+        Self { contact_time, last: vec![f64::NEG_INFINITY; particles], is_smooth: false }
     }
 
     pub fn meet_newcomer(&mut self) {
@@ -113,6 +124,7 @@ impl TcModel {
 
         let back_after_contact_time = 0.5 * closing * self.contact_time;
         let slowest = back_after_contact_time / 64.0;
+        self.is_smooth = is_recent || approach < slowest;
         if approach < slowest {
             let total = libm::hypot(approach, tangential);
             let speed = slowest.min(total);

@@ -185,7 +185,7 @@ impl Judge<'_> {
             possible.extend(without);
         }
         let mut least = f64::INFINITY;
-        for (expected, after) in possible {
+        for (expected, after, _) in possible {
             prop_assert_eq!(expected, outcome, "{:?}", event);
             least = least.min(self.excess(event, encounter, weights, &after));
         }

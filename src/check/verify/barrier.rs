@@ -22,6 +22,8 @@ pub(super) struct Leaving {
     pub speed: (f64, f64),
     /// Speed along the barrier, with its uncertainty `[length / time]`; `None` if it does not change.
     pub sliding: Option<(f64, f64)>,
+    /// Whether a rough barrier exerts a tangential impulse in this contact.
+    pub is_rough: bool,
 }
 
 #[derive(Debug)]
@@ -74,7 +76,7 @@ impl ContactMemory {
     ///
     /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle slower than
     /// `v / SLIDING` slides: at constant energy, it leaves at `v / SLIDING`, or at its total speed if that is lower. A
-    /// faster contact is elastic if either particle had a contact less than `t_c` ago. Otherwise, the particle loses
+    /// faster contact is elastic and smooth if either particle had a contact less than `t_c` ago. Otherwise, the particle loses
     /// speed, but keeps its approach speed up to `v`.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { law, approach, tangential, closing } = *arrival;
@@ -86,11 +88,11 @@ impl ContactMemory {
         let uncertain = slowest.1 + approach.1;
         if approach.0 >= slowest.0 - uncertain {
             if is_recent != Some(false) {
-                leavings.push(Leaving { speed: approach, sliding: None });
+                leavings.push(Leaving { speed: approach, sliding: None, is_rough: false });
             }
             if is_recent != Some(true) {
                 let speed = (law.restitution * approach.0).max(away.0.min(approach.0));
-                leavings.push(Leaving { speed: (speed, approach.1 + away.1), sliding: None });
+                leavings.push(Leaving { speed: (speed, approach.1 + away.1), sliding: None, is_rough: true });
             }
         }
         if approach.0 <= slowest.0 + uncertain {
@@ -108,7 +110,7 @@ fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> L
     // Uncertainty of the squared speed along the barrier. Its root is an upper bound for the uncertainty of the speed.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
     let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
-    Leaving { speed, sliding: Some((left.sqrt(), left_bound)) }
+    Leaving { speed, sliding: Some((left.sqrt(), left_bound)), is_rough: false }
 }
 
 #[cfg(test)]
@@ -151,7 +153,7 @@ mod tests {
         assert_eq!(speeds(&memory, &arrival(0.0, 2.0, 0.0, 1.0), 1.0), [0.25]);
         assert_eq!(speeds(&memory, &arrival(0.0, 0.125, 0.0, 1.0), 1.0), [0.125]);
         let slides = memory.leavings(&arrival(0.0, 0.0, 2.0, 1.0), &[0], &AT_ONE);
-        let [Leaving { speed, sliding: Some((along, _)) }] = slides[..] else { panic!("{slides:?}") };
+        let [Leaving { speed, sliding: Some((along, _)), .. }] = slides[..] else { panic!("{slides:?}") };
         assert_eq!(speed.0, 0.25 / 64.0);
         assert!((along * along + speed.0 * speed.0 - 4.0).abs() < 1e-14);
     }

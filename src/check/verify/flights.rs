@@ -12,6 +12,10 @@ impl Verifier {
         for (i, at) in (0_u32..).zip(0..self.before.positions.len()) {
             let jump = self.world.shortest(after.positions[at] - self.before.positions[at]).norm();
             let change = (after.velocities[at] - self.before.velocities[at]).norm();
+            let turned = self.states.spins.get(at) != after.spins.get(at);
+            if turned && !takes_part(i) {
+                return Err(Fault::Turned { particle: ParticleId(i) });
+            }
             if jump == 0.0 && (change == 0.0 || takes_part(i)) && self.world.is_in_box(&after.positions[at]) {
                 continue;
             }

@@ -44,6 +44,8 @@ pub(super) struct Beside<'a> {
 pub(super) struct Carried {
     /// Velocity of the surface at the contact `[length / time]`.
     pub velocity: Vector,
+    /// Angular velocity of the surface `[1 / time]`.
+    pub spin: Vector,
     /// Acceleration of the particle in the frame of the surface, along the axes of the box `[length / time^2]`.
     pub acceleration: Vector,
     /// Magnitude of the terms of `acceleration`, which determines its rounding error `[length / time^2]`.
@@ -245,12 +247,14 @@ impl Beside<'_> {
     pub fn carried(&self) -> Carried {
         let Motion { position, velocity, acceleration, .. } = &self.motion;
         let Some(piece) = self.piece else {
-            return Carried { velocity: Vector::zeros(), acceleration: *acceleration, rounded_with: 0.0 };
+            let still = Vector::zeros();
+            return Carried { velocity: still, spin: still, acceleration: *acceleration, rounded_with: 0.0 };
         };
         let moment = piece.at(self.now);
         let seen = moment.acceleration_seen(position, velocity, acceleration);
         Carried {
             velocity: moment.velocity_at(position),
+            spin: moment.spin,
             acceleration: moment.pose.direction(&seen),
             rounded_with: acceleration.norm() + self.sway.push,
         }

@@ -5,6 +5,7 @@ use super::bounds::{Bounds, Flight, rounded};
 use super::certificate::{Margins, note};
 use super::contact::Contact;
 use super::moving::Carried;
+use super::rub::{Rub, Rubbed};
 use super::rules::{Side, Step};
 use super::violation::{Fault, Quantity};
 use super::world::{Wall, World};
@@ -12,7 +13,7 @@ use crate::Vector;
 use crate::check::reference::Touch;
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
-use crate::model::ContactLaw;
+use crate::model::{ContactLaw, Roughness};
 
 /// An event, with all data that determine its outcome.
 pub(super) struct Encounter<'a> {
@@ -53,6 +54,10 @@ struct Motion<'a> {
     radial: f64,
     /// Velocity of the surface at the contact; zero for other contacts `[length / time]`.
     surface: Vector,
+    /// Angular velocity of the surface; zero for other contacts `[1 / time]`.
+    surface_spin: Vector,
+    /// The rough contact; `None` at a smooth barrier.
+    rub: Option<Rub>,
 }
 
 impl Motion<'_> {
@@ -86,7 +91,14 @@ impl Encounter<'_> {
         let radial = velocity.dot(&normal);
         let outwards = side.sign();
         let (particles, weights, surface) = (&[i, j][..], &weights[..], Vector::zeros());
-        let motion = Motion { particles, weights, reduced_mass, normal, outwards, velocity, radial, surface };
+        let rub = law.roughness.filter(|_| seen.is_barrier() && side == Side::Positive).map(|roughness| {
+            let [a, b] = [i, j].map(|p| self.world.radius(p));
+            let arms = [a, b].map(|radius| radius / (a + b) * seen.distance);
+            self.rub(roughness, &[Some(i), Some(j)], arms, [normal, velocity, Vector::zeros()])
+        });
+        let surface_spin = Vector::zeros();
+        let motion =
+            Motion { particles, weights, reduced_mass, normal, outwards, velocity, radial, surface, surface_spin, rub };
 
         let (expected, crosses) = self.expected(side, seen, &motion, found);
         let contact = Contact::of(self.event);
@@ -102,8 +114,8 @@ impl Encounter<'_> {
         let wrong_way = onwards * relative(self.after).dot(&normal);
         self.within(Quantity::Direction, wrong_way, self.bounds.normal_velocity)?;
         if !seen.is_barrier() {
-            self.check_velocities(&motion, &Vector::zeros(), 0.0)?;
-            return self.check_energy(&motion, 0.0, 0.0);
+            self.check_velocities(&motion, &Vector::zeros(), 0.0, &Rubbed::NONE)?;
+            return self.check_energy(&motion, 0.0, 0.0, &Rubbed::NONE);
         }
         let acceleration = self.world.accelerations[i as usize] - self.world.accelerations[j as usize];
         let radius = apart.norm().max(f64::MIN_POSITIVE);
@@ -117,7 +129,7 @@ impl Encounter<'_> {
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 0.0)?;
         let acceleration = self.world.accelerations[self.event.particle.0 as usize];
         let bend = Bend { radius: f64::INFINITY, along: None, acceleration, rounded_with: 0.0 };
-        self.check_reflection(&normal, &wall.law, &bend, &Vector::zeros())
+        self.check_reflection(&normal, &wall.law, &bend, [&Vector::zeros(), &Vector::zeros()])
     }
 
     /// Checks a reflection off a feature of a surface, in the frame of the surface.
@@ -125,18 +137,40 @@ impl Encounter<'_> {
         let sign = touch.side.sign();
         let normal = touch.normal * sign;
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 2.0 * self.bounds.direction)?;
-        let Carried { velocity, acceleration, rounded_with } = *carried;
+        let Carried { velocity, spin, acceleration, rounded_with } = *carried;
         let bend = Bend { radius: sign / touch.curvature, along: touch.along, acceleration, rounded_with };
-        self.check_reflection(&normal, law, &bend, &velocity)
+        self.check_reflection(&normal, law, &bend, [&velocity, &spin])
     }
 
-    /// Checks a reflection. The normal points to the particle.
+    /// Returns a rough contact. `bodies` are the particle and its partner, if it has one.
+    fn rub(
+        &self,
+        roughness: Roughness,
+        bodies: &[Option<u32>; 2],
+        arms: [f64; 2],
+        [normal, velocity, surface_spin]: [Vector; 3],
+    ) -> Rub {
+        let spin = |p: u32| self.before.spins.get(p as usize).copied().unwrap_or_default() - surface_spin;
+        let all = |of: &[f64]| bodies.map(|body| body.map_or(0.0, |p| of[p as usize]));
+        Rub {
+            roughness,
+            normal,
+            velocity,
+            spins: bodies.map(|body| body.map_or(Vector::zeros(), spin)),
+            arms,
+            inverse_inertias: all(&self.world.inverse_inertias),
+            inverse_mass: all(&self.world.inverse_masses).iter().sum(),
+        }
+    }
+
+    /// Checks a reflection. The normal points to the particle. `surface` is the velocity of the surface at the contact,
+    /// and its angular velocity.
     fn check_reflection(
         &mut self,
         normal: &Vector,
         law: &ContactLaw,
         bend: &Bend,
-        surface: &Vector,
+        [surface, surface_spin]: [&Vector; 2],
     ) -> Result<(), Fault> {
         let i = self.event.particle.0;
         let leaving = normal.dot(&(self.after.velocities[i as usize] - surface));
@@ -152,6 +186,11 @@ impl Encounter<'_> {
             velocity,
             radial: normal.dot(&velocity),
             surface: *surface,
+            surface_spin: *surface_spin,
+            rub: law.roughness.map(|roughness| {
+                let arms = [self.world.radius(i), 0.0];
+                self.rub(roughness, &[Some(i), None], arms, [*normal, velocity, *surface_spin])
+            }),
         };
         let bounds = self.bounds;
         self.check_barrier(&motion, law, bend, &bounds)
@@ -167,8 +206,10 @@ impl Encounter<'_> {
         let turns = seen.is_barrier() && self.contacts.is_some();
         let speed = if turns { motion.velocity.norm() } else { motion.radial.abs() };
         let change = speed + (speed * speed + step).sqrt();
+        // The tangential impulse is at most twice the product of the tangential mass and the velocity of the surfaces.
+        let rubbing = motion.rub.map_or(0.0, |rub| 2.0 * (motion.velocity.norm() + rub.turning_speed()));
         for (flight, weight) in self.flights.iter_mut().zip(motion.weights) {
-            let gained = weight * motion.reduced_mass * change;
+            let gained = weight * motion.reduced_mass * (change + rubbing);
             *flight = flight.leaving(gained);
             self.bounds = self.bounds.leaving(gained);
         }
@@ -200,7 +241,7 @@ impl Encounter<'_> {
         arriving: &Bounds,
     ) -> Result<(), Fault> {
         let (approach, tangential, slack) = (motion.approach(), motion.tangential().norm(), arriving.normal_velocity);
-        let plain = || vec![Leaving { speed: (law.restitution * approach, slack), sliding: None }];
+        let plain = || vec![Leaving { speed: (law.restitution * approach, slack), sliding: None, is_rough: true }];
         let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
             let Bend { radius, acceleration, .. } = *bend;
             let around = bend.along.map_or(motion.tangential(), |along| {
@@ -241,18 +282,51 @@ impl Encounter<'_> {
         let (turned, turned_bound) = leaving.sliding.map_or((Vector::zeros(), 0.0), |(left, bound)| {
             (along.try_normalize(0.0).map_or(Vector::zeros(), |direction| direction * left) - along, bound)
         });
-        self.check_velocities(motion, &turned, turned_bound)?;
+        let rubbed = motion.rub.filter(|_| leaving.is_rough).map_or(Rubbed::NONE, |rub| {
+            let kick = if approach > 0.0 { approach + speed } else { 0.0 };
+            rub.rubbed((mu * kick, mu * (2.0 * self.bounds.normal_velocity + speed_bound)), &self.bounds)
+        });
+        self.check_velocities(motion, &turned, turned_bound, &rubbed)?;
+        self.check_spins(motion, &rubbed)?;
         let lost = if slides { 0.0 } else { 0.5 * mu * (approach * approach - speed * speed) };
-        self.check_energy(motion, lost, speed_bound)?;
+        self.check_energy(motion, lost, speed_bound, &rubbed)?;
         // If the particles already recede and do not slide, the normal velocity does not change.
         let after = if approach > 0.0 || slides { motion.outwards * speed } else { motion.radial };
         let by = (self.event.normal_impulse() / mu - (after - motion.radial)).abs();
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
     }
 
-    /// Checks that the velocities change only by the normal impulse and by `turned`, a tangential change.
-    fn check_velocities(&mut self, motion: &Motion, turned: &Vector, turned_bound: f64) -> Result<(), Fault> {
+    /// Checks the torques of the event, and that the spins change by them only.
+    fn check_spins(&mut self, motion: &Motion, rubbed: &Rubbed) -> Result<(), Fault> {
+        let twist = motion.normal.cross(&rubbed.impulse);
+        let arms = motion.rub.map_or([0.0; 2], |rub| rub.arms);
+        let size = rubbed.impulse.norm();
+        for (k, arm) in arms.into_iter().enumerate() {
+            let found = self.event.torques[k];
+            let bound = arm * (rubbed.bound + rounded(size) + size * self.bounds.direction);
+            self.within(Quantity::Torque, (found + twist * arm).norm(), bound)?;
+            let Some(&p) = motion.particles.get(k) else { continue };
+            let [old, new] = [self.before, self.after].map(|states| states.spins.get(p as usize));
+            if let (Some(old), Some(new)) = (old, new) {
+                let turn = found * self.world.inverse_inertias[p as usize];
+                let bound = rounded(old.norm() + turn.norm());
+                self.within(Quantity::Torque, (new - old - turn).norm(), bound)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that the velocities change only by the impulse along the normal, by `turned`, the change of the relative
+    /// tangential velocity, and by the tangential impulse of a rough contact.
+    fn check_velocities(
+        &mut self,
+        motion: &Motion,
+        turned: &Vector,
+        turned_bound: f64,
+        rubbed: &Rubbed,
+    ) -> Result<(), Fault> {
         let mu = motion.reduced_mass;
+        let turned_bound = turned_bound + rubbed.bound / mu;
         let change = |p: &u32| self.after.velocities[*p as usize] - self.before.velocities[*p as usize];
         let changes: Vec<Vector> = motion.particles.iter().map(change).collect();
         if let (&[a, b], &[wa, wb]) = (&changes[..], motion.weights)
@@ -262,12 +336,11 @@ impl Encounter<'_> {
             let bound = self.flights[0].velocity() / wa + self.flights[1].velocity() / wb + mu * self.bounds.velocity;
             self.within(Quantity::Momentum, (a / wa + b / wb).norm(), bound)?;
         }
-        let impulse = self.event.normal * self.event.normal_impulse() + turned * mu;
+        let impulse = self.event.normal * self.event.normal_impulse() + turned * mu + rubbed.impulse;
         let of_particle = self.flights.first().zip(motion.weights.first()).filter(|(_, weight)| **weight > 0.0);
         let rounding = of_particle.map_or(0.0, |(flight, weight)| flight.velocity() / (weight * mu));
         let by = (self.event.impulse - impulse).norm() / mu;
         self.within(Quantity::Impulse, by, self.bounds.velocity + rounding + turned_bound)?;
-        self.within(Quantity::Impulse, self.event.torque.norm(), 0.0)?;
         for ((change, weight), sign) in changes.iter().zip(motion.weights).zip([1.0, -1.0]) {
             let expected = impulse * (sign * weight);
             let bound = self.bounds.velocity + weight * mu * turned_bound;
@@ -278,7 +351,7 @@ impl Encounter<'_> {
 
     /// Checks that the kinetic energy changes only by the energy step and the dissipated energy. In its own frame, a
     /// moving surface does no work. `speed_bound` is the uncertainty of the speed after the contact.
-    fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64) -> Result<(), Fault> {
+    fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64, rubbed: &Rubbed) -> Result<(), Fault> {
         let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
         let mut work = 0.0;
         for ((&p, &weight), flight) in motion.particles.iter().zip(motion.weights).zip(&self.flights) {
@@ -290,6 +363,18 @@ impl Encounter<'_> {
                 scale += (flight.speed + new.norm()) * flight.velocity() / weight;
             }
         }
+        for (k, &p) in motion.particles.iter().enumerate() {
+            let [old, new] = [self.before, self.after].map(|states| states.spins.get(p as usize));
+            let inverse_inertia = self.world.inverse_inertias[p as usize];
+            if let (Some(old), Some(new), true) = (old, new, inverse_inertia > 0.0) {
+                // The torque is more accurate than the difference of the spins.
+                let torque = self.event.torques[k];
+                gained += 0.5 * torque.dot(&(new + old - motion.surface_spin * 2.0));
+                work += torque.dot(&motion.surface_spin);
+                scale += torque.norm() * rounded(new.norm() + old.norm() + motion.surface_spin.norm());
+                scale += rounded(new.norm_squared() + old.norm_squared()) / inverse_inertia;
+            }
+        }
         let (mu, approach) = (motion.reduced_mass, motion.approach());
         let speed: f64 = self.flights.iter().map(|flight| flight.speed).sum();
         let receding = approach.max(motion.radial.abs()) - approach;
@@ -299,7 +384,8 @@ impl Encounter<'_> {
             + mu * receding * receding;
         self.within(Quantity::Energy, (gained + (self.event.energy_step - work) + self.event.dissipated).abs(), bound)?;
         let bound = bound + 2.0 * mu * approach * (self.bounds.normal_velocity + speed_bound);
-        self.within(Quantity::Dissipation, (self.event.dissipated - lost).abs(), bound)
+        let lost = lost + rubbed.dissipated;
+        self.within(Quantity::Dissipation, (self.event.dissipated - lost).abs(), bound + rubbed.dissipated_bound)
     }
 
     fn within(&mut self, quantity: Quantity, by: f64, bound: f64) -> Result<(), Fault> {

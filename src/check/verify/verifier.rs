@@ -240,6 +240,7 @@ impl Verifier {
 
     fn stream(&mut self, dt: f64, elapsed: Elapsed) {
         self.before.elapsed = elapsed;
+        self.before.spins.clone_from(&self.states.spins);
         for i in 0..self.states.positions.len() {
             let (position, velocity) = (&self.states.positions[i], &self.states.velocities[i]);
             (self.before.positions[i], self.before.velocities[i]) =

@@ -24,6 +24,8 @@ pub enum Quantity {
     EnergyStep,
     /// Impulse divided by the reduced mass, compared with the required change of velocity `[length / time]`.
     Impulse,
+    /// Torques of the event, compared with the impulse and with the changes of the spins `[mass length^2 / time]`.
+    Torque,
     /// Relative normal velocity after the event, if its direction does not fit the outcome `[length / time]`.
     Direction,
 }
@@ -38,6 +40,7 @@ impl fmt::Display for Quantity {
             Self::Dissipation => "the dissipated energy",
             Self::EnergyStep => "the energy step",
             Self::Impulse => "the impulse",
+            Self::Torque => "the torque",
             Self::Direction => "the direction afterwards",
         })
     }
@@ -126,6 +129,12 @@ pub enum Fault {
         by: f64,
         /// Round-off bound.
         bound: f64,
+    },
+    /// The spin of a particle changed without an event.
+    #[error("the spin of particle {} changed without an event", particle.0)]
+    Turned {
+        /// The particle.
+        particle: ParticleId,
     },
     /// The velocity of a particle changed without an event.
     #[error("the velocity of particle {} changed by {by:.3e} without an event", particle.0)]

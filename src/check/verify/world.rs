@@ -24,11 +24,13 @@ impl Wall {
     }
 }
 
-/// Data of the scene. `inverse_masses` and `accelerations` have an entry for each particle.
+/// Data of the scene. `inverse_masses`, `inverse_inertias` and `accelerations` have an entry for each particle.
 #[derive(Debug)]
 pub(super) struct World {
     scene: Scene,
     pub inverse_masses: Vec<f64>,
+    /// Inverse moments of inertia; 0 for static particles `[1 / (mass length^2)]`.
+    pub inverse_inertias: Vec<f64>,
     pub accelerations: Vec<Vector>,
     pub moving: Vec<u32>,
     /// Interactions of bonded pairs, with the lower id first.
@@ -69,6 +71,7 @@ impl World {
         let facets = facets(scene, &periods);
         let mut world = Self {
             inverse_masses: species.iter().map(|species| species.mass.recip()).collect(),
+            inverse_inertias: species.iter().map(|species| species.inverse_inertia(scene.space.dimensions())).collect(),
             accelerations: species.iter().map(|species| species.acceleration).collect(),
             moving: (0..).zip(&species).filter(|(_, species)| !species.is_static()).map(|(i, _)| i).collect(),
             bonds: bonds.collect(),

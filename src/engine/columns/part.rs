@@ -17,6 +17,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 next_name: state.next_name,
                 species: state.species.permuted(order),
                 images: state.images.permuted(order),
+                spins: state.spins.permuted(order),
                 space: state.space.clone(),
                 periods: state.periods,
             },

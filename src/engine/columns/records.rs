@@ -21,6 +21,8 @@ pub(in crate::engine) struct Record {
     pub species: Option<u16>,
     /// Image numbers. With `None`, an existing particle keeps its numbers, and a new particle gets zeros.
     pub images: Option<[i32; 3]>,
+    /// Spin of the particle `[1 / time]`; `None` if the scene has no spins.
+    pub spin: Option<Vector>,
     /// Time of the last contact in the TC model, counted from the epoch.
     pub last_contact: f64,
     /// Number of contacts with thermal surfaces.
@@ -42,6 +44,7 @@ impl Record {
             number: NO_PARTICLE,
             species: None,
             images: None,
+            spin: None,
             last_contact: f64::NEG_INFINITY,
             surface_contacts: 0,
             captured: None,

@@ -31,6 +31,8 @@ pub(in crate::engine) struct Change {
     pub after: [Vector; 2],
     /// Momentum that the particle gains `[mass length / time]`.
     pub impulse: Vector,
+    /// Angular momenta that the particle and its partner gain about their centres `[mass length^2 / time]`.
+    pub torques: [Vector; 2],
     /// Vector along the line of contact towards the particle, and its squared length.
     pub line: Vector,
     pub squared: f64,
@@ -58,6 +60,7 @@ impl Change {
             other,
             after: [after, Vector::zeros()],
             impulse: gained / inverse_mass,
+            torques: [Vector::zeros(); 2],
             line: gained,
             squared: gained.norm_squared(),
             distance: 0.0,
@@ -83,6 +86,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline(always)]
     fn change_velocities(&mut self, change: &Change) -> [Vector; 2] {
         let [of_particle, of_partner] = change.after;
+        if !self.state.spins.is_empty() {
+            self.change_spins(change.particle, change.other, change.torques);
+        }
         let before = self.change_velocity(change.particle, of_particle);
         match change.other {
             With::Particle(partner) if self.is_static(partner) => [before, Vector::zeros()],
@@ -97,6 +103,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let body = &mut self.state.bodies[particle as usize];
         body.events = body.events.wrapping_add(1);
         std::mem::replace(&mut body.velocity, after)
+    }
+
+    #[inline(never)]
+    fn change_spins(&mut self, particle: u32, other: With, torques: [Vector; 2]) {
+        let partner = if let With::Particle(partner) = other { Some(partner) } else { None };
+        for (particle, torque) in [Some(particle), partner].into_iter().flatten().zip(torques) {
+            let inverse_inertia = self.inverse_inertia(particle);
+            self.state.spins[particle as usize] += torque * inverse_inertia;
+        }
     }
 
     /// The argument `change` is passed by value, so that it is written to memory only for observers.
@@ -130,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             other,
             normal: if length > 0.0 { change.line / length } else { Vector::zeros() },
             impulse: change.impulse,
-            torque: Vector::zeros(),
+            torques: change.torques,
             distance: change.distance,
             energy_step: if matches!(change.other, With::Particle(_)) { change.energy_step } else { change.supplied },
             dissipated: change.dissipated,

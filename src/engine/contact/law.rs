@@ -1,6 +1,7 @@
 //! Contact laws: the velocities after a contact, computed from the frame of the contact.
 //!
-//! The laws cover steps of a potential, constant restitution and the TC model, for pairs and for surfaces.
+//! The laws cover steps of a potential, with constant restitution or the TC model, and rough contacts, for pairs and for
+//! surfaces.
 
 use super::frame::{Frame, opening};
 use crate::Vector;
@@ -8,6 +9,7 @@ use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
 use crate::physics::response::{ContactLaw, Leaving, Response, respond, tc_contact};
+use crate::physics::rough::{Grip, Roughness, Touch};
 
 /// Uncertainty of a relative velocity, as a fraction of the sum of the two speeds. Each velocity was rounded at the
 /// last two events.
@@ -66,7 +68,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         } else if leaving.speed != law.restitution * arriving {
             response.radial = side.sign() * leaving.speed * length;
         }
-        Response { tangential_scale: leaving.tangential_scale, ..response }
+        let roughness = leaving.roughness.filter(|_| side == Side::Positive);
+        Response { tangential_scale: leaving.tangential_scale, roughness, ..response }
     }
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
@@ -81,7 +84,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         time: f64,
     ) -> Leaving {
         if self.pairs.contact_times.is_none() {
-            return Leaving { speed: if vn < 0.0 { -law.restitution * vn } else { vn }, tangential_scale: 1.0 };
+            let speed = if vn < 0.0 { -law.restitution * vn } else { vn };
+            return Leaving { speed, tangential_scale: 1.0, roughness: law.roughness };
         }
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
@@ -91,14 +95,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Returns the velocities of a pair after a contact. The relative velocity changes by `change` times the line of
-    /// centres, and its tangential part is multiplied by `tangential_scale`.
+    /// centres. Its tangential part is multiplied by a factor, and a rough contact adds a tangential impulse.
     #[inline]
     pub(in crate::engine) fn reflected(
         &self,
         pair: &Frame,
         before: &[Vector; 2],
         change: f64,
-        tangential_scale: f64,
+        (tangential_scale, grip): (f64, Option<&Grip>),
         is_barrier: bool,
     ) -> [Vector; 2] {
         let Frame { ref line, ref velocity, ref approach, .. } = *pair;
@@ -108,10 +112,51 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let tangential = velocity - line * (approach.radial / approach.squared);
             self.change_relative_velocity(pair, &(tangential * (tangential_scale - 1.0)), &mut after);
         }
+        if let Some(grip) = grip {
+            self.change_relative_velocity(pair, &(grip.impulse / approach.reduced_mass), &mut after);
+        }
         if is_barrier {
             self.separate(pair, &mut after);
         }
         after
+    }
+
+    /// Returns the tangential impulse of a rough contact between two particles. `normal_impulse` is the magnitude of
+    /// the normal impulse, and `distance` the distance of the centres at the contact.
+    ///
+    /// The point of contact divides this distance in the ratio of the diameters of the particles. The lever arms then
+    /// add up to the distance, and the angular momentum is conserved for non-additive diameters, too.
+    #[inline(never)]
+    pub(in crate::engine) fn grip(
+        &self,
+        pair: &Frame,
+        roughness: &Roughness,
+        distance: f64,
+        normal_impulse: f64,
+    ) -> Grip {
+        let both = [pair.i, pair.j];
+        let [a, b] = both.map(|particle| self.pairs.rules.species[usize::from(self.row(particle))].radius);
+        let share = a / (a + b);
+        let touch = Touch {
+            normal: pair.line / pair.approach.squared.sqrt(),
+            velocity: pair.velocity,
+            spins: both.map(|particle| self.spin(particle)),
+            arms: [share * distance, (1.0 - share) * distance],
+            inverse_inertias: both.map(|particle| self.inverse_inertia(particle)),
+            inverse_mass: 1.0 / pair.approach.reduced_mass,
+        };
+        touch.grip(roughness, normal_impulse)
+    }
+
+    /// Returns the spin of a particle; zero if the scene has no spins.
+    #[inline]
+    pub(in crate::engine) fn spin(&self, particle: u32) -> Vector {
+        self.state.spins.get(particle as usize).copied().unwrap_or_default()
+    }
+
+    #[inline]
+    pub(in crate::engine) fn inverse_inertia(&self, particle: u32) -> f64 {
+        self.pairs.rules.species[usize::from(self.row(particle))].inverse_inertia
     }
 
     /// Records an inelastic contact whose speed is lost in the round-off of the velocities.
@@ -134,13 +179,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn tc_model(&mut self, particles: &[u32], law: &ContactLaw, arrival: Arrival, time: f64) -> Leaving {
         let Arrival { speed: approach, tangential, closing } = arrival;
         let Some(times) = &mut self.pairs.contact_times else {
-            return Leaving { speed: law.restitution * approach, tangential_scale: 1.0 };
+            return Leaving { speed: law.restitution * approach, tangential_scale: 1.0, roughness: law.roughness };
         };
         let is_recent = times.note(particles, time);
         let leaving = tc_contact(law, is_recent, approach, tangential, closing, times.contact_time);
         self.counts.totals.tc_contacts += 1;
-        self.counts.totals.tc_altered +=
-            u64::from(leaving.speed != law.restitution * approach || leaving.tangential_scale != 1.0);
+        self.counts.totals.tc_altered += u64::from(
+            leaving.speed != law.restitution * approach
+                || leaving.roughness != law.roughness
+                || leaving.tangential_scale != 1.0,
+        );
         leaving
     }
 

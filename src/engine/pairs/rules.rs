@@ -118,14 +118,17 @@ pub struct SpeciesRules {
     /// Half the diameter, which is the distance of the centre from a wall at contact `[length]`.
     pub radius: f64,
     pub acceleration: Vector,
+    /// Inverse moment of inertia; 0 for a static species `[1 / (mass length^2)]`.
+    pub inverse_inertia: f64,
 }
 
 impl SpeciesRules {
-    fn new(species: &Species) -> Self {
+    fn new(species: &Species, dimensions: usize) -> Self {
         Self {
             inverse_mass: species.inverse_mass(),
             radius: 0.5 * species.diameter,
             acceleration: species.acceleration,
+            inverse_inertia: species.inverse_inertia(dimensions),
         }
     }
 
@@ -150,6 +153,8 @@ pub struct Rules {
     accelerated: Vec<f64>,
     /// For each table row, whether any pair has a relative acceleration.
     is_met_accelerated: Vec<bool>,
+    /// Whether the particles have spins.
+    pub has_spins: bool,
 }
 
 impl Rules {
@@ -171,7 +176,8 @@ impl Rules {
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let rows = Rows::of(scene);
-        let of = |id: &SpeciesId| SpeciesRules::new(&scene.species[id.0 as usize]);
+        let dimensions = scene.space.dimensions();
+        let of = |id: &SpeciesId| SpeciesRules::new(&scene.species[id.0 as usize], dimensions);
         let species: Vec<_> = rows.species().iter().map(of).collect();
         let pairs = rows.species().iter().flat_map(|a| rows.species().iter().map(move |b| (*a, *b)));
         let meetings: Vec<Meeting> = pairs
@@ -199,7 +205,8 @@ impl Rules {
         let some = |squared: &[f64]| squared.iter().any(|squared| *squared >= 0.0);
         let is_met_accelerated = accelerated.chunks(species.len().max(1)).map(some).collect();
         let steps = scene.interactions.iter().map(Steps::new).collect();
-        Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings }
+        let has_spins = scene.has_spins();
+        Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings, has_spins }
     }
 
     /// Returns the squared distances at which a particle of a given species meets uncaptured particles of each species

@@ -11,8 +11,9 @@ use crate::engine::{Invariant, InvariantBroken};
 use crate::model::random::{Purpose, Random};
 use crate::model::state_point::StatePoint;
 use crate::model::surface_motion::Moment;
-use crate::model::{ContactLaw, Scene, SurfaceLaw};
+use crate::model::{ContactLaw, Roughness, Scene, SurfaceLaw};
 use crate::physics::response::Leaving;
+use crate::physics::rough::{Grip, Touch};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -99,15 +100,47 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let acceleration = at.acceleration(&before, self.acceleration(i));
         let closing = -normal.dot(&acceleration) - bend;
         let arriving = (&at.velocity, vn, closing);
-        let Leaving { speed, tangential_scale } = self.leave_surface(i, arriving, law, self.clock.now);
+        let Leaving { speed, tangential_scale, roughness } = self.leave_surface(i, arriving, law, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let scaled = if tangential_scale == 1.0 { at.velocity } else { at.velocity * tangential_scale };
-        let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
-        let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
+        let mut seen = shape.with_normal_speed(&at.position, &scaled, speed);
+        let mut dissipated =
+            if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
+        let (mut torques, mut turning) = ([Vector::zeros(); 2], 0.0);
+        if let Some(roughness) = roughness {
+            let grip = self.grip_of_surface(i, at, &normal, &roughness, (speed - vn) / inverse_mass);
+            seen += grip.impulse * inverse_mass;
+            dissipated += grip.dissipated;
+            torques[0] = at.in_space(&grip.torques[0]);
+            turning = torques[0].dot(&(self.spin(i) + torques[0] * (0.5 * self.inverse_inertia(i))));
+        }
+        let after = at.outwards(seen);
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
         // A surface at rest does no work.
-        let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
-        Change { supplied, dissipated, ..change }
+        let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + turning + dissipated };
+        Change { supplied, dissipated, torques, ..change }
+    }
+
+    /// Returns the tangential impulse of a rough contact with a surface, in the frame of the surface.
+    #[inline(never)]
+    fn grip_of_surface(
+        &self,
+        i: u32,
+        at: &Touching,
+        normal: &Vector,
+        roughness: &Roughness,
+        normal_impulse: f64,
+    ) -> Grip {
+        let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
+        let touch = Touch {
+            normal: *normal,
+            velocity: at.velocity,
+            spins: [at.spin_seen(&self.spin(i)), Vector::zeros()],
+            arms: [radius, 0.0],
+            inverse_inertias: [self.inverse_inertia(i), 0.0],
+            inverse_mass: self.inverse_mass(i),
+        };
+        touch.grip(roughness, normal_impulse)
     }
 
     /// Draws the velocity of a particle from the flux distribution of a gas at the temperature of the surface. The
@@ -144,6 +177,12 @@ impl Touching {
     #[inline]
     fn in_space(&self, direction: &Vector) -> Vector {
         self.moment.as_ref().map_or(*direction, |moment| moment.pose.direction(direction))
+    }
+
+    /// Converts the spin of the particle to the frame of the surface. Relative to a point of the surface, the surface of
+    /// the particle moves as if the spin were reduced by the angular velocity of the surface.
+    fn spin_seen(&self, spin: &Vector) -> Vector {
+        self.moment.as_ref().map_or(*spin, |moment| moment.pose.direction_of_shape(&(spin - moment.spin)))
     }
 
     #[inline]

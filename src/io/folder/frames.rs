@@ -62,9 +62,16 @@ impl Frames {
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(snapshot.scale))?;
         let states = snapshot.positions.iter().zip(&snapshot.velocities).zip(&snapshot.images);
         for (id, ((position, velocity), image)) in (0..).zip(states) {
+            let spin = snapshot.spins.get(id as usize).copied().unwrap_or_default();
             let species = self.species.get(id as usize).or(self.species.first()).copied().unwrap_or(SpeciesId(0));
-            let now =
-                ParticleNow { id: ParticleId(id), species, position: *position, velocity: *velocity, image: *image };
+            let now = ParticleNow {
+                id: ParticleId(id),
+                species,
+                position: *position,
+                velocity: *velocity,
+                spin,
+                image: *image,
+            };
             self.add(&mut writer, &now, snapshot.scale)?;
         }
         writer.end()
@@ -82,7 +89,7 @@ impl Frames {
     }
 
     fn add<W: Write>(&self, writer: &mut FrameWriter<'_, W>, now: &ParticleNow, scale: f64) -> Result<(), WriteError> {
-        let &ParticleNow { id, species, position, velocity, image } = now;
+        let &ParticleNow { id, species, position, velocity, image, .. } = now;
         let radius = self.radii[species.0 as usize] * scale;
         writer.particle(&FrameParticle { id, species, position, velocity, radius }, Some(&image))
     }

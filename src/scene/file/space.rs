@@ -51,6 +51,14 @@ pub(crate) struct SidesFile {
     /// Ratio of the normal speeds after and before a contact with a side that is `"wall"`.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
+    /// Tangential restitution of sides that are `"wall"`: a contact without sliding multiplies the tangential velocity of
+    /// the surfaces by minus this number. If not given, it is 0 with `friction`; without both keys, contacts are smooth.
+    #[schemars(range(min = -1, max = 1))]
+    pub tangential_restitution: Option<f64>,
+    /// Friction coefficient of sides that are `"wall"`: the largest ratio of the tangential to the normal impulse. If not
+    /// given, contacts with a tangential restitution never slide.
+    #[schemars(range(min = 0))]
+    pub friction: Option<f64>,
     /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution. Particles leave such a wall
     /// with new velocities at this temperature.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -72,6 +80,14 @@ pub(crate) struct WallFile {
     /// Ratio of the normal speeds after and before a contact with this wall.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
+    /// Tangential restitution of this wall: a contact without sliding multiplies the tangential velocity of
+    /// the surfaces by minus this number. If not given, it is 0 with `friction`; without both keys, contacts are smooth.
+    #[schemars(range(min = -1, max = 1))]
+    pub tangential_restitution: Option<f64>,
+    /// Friction coefficient of this wall: the largest ratio of the tangential to the normal impulse. If not
+    /// given, contacts with a tangential restitution never slide.
+    #[schemars(range(min = 0))]
+    pub friction: Option<f64>,
     /// Temperature of this wall `[energy]`, instead of a restitution. Particles leave the wall with new velocities.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,

@@ -34,6 +34,14 @@ pub(crate) struct SurfaceFile {
     /// Ratio of the normal speeds after and before a contact.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
+    /// Tangential restitution of a rough surface: a contact without sliding multiplies the tangential velocity of
+    /// the surfaces by minus this number. If not given, it is 0 with `friction`; without both keys, contacts are smooth.
+    #[schemars(range(min = -1, max = 1))]
+    pub tangential_restitution: Option<f64>,
+    /// Friction coefficient of a rough surface: the largest ratio of the tangential to the normal impulse. If not
+    /// given, contacts with a tangential restitution never slide.
+    #[schemars(range(min = 0))]
+    pub friction: Option<f64>,
     /// Temperature of a thermal surface `[energy]`, instead of a restitution.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,

@@ -1,6 +1,6 @@
 //! Parses `[[interaction]]`: named potentials, or lists of steps.
 
-use super::Keys;
+use super::{Keys, contact_law};
 use crate::model::potential::Potential;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing};
@@ -41,8 +41,8 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
         },
         _ => Model::None,
     };
-    let restitution = file.restitution.unwrap_or(1.0);
-    Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
+    let law = contact_law(file.restitution, file.tangential_restitution, file.friction);
+    Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, law })
 }
 
 /// Config path of the number or list that causes an error in a stepped potential.

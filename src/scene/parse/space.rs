@@ -1,12 +1,12 @@
 //! Parses `[space]`: the box and its sides.
 
-use super::{variant, vector};
+use super::{contact_law, variant, vector};
 use crate::model::ContactLaw;
 use crate::model::space::{Boundary, Face};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::file::{AxisFile, SideFile, SidesFile, SpaceFile};
+use crate::scene::file::{AxisFile, SideFile, SidesFile, SpaceFile, WallFile};
 use crate::scene::limits;
 
 pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
@@ -43,11 +43,12 @@ fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(
     match side {
         SideFile::Word(word) => Ok(match variant(&SIDES, "side", word, &at.key(key))? {
             Face::Open => (Face::Open, None),
-            Face::Wall(_) => (Face::Wall(ContactLaw::smooth(sides.restitution.unwrap_or(1.0))), sides.temperature),
+            Face::Wall(_) => (Face::Wall(Given::of_sides(sides).law()), sides.temperature),
         }),
         SideFile::Wall(wall) => {
-            let (restitution, temperature) = checked_law(wall.restitution, wall.temperature, &at.key(key))?;
-            Ok((Face::Wall(ContactLaw::smooth(restitution)), temperature))
+            let given = Given::of_wall(wall);
+            given.check(&at.key(key))?;
+            Ok((Face::Wall(given.law()), wall.temperature))
         }
     }
 }
@@ -57,24 +58,54 @@ fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     let both = [&sides.lower, &sides.upper];
     let has_table = both.into_iter().any(|side| matches!(side, SideFile::Wall(_)));
     let has_word = both.into_iter().any(|side| matches!(side, SideFile::Word(word) if word == "wall"));
-    let given = [(sides.restitution, "restitution"), (sides.temperature, "temperature")];
-    let given = given.into_iter().find_map(|(value, key)| value.map(|_| key));
-    if let Some(key) = given.filter(|_| has_table && !has_word) {
+    let given = Given::of_sides(sides);
+    let first = given.keys().chain(given.temperature.map(|_| "temperature")).next();
+    if let Some(key) = first.filter(|_| has_table && !has_word) {
         return Err(misplaced(key, "an axis whose walls are all given as tables", &["lower", "upper"], at));
     }
-    checked_law(sides.restitution, sides.temperature, at).map(|_| ())
+    given.check(at)
 }
 
-fn checked_law(
+/// The values of a wall, or of all plain walls of an axis.
+struct Given {
     restitution: Option<f64>,
+    tangential_restitution: Option<f64>,
+    friction: Option<f64>,
     temperature: Option<f64>,
-    at: &ConfigPath,
-) -> Result<(f64, Option<f64>), SceneError> {
-    if restitution.is_some() && temperature.is_some() {
-        return Err(misplaced("restitution", "a wall with a temperature", &["temperature"], at));
+}
+
+impl Given {
+    fn of_sides(sides: &SidesFile) -> Self {
+        let &SidesFile { restitution, tangential_restitution, friction, temperature, .. } = sides;
+        Self { restitution, tangential_restitution, friction, temperature }
     }
-    let restitution = restitution.map_or(Ok(1.0), |value| limits::restitution(value, at.key("restitution")))?;
-    Ok((restitution, temperature.map(|value| limits::positive(value, at.key("temperature"))).transpose()?))
+
+    fn of_wall(wall: &WallFile) -> Self {
+        let &WallFile { restitution, tangential_restitution, friction, temperature } = wall;
+        Self { restitution, tangential_restitution, friction, temperature }
+    }
+
+    fn law(&self) -> ContactLaw {
+        contact_law(self.restitution, self.tangential_restitution, self.friction)
+    }
+
+    /// The keys of a contact law that are given.
+    fn keys(&self) -> impl Iterator<Item = &'static str> {
+        let values = [
+            (self.restitution, "restitution"),
+            (self.tangential_restitution, "tangential_restitution"),
+            (self.friction, "friction"),
+        ];
+        values.into_iter().filter_map(|(value, key)| value.map(|_| key))
+    }
+
+    fn check(&self, at: &ConfigPath) -> Result<(), SceneError> {
+        if let (Some(key), Some(_)) = (self.keys().next(), self.temperature) {
+            return Err(misplaced(key, "a wall with a temperature", &["temperature"], at));
+        }
+        limits::contact_law(&self.law(), at)?;
+        limits::positive_if_given(self.temperature, at.key("temperature"))
+    }
 }
 
 fn misplaced(key: &'static str, context: &str, known: &[&'static str], at: &ConfigPath) -> SceneError {

@@ -5,12 +5,12 @@ use std::path::Path;
 use nalgebra::Rotation3;
 
 use super::motion::parse_motions;
-use super::{Keys, variant, vector};
+use super::{Keys, contact_law, variant, vector};
 use crate::mesh::read::{MeshFileError, read_mesh, unread_bytes};
 use crate::mesh::report::{MeshReport, Orientation};
 use crate::mesh::revolution::revolution;
 use crate::model::surface_motion::{sine_and_cosine, turn};
-use crate::model::{ContactLaw, InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
+use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
 use crate::scene::brought;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::unchanged;
@@ -49,8 +49,13 @@ pub(super) fn parse_surface(
         (Some(_), Some(_)) => {
             return refuse(at.key("temperature"), "given as well", "either temperature or restitution");
         }
+        (_, Some(_)) if file.tangential_restitution.is_some() || file.friction.is_some() => {
+            return refuse(at.key("temperature"), "given for a rough surface", "none: thermal surfaces are smooth");
+        }
         (_, Some(temperature)) => SurfaceLaw::Thermal { temperature },
-        (restitution, None) => SurfaceLaw::Reflecting(ContactLaw::smooth(restitution.unwrap_or(1.0))),
+        (restitution, None) => {
+            SurfaceLaw::Reflecting(contact_law(restitution, file.tangential_restitution, file.friction))
+        }
     };
     let mut input = None;
     let shape = match word {

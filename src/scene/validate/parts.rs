@@ -10,7 +10,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
-use crate::scene::limits::{affordable, motion, on_flat_axes};
+use crate::scene::limits::{affordable, motion, on_flat_axes, spin};
 use crate::scene::validate::plan;
 use crate::scene::validate::start::Configuration;
 
@@ -92,6 +92,7 @@ fn check_particles(particles: &mut [Particle], species: &[Species], space: &Spac
         let key = at.index(index).key("velocity");
         on_flat_axes(&particle.velocity, &Vector::zeros(), space, &key)?;
         motion(species, &particle.velocity, &key)?;
+        spin(&particle.spin, species, space, &at.index(index).key("spin"))?;
         particle.position = space.wrapped(particle.position);
     }
     Ok(())

@@ -9,7 +9,7 @@ use crate::model::{SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceMotion, 
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse, unknown};
-use crate::scene::limits::{finite_vector, not_negative, positive, restitution};
+use crate::scene::limits::{contact_law, finite_vector, not_negative, positive};
 use crate::scene::names::{self, Taken};
 use crate::scene::surface_draft::SurfaceDraft;
 
@@ -108,7 +108,7 @@ impl SceneBuilder {
 
 fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
     match law {
-        SurfaceLaw::Reflecting(law) => restitution(law.restitution, at.key("restitution")).map(drop),
+        SurfaceLaw::Reflecting(law) => contact_law(&law, at),
         SurfaceLaw::Thermal { temperature } => positive(temperature, at.key("temperature")).map(drop),
     }
 }

@@ -1,4 +1,4 @@
-use super::vector;
+use super::{contact_law, vector};
 use crate::Vector;
 use crate::base::text::{digits, listed, plural};
 use crate::mesh::MeshReport;
@@ -34,7 +34,7 @@ pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
         }
     };
     let law = match surface.law {
-        SurfaceLaw::Reflecting(law) => format!("restitution {}", law.restitution),
+        SurfaceLaw::Reflecting(law) => contact_law(&law),
         SurfaceLaw::Thermal { temperature } => format!("temperature {}", digits(temperature)),
     };
     let names: Vec<&str> = surface.species.iter().map(|id| scene.species[id.0 as usize].name.as_str()).collect();

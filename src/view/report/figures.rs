@@ -5,7 +5,7 @@ use super::table::Trace;
 use crate::analysis::instruments::{Curve, Series};
 
 /// Columns of `thermo.csv` that share a plot.
-const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dissipated"];
+const ENERGIES: [&str; 5] = ["kinetic", "rotational", "potential", "supplied", "energy_and_dissipated"];
 
 /// Prefix of the columns of `thermo.csv` that count the particles in a region.
 const IN: &str = "in_";
@@ -207,12 +207,11 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
     if traces.iter().all(|trace| is_constant(trace)) {
         return None;
     }
-    let sum = if traces.iter().any(|trace| trace.name == "supplied") {
-        "kinetic + potential + dissipated - supplied"
-    } else {
-        "kinetic + potential + dissipated"
-    };
-    let words = |name: &str| name.replace("energy_and_dissipated", sum).replace('_', " ");
+    let has = |name: &str| traces.iter().any(|trace| trace.name == name);
+    let rotational = if has("rotational") { " + rotational" } else { "" };
+    let supplied = if has("supplied") { " - supplied" } else { "" };
+    let sum = format!("kinetic{rotational} + potential + dissipated{supplied}");
+    let words = |name: &str| name.replace("energy_and_dissipated", &sum).replace('_', " ");
     let line = |trace: &&Trace| Line {
         style: LineStyle::TimeSeries,
         label: words(&trace.name),

@@ -58,7 +58,7 @@ impl Bits {
         self.events.add([event.time, event.distance, event.energy_step, event.dissipated]);
         let [positions, before, after] = [event.positions, event.before, event.after];
         let vectors =
-            [event.normal, event.impulse, event.torque].into_iter().chain(positions).chain(before).chain(after);
+            [event.normal, event.impulse, event.torques[0]].into_iter().chain(positions).chain(before).chain(after);
         self.events.add(vectors.flat_map(|v| [v.x, v.y, v.z]));
     }
 

@@ -1,0 +1,81 @@
+//! Tangential impulses of rough contacts: sticking with a tangential restitution, or sliding with Coulomb friction.
+
+use super::Reference;
+use crate::Vector;
+use crate::model::{ParticleId, Roughness};
+
+/// A rough contact between a particle and a partner, which is another particle, a wall or a surface.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rub {
+    pub particle: u32,
+    pub partner: Option<u32>,
+    /// Distances of the point of contact from the two centres.
+    pub radii: [f64; 2],
+    /// Unit vector from the partner to the particle.
+    pub normal: Vector,
+    /// Velocity of the centre of the particle, relative to the partner.
+    pub velocity: Vector,
+    /// Angular velocity of a surface that turns.
+    pub turning: Vector,
+    /// Change of the normal component of `velocity` in the contact, which is positive.
+    pub kick: f64,
+}
+
+/// Change of the motion of the particle, and the energy that the contact dissipates.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rubbed {
+    /// Tangential momentum that the particle gains.
+    pub impulse: Vector,
+    /// Angular momenta that the particle and its partner gain.
+    pub torques: [Vector; 2],
+    pub dissipated: f64,
+}
+
+impl Reference {
+    /// Returns the angular momentum of a particle with a given spin.
+    pub(super) fn angular_momentum(&self, i: u32, spin: &Vector) -> Vector {
+        let inverse = self.scene.species_of(ParticleId(i)).inverse_inertia(self.scene.space.dimensions());
+        if inverse > 0.0 { spin / inverse } else { Vector::zeros() }
+    }
+
+    /// Changes the spins of the particles in a rough contact.
+    pub(super) fn rub(&mut self, rub: &Rub, roughness: &Roughness) -> Rubbed {
+        let Rub { particle, partner, radii: [ri, rj], normal, velocity, turning, kick } = *rub;
+        let dimensions = self.scene.space.dimensions();
+        let constants = |reference: &Self, i: u32| {
+            let species = reference.scene.species_of(ParticleId(i));
+            (species.inverse_mass(), species.inverse_inertia(dimensions))
+        };
+        let (mi, ti) = constants(self, particle);
+        let (mj, tj) = partner.map_or((0.0, 0.0), |j| constants(self, j));
+        let mut spins =
+            [self.spins[particle as usize] - turning, partner.map_or(Vector::zeros(), |j| self.spins[j as usize])];
+
+        // The point of contact of the particle is at `-ri n` from its centre, and that of the partner at `rj n`.
+        let slip = velocity + spins[0].cross(&(normal * -ri)) - spins[1].cross(&(normal * rj));
+        let slip = slip - normal * slip.dot(&normal);
+        let response = mi + mj + ri * ri * ti + rj * rj * tj;
+        let stop = (1.0 + roughness.tangential_restitution) / response;
+        let largest = roughness.friction * (kick / (mi + mj));
+        let impulse = match slip.try_normalize(0.0) {
+            Some(direction) if kick > 0.0 => direction * -largest.min(stop * slip.norm()),
+            _ => Vector::zeros(),
+        };
+        let energy = |spins: &[Vector; 2]| {
+            let of =
+                |spin: &Vector, inverse: f64| if inverse > 0.0 { spin.norm_squared() / (2.0 * inverse) } else { 0.0 };
+            of(&spins[0], ti) + of(&spins[1], tj)
+        };
+        let before = energy(&spins);
+        let torques = [(normal * -ri).cross(&impulse), -(normal * rj).cross(&impulse)];
+        spins[0] += torques[0] * ti;
+        spins[1] += torques[1] * tj;
+        self.spins[particle as usize] = spins[0] + turning;
+        if let Some(j) = partner {
+            self.spins[j as usize] = spins[1];
+        }
+        let along = velocity - normal * velocity.dot(&normal);
+        let of_centres = impulse.dot(&along) + 0.5 * (mi + mj) * impulse.norm_squared();
+        Rubbed { impulse, torques, dissipated: before - energy(&spins) - of_centres }
+    }
+}

@@ -1,0 +1,77 @@
+//! Tangential impulse of a rough contact, with its uncertainty.
+
+use super::bounds::{Bounds, rounded};
+use crate::Vector;
+use crate::model::Roughness;
+
+/// A rough contact before its event. The two bodies are the particle, and its partner or the surface.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rub {
+    pub roughness: Roughness,
+    /// Unit vector from the second body to the first.
+    pub normal: Vector,
+    /// Velocity of the centres relative to each other, or to the surface `[length / time]`.
+    pub velocity: Vector,
+    /// Spins of the bodies, relative to the spin of the surface if there is one `[1 / time]`.
+    pub spins: [Vector; 2],
+    /// Distances of the point of contact from the centres of the bodies `[length]`.
+    pub arms: [f64; 2],
+    pub inverse_inertias: [f64; 2],
+    /// Sum of the inverse masses `[1 / mass]`.
+    pub inverse_mass: f64,
+}
+
+/// Tangential impulse on the first body, and the energy that it dissipates.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rubbed {
+    pub impulse: Vector,
+    /// Uncertainty of the impulse `[mass length / time]`.
+    pub bound: f64,
+    pub dissipated: f64,
+    /// Uncertainty of the dissipated energy `[energy]`.
+    pub dissipated_bound: f64,
+}
+
+impl Rubbed {
+    /// The effect of a smooth contact.
+    pub const NONE: Self =
+        Self { impulse: Vector::new(0.0, 0.0, 0.0), bound: 0.0, dissipated: 0.0, dissipated_bound: 0.0 };
+}
+
+impl Rub {
+    /// Speed of the two surfaces at the point of contact that the spins cause `[length / time]`.
+    pub fn turning_speed(&self) -> f64 {
+        self.spins[0].norm() * self.arms[0] + self.spins[1].norm() * self.arms[1]
+    }
+
+    /// Tangential velocity of the first surface relative to the second `[length / time]`.
+    fn slip(&self) -> Vector {
+        let of_surface = |k: usize| self.spins[k].cross(&self.normal) * self.arms[k];
+        let velocity = self.velocity - of_surface(0) - of_surface(1);
+        velocity - self.normal * self.normal.dot(&velocity)
+    }
+
+    /// Returns the impulse for the normal impulse `pushed`, given with its uncertainty. Near the limit of friction, the
+    /// impulse is the same for sticking and for sliding, so that no case has to be decided.
+    pub fn rubbed(&self, pushed: (f64, f64), bounds: &Bounds) -> Rubbed {
+        let turn = |k: usize| self.arms[k] * self.arms[k] * self.inverse_inertias[k];
+        let mass = 1.0 / (self.inverse_mass + turn(0) + turn(1));
+        let (slip, turning) = (self.slip(), self.turning_speed());
+        let slip_bound = bounds.normal_velocity + rounded(turning) + turning * bounds.direction;
+        let Roughness { tangential_restitution, friction } = self.roughness;
+        let stick = (1.0 + tangential_restitution) * mass;
+        let sticking = stick * slip.norm();
+        let limit = if pushed.0 > 0.0 { friction * pushed.0 } else { 0.0 };
+        let limit_bound = if friction < f64::INFINITY { friction * pushed.1 + rounded(limit) } else { 0.0 };
+        let size = sticking.min(limit);
+        let impulse = slip.try_normalize(0.0).map_or(Vector::zeros(), |direction| direction * -size);
+        // If friction is far from its limit, its uncertainty has no effect.
+        let of_limit = if limit - limit_bound > 2.0 * (sticking + stick * slip_bound) { 0.0 } else { limit_bound };
+        // A contact whose normal impulse may be zero may be smooth or rough.
+        let of_touch = if pushed.0 <= pushed.1 { stick * (slip.norm() + slip_bound) } else { 0.0 };
+        let bound = stick * slip_bound + rounded(size) + of_limit + of_touch;
+        let dissipated = -impulse.dot(&slip) - impulse.norm_squared() / (2.0 * mass);
+        let dissipated_bound = 2.0 * bound * (slip.norm() + (size + bound) / mass) + size * slip_bound;
+        Rubbed { impulse, bound, dissipated, dissipated_bound: dissipated_bound + rounded(size * slip.norm()) }
+    }
+}
