@@ -167,7 +167,7 @@ impl Scene {
 mod tests {
     use super::*;
     use crate::model::potential::Potential;
-    use crate::model::space::Space;
+    use crate::model::space::{Face, Space};
     use crate::model::{MotionKind, RunPlan, SpeciesPairs, SurfaceMotion, SurfaceShape};
     use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
@@ -274,6 +274,20 @@ mod tests {
         assert_eq!(sliding.conserved_axes(), [false; 3]);
         let hard = pair().boundary([Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic]).contact_time(0.1);
         assert_eq!(conserved(&hard), [false, true, true], "the TC model does not alter an elastic wall");
+    }
+
+    #[test]
+    fn rough_walls_change_the_momentum_along_them_and_rough_pairs_do_not() {
+        let wall = Face::Wall(ContactLaw::smooth(1.0).with_friction(0.3));
+        let rough = Boundary::Bounded { lower: wall, upper: Face::Wall(ContactLaw::smooth(1.0)) };
+        let scene = pair().boundary([rough, Boundary::Periodic, Boundary::Periodic]).build().unwrap();
+        let expected = [(Influence::Walls, [true, false, false]), (Influence::SlidingContacts, [false, true, true])];
+        assert_eq!(scene.influences(), expected);
+        let mut parts = pair().build().unwrap().into_parts();
+        parts.interactions[0].law = ContactLaw::smooth(1.0).with_tangential_restitution(1.0);
+        let scene = Scene::new(parts).unwrap();
+        assert_eq!((scene.conserved_axes(), scene.has_spins()), ([true; 3], true));
+        assert!(!scene.conserves_heat_with(None), "contacts carry energy to the spins");
     }
 
     #[test]

@@ -20,7 +20,8 @@ impl StatePoint {
     pub fn of(scene: &Scene, population: &[usize]) -> Self {
         let species = |id: usize| {
             let species = &scene.species[id];
-            Self(population[id] as u64).with(&[species.mass, species.diameter]).with(species.acceleration.as_slice())
+            let state = Self(population[id] as u64).with(&[species.mass, species.diameter]);
+            state.with(species.acceleration.as_slice()).with(species.moment_of_inertia.as_slice())
         };
         let interaction = |id: usize| {
             let interaction = &scene.interactions[id];
@@ -86,7 +87,7 @@ fn sum(parts: impl Iterator<Item = StatePoint>) -> u64 {
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::model::{Potential, Space};
+    use crate::model::{Potential, SceneParts, Space};
     use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
     const UNLIKE: [f64; 2] = [0.8, 0.75];
@@ -135,6 +136,11 @@ mod tests {
             let walls = plain().space(slit.clone());
             temperature.map_or(walls.clone(), |temperature| walls.wall_temperature(0, temperature))
         };
+        let changed = |change: fn(&mut SceneParts)| {
+            let mut parts = plain().build().unwrap().into_parts();
+            change(&mut parts);
+            StatePoint::at_start(&Scene::new(parts).unwrap())
+        };
         let points = [
             of(plain()),
             of(plain().particle("A", Vector::new(1.0, 3.0, 3.0), Vector::zeros())),
@@ -145,6 +151,10 @@ mod tests {
             of(slit(None)),
             of(slit(Some(1.0))),
             of(slit(Some(1.1))),
+            changed(|parts| parts.interactions[0].law = parts.interactions[0].law.with_friction(0.3)),
+            changed(|parts| parts.interactions[0].law = parts.interactions[0].law.with_friction(0.4)),
+            changed(|parts| parts.interactions[0].law = parts.interactions[0].law.with_tangential_restitution(0.3)),
+            changed(|parts| parts.species[1].moment_of_inertia = Some(0.1)),
         ];
         for (k, point) in points.iter().enumerate() {
             assert!(!points[..k].contains(point), "{k}");

@@ -55,6 +55,19 @@ fn pair_states_follow_from_distances_if_radii_change() {
 }
 
 #[test]
+fn particles_keep_their_spins() {
+    let rough = |text: String| text.replace("well_depth = 1.0\n", "well_depth = 1.0\nfriction = 0.4\n");
+    let text = rough(format!("{RUN}{}{FILL}", wells(1.0, 1.5)));
+    let mut before = Simulation::without_plan(Scene::from_toml(text, "first.toml").unwrap());
+    before.advance(Until::events(1_000)).unwrap();
+    assert!(before.energy().rotational > 1.0);
+    let after = Simulation::without_plan(next(&rough(wells(1.0, 1.7)), &before).unwrap());
+    assert_eq!(after.snapshot().spins, before.snapshot().spins);
+    let smooth = Simulation::without_plan(next(&wells(1.0, 1.7), &before).unwrap());
+    assert_eq!(smooth.energy().rotational, before.energy().rotational, "smooth particles continue to spin");
+}
+
+#[test]
 fn unchanged_scene_continues_the_run_with_counts_reset() {
     let mut before = simulation(2_000);
     let scene = next("", &before).unwrap();
