@@ -35,8 +35,7 @@ pub fn fingerprint(root: &Path) -> io::Result<u64> {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     for file in files {
         let name = file.strip_prefix(root).unwrap_or(&file).to_string_lossy().replace('\\', "/");
-        // Hashes the length of each part, so that text cannot move from one file to the next without a change of the
-        // fingerprint.
+        // The lengths are hashed, so text that moves to another file changes the fingerprint.
         let text = fs::read_to_string(&file)?.replace("\r\n", "\n");
         for part in [name.as_bytes(), text.as_bytes()] {
             add(&mut hash, &(part.len() as u64).to_le_bytes());

@@ -21,7 +21,7 @@ const BEFORE: f64 = 30.0;
 
 const TIMED: Duration = Duration::from_secs(4);
 
-/// Freezing packing fraction of hard spheres. Below it, the particles start from a lattice that melts.
+/// Freezing packing fraction of hard spheres. Less dense systems start from a lattice that melts.
 const FREEZING: f64 = 0.494;
 
 fn spheres(

@@ -6,8 +6,7 @@ use carom::Vector;
 use carom::mesh::write_stl;
 use carom::model::TriangleMesh;
 
-/// Half width and height of a side of a wall `[length]`: at the outlet, at the upper end of the pyramid, and at the
-/// top.
+/// Half widths and heights `[length]` at the outlet, at the upper end of the pyramid, and at the top.
 type Profile = [[f64; 2]; 3];
 
 const INSIDE: Profile = [[2.5, 0.0], [6.0, 6.0], [6.0, 41.0]];
@@ -28,7 +27,7 @@ fn silo() -> TriangleMesh {
             squares.push(strip(OUTSIDE[level], OUTSIDE[level + 1]));
             squares.push(strip(INSIDE[level + 1], INSIDE[level]));
         }
-        // Connects the inner and the outer side, at the outlet and at the top.
+        // Closes the wall at the outlet and at the top.
         squares.push(strip(INSIDE[0], OUTSIDE[0]));
         squares.push(strip(OUTSIDE[2], INSIDE[2]));
     }

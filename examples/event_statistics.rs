@@ -8,7 +8,7 @@ use carom::engine::{Simulation, Until};
 use carom::model::Potential;
 use carom::scene::{Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
-/// For each outcome: the number of events, and the sum of their impulses.
+/// Number of events and sum of the impulses, for each outcome.
 pub type Statistics = BTreeMap<&'static str, (u64, f64)>;
 
 /// Runs a square-well fluid for a number of events. Returns the statistics of these events.

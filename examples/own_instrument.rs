@@ -1,5 +1,4 @@
-//! Adds an instrument to a run: the distribution of speeds. It appears in the results, the checkpoints and on the page
-//! of the run.
+//! Adds an instrument for the distribution of speeds to a run.
 
 use std::error::Error;
 use std::ops::ControlFlow;

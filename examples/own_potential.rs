@@ -16,8 +16,8 @@ fn yukawa(distance: f64) -> f64 {
     STRENGTH * (-SCREENING * (distance - 1.0)).exp() / distance
 }
 
-/// Approximates the Yukawa potential by steps. `radii` runs from the outermost step to the hard core. The first energy
-/// is outside of all radii.
+/// Approximates the Yukawa potential by steps. The radii are in descending order and end with the hard core. The first
+/// energy is for distances beyond all radii.
 pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     let width = (CUTOFF - 1.0) / f64::from(STEPS);
     let radii: Vec<f64> = (0..=STEPS).map(|step| CUTOFF - width * f64::from(step)).collect();
@@ -32,7 +32,7 @@ pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     Ok(Potential::new(radii, energies)?)
 }
 
-/// A fluid of Yukawa spheres after a number of events, and the total energy at the start.
+/// Simulates a fluid of Yukawa spheres. Returns the final state, and the total energy at the start.
 pub fn simulated(events: u64) -> Result<(Simulation, f64), Box<dyn Error>> {
     let scene = SceneBuilder::new("yukawa")
         .species(SpeciesDraft::new("sphere").mass(1.0).diameter(1.0))

@@ -218,7 +218,7 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version texts arrive here as well. They are not failures, even if the pipe is closed.
+            // Help and version texts are printed here. They are not failures, even if the pipe is closed.
             if has_controls {
                 warn(&error.render().to_string());
             } else {

@@ -84,8 +84,8 @@ pub enum Reason {
     Events,
     /// No time limit was given, and no further event is expected.
     ///
-    /// Usually this is proved: no particle will reach a surface, and no two particles will meet. Otherwise no event is
-    /// predicted, but round-off may hide events after a very long flight.
+    /// Usually this is proved: no particle will reach a surface, and no two particles will meet. If it is not proved,
+    /// no event is predicted, but round-off may hide events after a very long flight.
     Idle,
     /// The observer returned [`std::ops::ControlFlow::Break`]. The simulation is at the last event that was
     /// passed to the observer.
@@ -98,8 +98,7 @@ pub enum Reason {
 pub struct EngineChoice {
     /// Whether particles accelerate, so that their trajectories are parabolas.
     pub is_falling: bool,
-    /// Whether the engine looks up pairs in a table of potentials and stores pair states. Otherwise the scene
-    /// has a single species of hard spheres.
+    /// Whether the engine has a table of potentials. Without a table, the scene has a single species of hard spheres.
     pub has_table: bool,
     /// Method of the neighbour search at the start. During a run it changes with the density.
     pub search: Search,
@@ -139,8 +138,7 @@ enum Chosen {
 
 /// A simulation: a scene that moves from event to event.
 ///
-/// A copy continues with the same results, bit for bit. Simulations are `Send`, so that independent replicas
-/// can run in threads:
+/// A copy continues with the same results, bit for bit. Independent replicas can run in threads:
 ///
 /// ```
 /// use carom::engine::{Simulation, Until};
@@ -170,21 +168,17 @@ pub struct Simulation {
     engine: Chosen,
     /// Ratio of the diameters in `scene` to the diameters at the start of the simulation.
     scale: f64,
-    /// Diameters of the species at the start `[length]`.
     first_diameters: Vec<f64>,
-    /// Threads assigned to the simulation. They are not part of its state.
     #[serde(skip)]
     threads: Threads,
-    /// Connection to other processes that simulate the same system. It is not part of the state.
+    /// Connection to other processes that simulate the same system.
     #[serde(skip)]
     communicator: Option<Arc<dyn Communicator>>,
 }
 
 impl Simulation {
-    /// The scene from which the simulation started.
-    ///
-    /// After a growth, the scene has the diameters and the state at the end of the growth. With a barostat,
-    /// it has the current box.
+    /// The scene from which the simulation started. After a growth, the scene has the diameters and the state at the
+    /// end of the growth. With a barostat, it has the current box.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -220,12 +214,10 @@ impl Simulation {
 
     /// Advances the simulation to a time, or to a total number of events. Does nothing if the limit has passed.
     ///
-    /// The limit does not affect the dynamics: two successive advances give the same results as a single long
-    /// one, bit for bit.
+    /// Two successive advances give the same results as a single advance, bit for bit.
     ///
     /// # Errors
-    /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
-    /// if the state is impossible.
+    /// [`EngineError::Arrest`] if time does not advance, [`EngineError::InvariantBroken`] if the state is impossible.
     pub fn advance(&mut self, until: Until) -> Result<Reason, EngineError> {
         self.advance_observed(until, None)
     }
@@ -233,13 +225,11 @@ impl Simulation {
     /// Advances the simulation, and calls `observe` at every event.
     ///
     /// A closure that returns nothing receives all events. A closure that returns
-    /// [`ControlFlow`](std::ops::ControlFlow) can end the run with a break; the result is then [`Reason::Observer`]. If
-    /// the simulation continues later, its results are the same as without a stop, bit for bit. [`Self::events`]
-    /// iterates over the events instead.
+    /// [`ControlFlow`](std::ops::ControlFlow) can end the run with a break; the result is then [`Reason::Observer`]. A
+    /// stop does not change later results. [`Self::events`] iterates over the events instead.
     ///
     /// # Errors
-    /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
-    /// if the state is impossible.
+    /// [`EngineError::Arrest`] if time does not advance, [`EngineError::InvariantBroken`] if the state is impossible.
     #[doc(alias = "callback")]
     #[doc(alias = "observer")]
     pub fn advance_with<R: ObserverResult>(
@@ -252,13 +242,11 @@ impl Simulation {
 
     /// Advances the simulation as [`Self::advance`] does, but pauses after a number of steps and returns `None`.
     ///
-    /// A step is an event, a cell transition, a new prediction, or anything that takes about as long. At least one step
-    /// is done. A limit on steps returns control to the caller soon, even if no event happens. Pauses do not change any
-    /// event.
+    /// A step is an event, a cell transition, a new prediction, or other work of similar cost. At least one step is
+    /// done. Pauses do not change any event.
     ///
     /// # Errors
-    /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
-    /// if the state is impossible.
+    /// [`EngineError::Arrest`] if time does not advance, [`EngineError::InvariantBroken`] if the state is impossible.
     pub fn advance_for(&mut self, steps: u64, until: Until) -> Result<Option<Reason>, EngineError> {
         let reason = self.advance_unsettled(steps, until, None);
         self.complete();
@@ -268,8 +256,7 @@ impl Simulation {
     /// Combines [`Self::advance_for`] and [`Self::advance_with`].
     ///
     /// # Errors
-    /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
-    /// if the state is impossible.
+    /// [`EngineError::Arrest`] if time does not advance, [`EngineError::InvariantBroken`] if the state is impossible.
     pub fn advance_for_with<R: ObserverResult>(
         &mut self,
         steps: u64,
@@ -281,9 +268,8 @@ impl Simulation {
         reason
     }
 
-    /// Advances the simulation as [`Self::advance_for`] does, but may leave the state out of date.
-    ///
-    /// With several threads, only the event counts are up to date at a pause, until [`Self::settle`] is called.
+    /// Advances like [`Self::advance_for`]. With several threads, only the event counts are up to date until
+    /// [`Self::settle`] is called.
     pub(crate) fn advance_unsettled(
         &mut self,
         steps: u64,
@@ -344,8 +330,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.real_overlaps())
     }
 
-    /// The state of a pair: the number of radii of its potential through which the pair has been captured. It is 0 for
-    /// an uncaptured pair.
+    /// Number of radii of the potential through which a pair has been captured; 0 for an uncaptured pair.
     #[must_use]
     pub fn pair_state(&self, a: ParticleId, b: ParticleId) -> u16 {
         with_engine!(&self.engine, engine => engine.state_of_pair(a, b))

@@ -3,8 +3,6 @@
 //! Positions come from [`lattice`], [`packing`], [`chain`] and [`surface`] (static spheres). [`region`] defines the
 //! part of the box to fill, and [`velocity`] draws the velocities. [`resting`] finds particles at rest on something
 //! fixed. [`polydispersity`] calculates diameters, and [`composition`] the particle numbers of a mixture.
-//!
-//! Nothing here depends on the format of the input. `scene` converts the error [`NoPlace`] to messages.
 
 pub(crate) mod chain;
 pub(crate) mod composition;
@@ -26,13 +24,11 @@ pub(crate) enum NoPlace {
         spacing: f64,
         contact: f64,
     },
-    /// Random insertion found no place for another particle.
     NoRoom {
         placed: usize,
         count: usize,
         attempts: usize,
     },
-    /// Growing spheres jam before they reach full size.
     Jammed {
         wanted: f64,
         reached: f64,

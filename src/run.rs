@@ -184,7 +184,6 @@ impl Ending {
         }
     }
 
-    /// Whether this ending ends the whole run, not only a stage.
     fn is_early(&self) -> bool {
         matches!(
             self,

@@ -83,8 +83,8 @@ impl Scene {
 
     /// Reads a scene from the text of a scene file.
     ///
-    /// `name` is the path of the file. It appears in messages and is the default name of the scene. Paths in the text
-    /// are relative to its folder.
+    /// `name` is the path of the file. The path appears in messages and provides the default name of the scene. Paths
+    /// in the text are relative to the folder of `name`.
     ///
     /// # Errors
     /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
@@ -140,7 +140,6 @@ impl Scene {
         }
     }
 
-    /// Checks that a text is valid TOML, with only the keys of a scene and values of the right types.
     pub(crate) fn check_keys(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<(), SceneError> {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }

@@ -74,7 +74,6 @@ fn convert_errors_say_what_is_wrong_and_where() {
     ] {
         let (code, text) = said(&carom(folder.path(), &arguments));
         assert_eq!(code, 2, "{arguments:?}: {text}");
-        // Messages are wrapped.
         let text: String = text.replace("│ ", "").split_whitespace().collect();
         let expected: String = expected.split_whitespace().collect();
         assert!(text.contains(&expected), "{arguments:?}: {text}");

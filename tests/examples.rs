@@ -79,8 +79,8 @@ fn user_defined_instrument_is_in_the_files_of_the_run() {
     let finished = own_instrument::measured_in(&run).unwrap();
     assert_eq!(finished.ending, Ending::Time);
     let curve = &finished.measured.curves[0];
-    // The speeds have Maxwell's distribution at a temperature of 255 / 256. Averaging over a bin of width `w` changes
-    // it by `w^2 / 24` times its second derivative, which is at most 2.
+    // The speeds have Maxwell's distribution at a temperature of 255 / 256. A bin of width `w` changes the density by
+    // `w^2 / 24` times the second derivative, which is at most 2.
     let temperature = 255.0_f64 / 256.0;
     let (middles, series) = (&curve.variables[0].values, &curve.series[0]);
     for ((v, p), error) in middles.iter().zip(&series.values).zip(&series.standard_errors) {

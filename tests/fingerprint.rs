@@ -1,4 +1,4 @@
-//! A checkpoint is rejected if it was written by a program built from other sources.
+//! A program rejects checkpoints of programs that were built from other sources.
 
 use std::fs;
 use std::path::Path;
@@ -25,7 +25,7 @@ fn every_source_that_a_run_depends_on_changes_the_fingerprint() {
     write("src/cli/run.rs", "words\n");
     let first = fingerprint(root).unwrap();
     for name in sources {
-        // Exchanging two fields changes only the layout of the struct.
+        // The exchange of two fields changes only the layout of the struct.
         write(name, "struct Body { velocity: f64, position: f64 }\n");
         assert_ne!(fingerprint(root).unwrap(), first, "{name}");
         write(name, "struct Body { position: f64, velocity: f64 }\r\n");
@@ -51,7 +51,7 @@ fn a_checkpoint_of_other_sources_is_refused_and_left_as_it_is() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let path = folder.join("checkpoint");
     let good = fs::read(&path).unwrap();
-    // The bytes 28 to 35 are the fingerprint. The checksum is recomputed, so that only the fingerprint is wrong.
+    // Bytes 28 to 35 are the fingerprint. The checksum is recomputed, so only the fingerprint is wrong.
     for at in 28..36 {
         let mut other = good.clone();
         other[at] ^= 1;

@@ -1,4 +1,4 @@
-//! Instruments defined outside of the crate: results, checkpoints, report pages, and runs that an instrument ends.
+//! Instruments defined outside of the crate.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -13,7 +13,7 @@ use carom::run::{Ending, Finished, Progress, Run, Stage};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use serde::{Deserialize, Serialize};
 
-/// An instrument that averages speeds and adds up impulses. It ends the run after a number of events.
+/// Averages speeds, adds up impulses, and ends the run after a number of events.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Probe {
     times: SamplingTimes,
@@ -86,7 +86,7 @@ fn probed(run: Run, most: u64) -> Run {
     run.instrument("probe", move |setup| Probe::new(setup.sample.time, most))
 }
 
-/// Runs the scene with output to a folder. Interrupts the run after a number of events of a stage.
+/// Runs the scene with output to a folder, until a number of events of a stage.
 fn interrupted(folder: &Path, most: u64, (stage, events): (Stage, u64)) -> Finished {
     let scene = scene();
     let mut files = Folder::create(folder, &scene, Existing::Keep).unwrap();
@@ -135,7 +135,6 @@ fn finished_run_returns_instruments_by_name_and_type() {
     let events = finished.measurement.event_counts.physical();
     assert_eq!(finished.instrument::<Probe>("probe").unwrap().events, events);
     assert_eq!(finished.instrument::<Other>("other").unwrap().0, "kept");
-    // The name and the type of an instrument must match.
     assert!(finished.instrument::<Other>("probe").is_none() && finished.take_instrument::<Other>("probe").is_none());
     assert!(finished.instrument::<Probe>("nothing").is_none());
     let probe = finished.take_instrument::<Probe>("probe").unwrap();

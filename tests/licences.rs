@@ -11,7 +11,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// These licences at most require that copies keep a notice.
+/// Licences that require at most that copies keep a notice.
 const PERMISSIVE: [&str; 14] = [
     "0BSD",
     "Apache-2.0",
@@ -42,7 +42,6 @@ struct Crate {
     authors: String,
     source: String,
     folder: String,
-    /// Whether the crate is a part of the program or the Python package.
     is_built_in: bool,
 }
 

@@ -227,7 +227,8 @@ fn a_distribution_of_diameters_becomes_classes() {
     assert_eq!((names.len(), names[0], names[19], names[20]), (21, "A-1", "A-20", "B"));
     let mut counts = [0; 21];
     scene.particles().iter().for_each(|particle| counts[particle.species.0 as usize] += 1);
-    // Three quarters of the 410 particles, 307.5, are in 20 classes of 15.375. The other 102.5 are of species B.
+    // Three quarters of the 410 particles are in 20 classes, with 15.375 particles on average. The other 102.5
+    // particles are of species B.
     assert!(counts[..20].iter().all(|count| (15..=16).contains(count)), "{counts:?}");
     assert!((102..=103).contains(&counts[20]) && counts.iter().sum::<i32>() == 410);
     // Classes with 16 instead of 15 particles are spread over all diameters, so the mean is nearly exact.

@@ -10,9 +10,9 @@ const PATIENCE: u32 = 2_000;
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
-    /// The scene is invalid. The text is the reason.
+    /// The scene is invalid, for this reason.
     Refused(String),
-    /// The audit passed. The number counts the events.
+    /// The audit passed after this number of events.
     Sound(u64),
     Condemned(String),
 }

@@ -5,8 +5,7 @@
 //! cargo bench --bench audits -- 1 4711      judges the scene of seed 4711, and prints it
 //! ```
 //!
-//! `CAROM_DROPS=1000 cargo test --release --lib drops` tests the opposite: the audit must find the faults of a faulty
-//! engine.
+//! `CAROM_DROPS=1000 cargo test --release --lib drops` tests that the audit finds the faults of a faulty engine.
 
 mod judge;
 mod scenes;
@@ -26,7 +25,6 @@ struct Tally {
 }
 
 fn main() -> ExitCode {
-    // Skips flags such as `--bench`, which cargo adds.
     let numbers: Vec<u64> = std::env::args().skip(1).filter_map(|argument| argument.parse().ok()).collect();
     let (scenes, first) = (numbers.first().copied().unwrap_or(20), numbers.get(1).copied().unwrap_or(1));
     let mut tallies: BTreeMap<scenes::Kind, Tally> = BTreeMap::new();

@@ -144,7 +144,6 @@ fn sides(text: &mut String, dice: &mut Dice, kind: Kind, space: &Box) {
     }
 }
 
-/// Places particles in a cluster or along a channel. Returns the number of particles of each species.
 fn particles(
     text: &mut String,
     dice: &mut Dice,
@@ -208,7 +207,7 @@ fn particles(
     [0, 1].map(|species| placed.iter().filter(|(_, of)| *of == species).count())
 }
 
-/// Returns whether a new particle would touch no wall and no other particle.
+/// Returns true if a new particle touches no wall and no other particle.
 fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), placed: &[([f64; 3], usize)]) -> bool {
     let margin = 0.5 * diameters[species];
     let is_inside = (0..space.dimensions)

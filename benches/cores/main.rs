@@ -3,9 +3,8 @@
 //!     cargo bench --bench cores                          all systems, about forty minutes; writes benches/results/cores.md and cores.svg
 //!     cargo bench --bench cores -- 100000 0.49           a number of spheres at a packing fraction, for a quick look
 //!
-//! The domains of more cores run one after the other on one thread. In the estimate, the slowest domain sets the time
-//! of a window. The time for comparison and exchange is divided by the number of domains. Contention for memory is not
-//! included.
+//! The domains of more cores run one after the other on one thread. The estimate uses the time of the slowest domain.
+//! The time for comparison and exchange is divided by the number of domains. Contention for memory is ignored.
 
 mod plot;
 
@@ -29,7 +28,7 @@ const LEAST: f64 = 4e6;
 /// Number of repeats.
 const TURNS: usize = 3;
 
-/// Freezing packing fraction of hard spheres. Below it, the particles start from a lattice that melts.
+/// Freezing packing fraction of hard spheres. At lower values, the particles start from a lattice that melts.
 const FREEZING: f64 = 0.494;
 
 const HEAD: &str = "\
@@ -57,7 +56,7 @@ struct System {
 
 struct Row {
     name: String,
-    /// In each repeat: events per second with one thread, events per second with two threads, and the ratio.
+    /// For each repeat: events per second with one thread and with two threads, and the ratio.
     turns: Vec<[f64; 3]>,
     work: DomainWork,
     cores: Vec<Estimate>,
@@ -67,7 +66,7 @@ struct Row {
 pub struct Estimate {
     cores: usize,
     speedup: f64,
-    /// Number of all steps, divided by the number of steps of original particles. The other steps are those of copies.
+    /// Number of all steps, divided by the number of steps of original particles. Copies make further steps.
     steps: f64,
     /// Mean time of the domains, divided by the time of the slowest domain.
     balance: f64,
@@ -125,8 +124,8 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
     ])
 }
 
-/// Runs about `per_particle` events per particle. Returns the events per second of wall time. `before` is the rate of
-/// earlier events, per particle and unit of simulated time.
+/// Runs about `per_particle` events per particle. Returns the events per second of wall time. `before` is the earlier
+/// number of events per particle and unit of simulated time.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     // Stops at a given time, because a limit on the number of events makes the last window run on a single engine.
@@ -149,7 +148,6 @@ fn measure(system: &System) -> Outcome<Row> {
     let of = |domains: usize, threads: usize| -> Outcome<(f64, Simulation)> {
         let mut simulation = simulation.clone();
         simulation.set_domains(domains, threads);
-        // Divides the system into domains before the timing starts.
         simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
         let rate = rate(&mut simulation, timed, density)?;
         Ok((rate, simulation))
@@ -242,7 +240,6 @@ fn execute(arguments: &[String]) -> Outcome {
 }
 
 fn main() -> ExitCode {
-    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     match execute(&arguments) {
         Ok(()) => ExitCode::SUCCESS,

@@ -8,7 +8,7 @@ use carom::scene::{Amount, Fill, InteractionDraft, Lattice, SceneBuilder, Specie
 pub struct System {
     pub name: &'static str,
     pub start: fn() -> Simulation,
-    /// Whether the system stays in a steady state. Otherwise each measurement restarts it.
+    /// Whether the system stays in a steady state. Otherwise, each measurement restarts the system.
     pub is_steady: bool,
 }
 

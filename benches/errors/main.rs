@@ -23,7 +23,6 @@ use tally::Tally;
 const LENGTHS: [f64; 2] = [1.0, 5.0];
 
 fn main() -> ExitCode {
-    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let seeds: u64 = arguments.first().and_then(|number| number.parse().ok()).unwrap_or(4);
     let is_asked_for = |system: &&System| arguments.get(1).is_none_or(|part| system.name.contains(part.as_str()));

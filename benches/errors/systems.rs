@@ -1,9 +1,7 @@
-//! Systems for testing error estimates.
-
 #[derive(Debug)]
 pub struct System {
     pub name: &'static str,
-    /// The scene without its seed, its thermostat, its barostat and the length of the run.
+    /// The scene without the seed, the thermostat, the barostat and the length of the run.
     pub scene: String,
     /// Lines of the table `[run]` for a thermostat or a barostat.
     pub ensemble: &'static str,
@@ -12,7 +10,6 @@ pub struct System {
 }
 
 impl System {
-    /// The scene of a run that is `factor` times as long as a short run.
     pub fn scene(&self, factor: f64, seed: u64) -> String {
         let Self { scene, ensemble, equilibration, short, .. } = self;
         let until = equilibration + factor * short;

@@ -17,7 +17,6 @@ const CHILD: &str = "instructions-of-one";
 const EVENTS: u64 = 50_000;
 
 fn main() -> ExitCode {
-    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     let outcome = match &arguments[..] {
         [word, name] if word == CHILD => run_one(name),

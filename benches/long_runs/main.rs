@@ -25,7 +25,6 @@ const RUNS: [(&str, &str); 4] = [
 const FOLDER: &str = "benches/results/long_runs";
 
 fn main() -> ExitCode {
-    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     match execute(&arguments) {
         Ok(()) => ExitCode::SUCCESS,

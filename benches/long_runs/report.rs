@@ -6,7 +6,6 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-/// A title, the plotted value, and whether to draw the error of a random walk.
 type Quantity = (&'static str, fn(&Row) -> f64, bool);
 
 const QUANTITIES: [Quantity; 3] = [

@@ -11,8 +11,7 @@ impl Stopwatch {
         Self { wall: Instant::now(), processor: processor_seconds() }
     }
 
-    /// Time since the start `[s]`. Short times are wall times, because the system updates the processor time only every
-    /// few milliseconds.
+    /// Time `[s]`. Short times are wall times, because the processor time is updated only every few milliseconds.
     pub fn seconds(&self) -> f64 {
         const SHORT: f64 = 0.05;
         let wall = self.wall.elapsed().as_secs_f64();

@@ -48,7 +48,7 @@ fn sheet(name: &str, columns: &[&str]) -> Sheet {
     Sheet::new(name, &METHOD_COLUMNS.into_iter().chain(last).collect::<Vec<_>>())
 }
 
-/// Repeats a run until the total processor time is measurable. Returns the time of one run `[us]` and a result.
+/// Repeats a run until the total processor time is measurable. Returns the time of one run `[us]` and the last result.
 fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     const SECONDS: f64 = 0.2;
     let stopwatch = Stopwatch::start();
@@ -126,7 +126,7 @@ pub fn describe(text: &mut String) -> Outcome {
     )
 }
 
-/// Column that shows whether the grains have come to rest.
+/// Shows how close the grains are to rest.
 const UNREST: &str = "kinetic energy per particle";
 
 const COST: &str = "us per particle and time";

@@ -1,5 +1,4 @@
-//! Compares detection functions: time per call against the error of the returned time. The exact oracle gives the
-//! error.
+//! Compares detection functions: time per call against error of the returned time. The exact oracle gives the error.
 
 mod judge;
 mod methods;
@@ -143,7 +142,7 @@ fn errors(problem: &str, rows: &Sheet) -> Panel {
     }
 }
 
-/// Zero has no logarithm and is drawn at this value.
+/// Zero is drawn at this value on a logarithmic axis.
 const NO_FAILURE: f64 = 0.5 / STATES as f64;
 
 fn failures(problem: &str, rows: &Sheet) -> Panel {

@@ -13,12 +13,12 @@ use fluid::{Fluid, State, Thermodynamics};
 
 const SHEET: &str = "lennard_jones";
 
-/// Cutoff of the potential `4 [(1/r)^12 - (1/r)^6]`, which is shifted to zero there. The units are sigma and epsilon.
+/// Cutoff of the potential `4 [(1/r)^12 - (1/r)^6]`. The potential is shifted to zero at the cutoff.
 const CUTOFF: f64 = 2.5;
 
 const STEPS: [usize; 6] = [5, 10, 20, 50, 100, 200];
 
-/// Time steps. The smallest one gives the reference.
+/// The smallest time step gives the reference.
 const TIME_STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.015, 0.02];
 
 const INTERVAL: f64 = 0.05;
@@ -133,8 +133,7 @@ fn run(plan: &Plan, fluid: &mut impl Fluid, particles: f64, most_seconds: f64) -
     }
 }
 
-/// The cells of a row. Energy and pressure are each followed by the difference from the reference and by the standard
-/// error of this difference.
+/// Returns the cells of a row: energy and pressure, each with the difference from the reference and its standard error.
 fn compared(run: &Measured, reference: &Measured, start: &State) -> Vec<String> {
     let both = |a: f64, b: f64| if std::ptr::eq(run, reference) { a } else { a.hypot(b) };
     [
@@ -194,12 +193,11 @@ pub fn describe(text: &mut String) -> Outcome {
     draw(SHEET, &PLANS.map(|plan| row(plan.name)))
 }
 
-/// The errors of each method, and their standard errors. An error below its standard error is not significant.
+/// Returns the errors of each method, and their standard errors.
 fn series(rows: &Sheet, error: &str, spread: &str) -> Vec<Series> {
     let mut all = Vec::new();
     for method in rows.values("method") {
         let of_method = rows.with("method", &method);
-        // Leaves out the reference, whose error is zero.
         let points = of_method.points("us per particle and time", error);
         let points = points.into_iter().filter(|point| point.1 != 0.0).collect();
         all.push(Series { name: method.clone(), points, has_line: true });

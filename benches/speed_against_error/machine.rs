@@ -19,7 +19,7 @@ fn processor() -> String {
     }
 }
 
-/// Version of the compiler that cargo names in `RUSTC`.
+/// Returns the version of the compiler in the variable `RUSTC`.
 fn compiler() -> String {
     let program = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let output = Command::new(program).arg("--version").output();

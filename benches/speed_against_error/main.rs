@@ -60,7 +60,6 @@ const SECTIONS: [Section; 5] = [
 const FOLDER: &str = "benches/results/speed_against_error";
 
 fn main() -> ExitCode {
-    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     match execute(&arguments) {
         Ok(()) => ExitCode::SUCCESS,

@@ -38,7 +38,7 @@ const COLOURS: [RGBColor; 8] = [
 const LEGEND_WIDTH: u32 = 230;
 const PANEL: (i32, i32) = (470, 350);
 
-/// Draws rows of panels. On the right of each row is the legend of its first panel.
+/// Draws rows of panels. The legend of the first panel is to the right of the row.
 pub fn draw(name: &str, rows: &[Vec<Panel>]) -> Outcome {
     let path = Path::new(FOLDER).join(format!("{name}.svg"));
     let columns = u32::try_from(rows.iter().map(Vec::len).max().unwrap_or(1))?;

@@ -31,7 +31,6 @@ impl Sheet {
         Ok(fs::write(file(&self.name), text)?)
     }
 
-    /// Reads the table from its csv file; `None` if the table has not been measured.
     pub fn read(name: &str) -> Option<Self> {
         let text = fs::read_to_string(file(name)).ok()?;
         let mut lines = text.lines();
@@ -48,7 +47,7 @@ impl Sheet {
         Self { rows, ..self.clone() }
     }
 
-    /// The different values of a column, in order of appearance.
+    /// Returns the different values of a column, in order of appearance.
     pub fn values(&self, column: &str) -> Vec<String> {
         let mut values: Vec<String> = Vec::new();
         for row in &self.rows {
@@ -60,7 +59,7 @@ impl Sheet {
         values
     }
 
-    /// The numbers of a column. A cell that is not a number becomes NaN.
+    /// Returns the numbers of a column. A cell that is not a number becomes NaN.
     pub fn numbers(&self, column: &str) -> Vec<f64> {
         let index = self.index(column);
         self.rows.iter().map(|row| row[index].parse().unwrap_or(f64::NAN)).collect()
@@ -90,8 +89,7 @@ fn file(name: &str) -> PathBuf {
     PathBuf::from(FOLDER).join(format!("{name}.csv"))
 }
 
-/// Formats a number with about three significant digits. Whole numbers below a million are written in full. Other text
-/// is unchanged.
+/// Formats a number with about three digits. Whole numbers below a million keep all digits. Text is unchanged.
 fn short(cell: &str) -> String {
     match cell.parse::<f64>() {
         Ok(x) if !x.is_finite() => "-".to_owned(),

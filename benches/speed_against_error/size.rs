@@ -26,7 +26,7 @@ const MOST_EVENTS_BEFORE: u64 = 1_500_000;
 
 const TIMED_EVENTS: u64 = 300_000;
 
-/// Free memory that a size requires `[byte / particle]`.
+/// Required free memory `[byte / particle]`.
 const ROOM: u64 = 700;
 
 pub fn measure() -> Outcome {
@@ -62,7 +62,6 @@ pub fn measure() -> Outcome {
     Ok(())
 }
 
-/// Measures one size and prints the row of the table.
 pub fn measure_one(arguments: &[String]) -> Outcome {
     let [size, packing_fraction] = arguments else { return Err("expected a size and a packing fraction".into()) };
     let (size, packing_fraction): (u64, f64) = (size.parse()?, packing_fraction.parse()?);
@@ -97,7 +96,6 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
     Ok(())
 }
 
-/// Peak memory of this process `[byte]`.
 fn peak_memory() -> Option<f64> {
     Some(kibibytes("/proc/self/status", "VmHWM:")? as f64 * 1024.0)
 }

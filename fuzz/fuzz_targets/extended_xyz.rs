@@ -1,4 +1,4 @@
-//! Fuzzes the extended XYZ reader. A frame that was read and written must be read back unchanged.
+//! Fuzzes the extended XYZ reader. If a frame can be read, it can be written and read again without changes.
 #![no_main]
 
 use carom::trajectory::Frame;
@@ -19,7 +19,7 @@ fuzz_target!(|bytes: &[u8]| {
         }
         let again = read(&written);
         let [again] = &again[..] else { panic!("written, but cannot be read back: {}", String::from_utf8_lossy(&written)) };
-        // Compares the debug texts, because NaN is not equal to itself.
+        // NaN is not equal to itself, so texts are compared.
         assert_eq!(format!("{:?}", frame.particles), format!("{:?}", again.particles));
     }
 });

@@ -1,4 +1,4 @@
-//! Fuzzes runs, sweeps and exchanges that write into prepared folders, with the code of `tests/random_runs`.
+//! Fuzzes runs, sweeps and exchanges in prepared folders, with the code of `tests/random_runs`.
 #![no_main]
 #![allow(dead_code)]
 

@@ -1,4 +1,4 @@
-//! Fuzzes instruments in scenes with little or nothing to measure, with the code of `tests/random_runs`.
+//! Fuzzes instruments in scenes with little or nothing to measure.
 #![no_main]
 #![allow(dead_code)]
 

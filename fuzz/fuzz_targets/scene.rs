@@ -9,7 +9,6 @@ use carom::model::{Scene, Until};
 use carom::check::verify::{End, Fault, EventRange, Violation, verify};
 use libfuzzer_sys::fuzz_target;
 
-/// Scenes with more particles are not run.
 const MOST: usize = 64;
 
 fuzz_target!(|text: &str| {

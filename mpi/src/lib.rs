@@ -22,7 +22,7 @@ pub struct Mpi {
 impl Mpi {
     /// Joins the other processes. Returns `None` if there are no other processes, or if this process has joined before.
     ///
-    /// Call this function once, and use the communicator from one thread at a time.
+    /// Use the communicator from one thread at a time.
     #[must_use]
     pub fn join() -> Option<Self> {
         if STARTED.iter().all(|name| std::env::var_os(name).is_none()) {
@@ -51,8 +51,7 @@ impl Mpi {
     }
 }
 
-/// Allocates memory even for an empty vector. An empty `Vec<u8>` points to the address 1, which means `MPI_IN_PLACE` in
-/// Open MPI.
+/// Allocates even for an empty vector. An empty `Vec<u8>` has the address 1, which is `MPI_IN_PLACE` in Open MPI.
 fn at_an_address(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes.reserve(1);
     bytes

@@ -51,8 +51,8 @@ pub fn exchange(
     })
 }
 
-/// Suggests the smallest number of temperatures for an exchange. Swaps between all neighbours have the same acceptance,
-/// at least `acceptance`, as predicted from the density of states of a finished exchange. `None` if there are no such
+/// Suggests temperatures for an exchange, as few as possible. All swaps are predicted to have the same acceptance, at
+/// least `acceptance`. The prediction uses the density of states of a finished exchange. `None` if there are no such
 /// temperatures.
 #[pyfunction]
 pub fn exchange_temperatures(py: Python<'_>, folder: PathBuf, acceptance: f64) -> PyResult<Option<Vec<f64>>> {

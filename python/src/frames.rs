@@ -1,4 +1,4 @@
-//! Frames of a trajectory, each read on request.
+//! Frames of a trajectory, which are read one at a time.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::array::array;
 use crate::error;
 use crate::scene::names;
 
-/// A trajectory file in extended XYZ, and the positions of its frames in the file.
+/// A trajectory file in extended XYZ, and the place of each frame in the file.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Trajectory {
     path: PathBuf,
@@ -21,7 +21,7 @@ pub struct Trajectory {
 
 #[pymethods]
 impl Trajectory {
-    /// Scans the file once. Ignores an incomplete frame at the end.
+    /// Scans the file, and ignores an incomplete frame at the end.
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let places = py.detach(|| frame_places(&path)).map_err(|failure| error::unreadable(&path, &failure))?;
@@ -45,7 +45,6 @@ impl Trajectory {
     }
 }
 
-/// A frame as arrays, with the particles in a given order.
 pub fn dictionary_of<'py>(py: Python<'py>, frame: &Frame, order: &[usize]) -> PyResult<Bound<'py, PyDict>> {
     let particles = || order.iter().map(|at| &frame.particles[*at]);
     let all = PyDict::new(py);

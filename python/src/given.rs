@@ -21,8 +21,7 @@ pub struct Given(pub Arc<GivenParticles>);
 
 #[pymethods]
 impl Given {
-    /// Takes the parts of a `carom.Frame`. Arrays are passed as bytes, with numbers of the types `f8`, `i8` and, for
-    /// images, `i4`.
+    /// Reads the parts of a `carom.Frame`. Arrays are bytes of the type `f8`, `i8` or, for images, `i4`.
     #[new]
     fn new(name: &str, parts: &Bound<'_, PyDict>, bond: Option<String>, known: [bool; 3]) -> PyResult<Self> {
         let mut given = GivenParticles::new(name, frame_of(parts)?);
@@ -31,8 +30,8 @@ impl Given {
         Ok(Self(Arc::new(given)))
     }
 
-    /// Returns the name, the parts of a `carom.Frame`, the interaction of the bonds, and three flags. The flags tell
-    /// whether the box is known, whether the radii are known, and whether z is unknown.
+    /// Returns the name, the parts of a `carom.Frame`, the interaction of the bonds, and three flags: the box is known,
+    /// the radii are known, z is unknown.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<(&str, Bound<'py, PyDict>, Option<&str>, [bool; 3])> {
         let it = &*self.0;

@@ -1,7 +1,6 @@
 //! The compiled part of the Python package `carom`.
 //!
-//! This part is private. The classes and functions for users are in `lib/carom`. During a simulation, other Python
-//! threads can run, and signals are checked now and then.
+//! This part is private. The classes and functions for users are in `lib/carom`.
 
 mod array;
 mod error;
@@ -57,7 +56,7 @@ mod _carom {
         py.detach(|| carom::cli::main(&arguments, || None))
     }
 
-    /// Kinds of example scenes, each with its text.
+    /// Returns the kinds of example scenes, each with its text.
     #[pyfunction]
     fn examples() -> HashMap<&'static str, &'static str> {
         carom::cli::scenes().collect()

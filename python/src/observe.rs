@@ -16,12 +16,11 @@ use serde::{Deserialize, Serialize};
 use crate::array::array;
 
 thread_local! {
-    /// The user's functions for the current run of this thread. Instruments do not contain them, because the state of
-    /// instruments is saved in checkpoints.
+    /// The user's functions. They are not stored in the instruments, because instruments are saved in checkpoints.
     static FUNCTIONS: RefCell<Option<Functions>> = const { RefCell::new(None) };
 }
 
-/// Functions by name. After the exception `raised`, no function is called.
+/// Functions by name. No function is called after an exception.
 struct Functions {
     by_name: Vec<(String, Py<PyAny>)>,
     raised: Option<PyErr>,
@@ -70,8 +69,7 @@ impl Observation {
         Functions { by_name, raised: None }
     }
 
-    /// Runs `work`, in which instruments on this thread can call the functions. Returns the result of `work` and the
-    /// exception of a function, if any.
+    /// Runs a closure in which instruments can call the functions. Also returns the exception of a function, if any.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
         // A function may start another run with other functions, so the previous functions are restored afterwards.
         let before = FUNCTIONS.replace(Some(self.functions()));

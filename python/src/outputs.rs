@@ -26,8 +26,8 @@ fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// Returns the path of a run's trajectory. Rejects an output that would replace a file of the run. Rejects a link,
-/// unless the user has named it.
+/// Returns the path of a run's trajectory. Rejects an output that would replace a file of the run, and a symbolic link
+/// that the user has not named.
 fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
     if !is_named {
         refuse_link(out).map_err(|failed| error::output(&failed))?;
@@ -146,13 +146,12 @@ pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: boo
     Ok(target)
 }
 
-/// Names of equal files, names of different files with the difference, and names of files that were not compared with
-/// the reason.
+/// Equal files, different files with the difference, and files that were not compared with the reason.
 type Files = (Vec<String>, Vec<(String, String)>, Vec<(String, String)>);
 
 /// Verifies events of a run. Returns the printed text, four values of the certificate, the comparison of the files and
-/// the reason of a failure. The four values are whether the events are proven, the first event, the number of events,
-/// and the largest gap.
+/// the error, if any. The four values are whether the events are proven, the first event, the number of events, and the
+/// largest gap.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "a tuple of Python")]
 pub fn verify(

@@ -73,8 +73,8 @@ impl Watch {
     }
 }
 
-/// Returns the allowed size of an output in a folder; infinite with `force`. Raises an error if the predicted size
-/// `bytes` is larger. `what` is the name of the output in the message.
+/// Returns the allowed size of an output, which is infinite with `force`. Raises an error if the predicted size `bytes`
+/// is larger. `what` names the output in the message.
 pub fn most_bytes(what: &str, bytes: f64, folder: &Path, force: bool) -> PyResult<f64> {
     if force {
         return Ok(f64::INFINITY);

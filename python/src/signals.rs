@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 
 const INTERVAL: Duration = Duration::from_millis(50);
-/// Initial and largest number of engine steps between two looks at the clock.
+/// Initial and largest number of engine steps between two readings of the clock.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-/// Looks at the clock only after many engine steps, and checks for signals only after `INTERVAL`.
+/// Reads the clock only after many engine steps, and checks for signals only after `INTERVAL`.
 pub struct Signals {
     looked: Instant,
     steps: u64,
@@ -19,12 +19,11 @@ impl Signals {
         Self { looked: Instant::now(), steps: STEPS[0] }
     }
 
-    /// Number of engine steps until the next look at the clock. The number adapts to the speed of the engine.
+    /// Number of engine steps until the next reading of the clock. The number adapts to the speed of the engine.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Whether the interval between two checks has passed.
     pub fn is_due(&mut self) -> bool {
         let now = Instant::now();
         if now - self.looked < INTERVAL {

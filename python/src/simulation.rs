@@ -26,7 +26,7 @@ use crate::signals::Signals;
 
 pub struct State {
     pub engine: Engine,
-    /// Events that a call did not return because a signal interrupted it.
+    /// Events that an interrupted call did not return.
     pub pending: Vec<u8>,
     /// Number of heat baths set so far. Each bath has its own random numbers.
     pub baths: usize,
@@ -38,7 +38,7 @@ impl State {
     }
 }
 
-/// Temperature of a heat bath, rate, and the axes along which the bath acts.
+/// Temperature, rate and axes of a heat bath.
 type Bath = (f64, f64, [bool; 3]);
 
 /// A simulation for one thread at a time. While a call is in progress, calls from other threads raise an error.
@@ -53,7 +53,7 @@ impl Simulation {
         })
     }
 
-    /// An array with `K` numbers for each particle, in the order of the ids.
+    /// Returns an array with `K` numbers for each particle, in the order of the ids.
     fn numbers<'py, T: Number, const K: usize>(
         &self,
         py: Python<'py>,
@@ -81,7 +81,7 @@ fn word(reason: Reason) -> &'static str {
     }
 }
 
-/// Completed fraction of a call, by time or by events, whichever is larger.
+/// Completed fraction of a call, by time or by events. The larger fraction is returned.
 fn part(of_time: f64, done: u64, events: u64) -> f64 {
     of_time.max(done as f64 / events.max(1) as f64).clamp(0.0, 1.0)
 }
@@ -96,7 +96,6 @@ fn until(time: f64, events: u64) -> PyResult<Until> {
 #[pymethods]
 impl Simulation {
     /// Creates a simulation at the start of a scene. If `plan` is true, rejects scenes with a plan that requires a run.
-    /// Otherwise ignores the plan.
     #[new]
     fn new(py: Python<'_>, scene: &Scene, plan: bool, threads: Option<&str>) -> PyResult<Self> {
         let model = scene.model.clone();

@@ -1,9 +1,7 @@
-//! Means of correlated series, with errors and verdicts as in a run.
-
 use carom::analysis::statistics::{BlockAverage, Stationarity};
 use pyo3::prelude::*;
 
-/// Returns the mean of a series at evenly spaced times, its standard error, and the verdict on stationarity. The
+/// Returns the mean of a series at evenly spaced times, the standard error, and the verdict on stationarity. The
 /// numbers are of the type `f8`.
 #[pyfunction]
 pub fn mean_and_error(py: Python<'_>, values: &[u8]) -> (f64, Option<f64>, &'static str) {

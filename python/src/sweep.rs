@@ -207,7 +207,6 @@ impl Sweep {
     }
 }
 
-/// Number of finished points, and completed fraction of the sweep.
 fn so_far(parts: &[f64]) -> (u64, f64) {
     let done = parts.iter().filter(|part| **part >= 1.0).count();
     (done as u64, parts.iter().sum::<f64>() / parts.len().max(1) as f64)

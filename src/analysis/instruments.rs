@@ -1,11 +1,9 @@
 //! Instruments: measurements of structure, motion, transport and profiles during a run.
 //!
-//! A [`MeasurementPlan`] lists the measurements, and [`Instruments`] carries them out. An instrument samples the
-//! particles at times that it chooses, and can receive events. Instruments do not change the trajectory: it is the
-//! same, bit for bit, whatever is measured. Their memory is bounded, and checkpoints contain their state. The results
-//! are [`Measured`].
+//! A [`MeasurementPlan`] lists the measurements, [`Instruments`] carries them out, and [`Measured`] contains the
+//! results. Instruments do not change the trajectory. Their memory is bounded, and checkpoints contain their state.
 //!
-//! To write your own instrument, implement the trait [`Instrument`]. The documentation of the trait explains how.
+//! To write your own instrument, implement the trait [`Instrument`].
 
 pub mod bond_order;
 pub mod chains;
@@ -49,8 +47,7 @@ pub use registry::InstrumentError;
 pub(crate) use registry::{OwnInstruments, Registry, compare as compare_instruments};
 pub use system::{Sample, SystemDescription};
 
-/// Declares the instruments of scene files: module, type, and field of the measurement plan. Reports and checkpoints
-/// use the same order.
+/// Declares the instruments of scene files. Reports and checkpoints use the same order.
 macro_rules! instruments {
     ($($module:ident::$kind:ident: $entry:ident),* $(,)?) => {
         #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -89,7 +86,7 @@ instruments! {
     surface_forces::SurfaceForces: surface_forces,
 }
 
-/// All instruments of a run: instruments of the scene and registered instruments.
+/// All instruments of a run. They come from the scene, or are registered by the program.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Instruments {
     kinds: Vec<Kind>,
@@ -180,7 +177,7 @@ impl Instruments {
     }
 }
 
-/// For each cutoff that is shorter than requested because of the size of the box, a message with the reason.
+/// Returns a message for each cutoff that is shortened because the box is too small.
 pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescription) -> Vec<String> {
     let of_pairs = plan.radial_distribution.as_ref().and_then(|it| radial_distribution::shortened_cutoff(it, system));
     let of_order = plan.bond_order.as_ref().and_then(|it| bond_order::shortened_cutoff(it, system));

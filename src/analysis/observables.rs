@@ -1,6 +1,6 @@
 //! Observables during a run: rows at equidistant times, and means with standard errors.
 //!
-//! An observer does not change the trajectory, which is the same, bit for bit, with and without an observer.
+//! An observer does not change a single bit of the trajectory.
 
 mod applicable;
 mod equilibrium;
@@ -53,8 +53,7 @@ pub const OBSERVABLES: [(&str, &str); 21] = [
     (ISOTHERMAL_COMPRESSIBILITY, "length^D / energy"),
 ];
 
-/// Indices into [`OBSERVABLES`]. `FIRST_WALL` and `FIRST_HEAT` are the pressure on the lower x wall and the heat flux
-/// through this wall. The squared volume is needed for the isothermal compressibility.
+/// Indices into [`OBSERVABLES`]. `FIRST_WALL` and `FIRST_HEAT` are for the lower wall along x.
 const PRESSURE: usize = 1;
 const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
@@ -70,9 +69,9 @@ const SQUARED_VOLUME: usize = 20;
 /// | pressure | `(N T + W / (D t)) / V`, where `W` is the sum of `r_ij . J` over the events of a time `t` |
 /// | compressibility factor `Z` | mean pressure divided by `rho` and the mean of `T` |
 /// | pressure between walls | mean over the axes `k` between walls of `<sum m v_k^2 / V_s> + W_k / t`, where `W_k` is the sum of `x_k J_k / V_s` over the particles of all pair events |
-/// | pressure on a wall | momentum that the wall gave to each species in a time `t`, divided by `t` and by the area `A_s` that its centres can reach |
-/// | heat flux through a wall | energy that the wall supplied in a time `t`, minus what it removed, divided by `t` and by its area: positive into the particles |
-/// | collision rate | `n / (N t)`, where `n` counts the particles in Core events: two in each, or one if the other is static |
+/// | pressure on a wall | momentum that the wall gave to each species in a time `t`, divided by `t` and by the area `A_s` that the centres of the species can reach |
+/// | heat flux through a wall | energy that the wall supplied in a time `t`, divided by `t` and by the area of the wall; negative if the wall removed energy |
+/// | collision rate | `n / (N t)`, where each Core event adds the number of its moving particles to `n` |
 /// | potential energy per particle | energy of the pairs divided by `N` |
 /// | volume, number density, packing fraction | if a barostat changes the volume `V`: time averages of `V`, of `N / V`, and of the volume of the particles divided by `V` |
 /// | isothermal compressibility | `(<V^2> - <V>^2) / (<V> T)` at the temperature of the heat bath |
@@ -116,15 +115,14 @@ struct Reading {
     event_counts: EventCounts,
 }
 
-/// State at the last sample, and integrals up to this time.
+/// State and integrals at the last sample.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Piece {
     time: f64,
     elapsed: f64,
-    /// Energy that particles gained at events since the start of the simulation `[energy]`, and the sum of each gain
-    /// times its time `[energy time]`.
+    /// Sum of the energies `dE` gained at events, and sum of `t dE` with the event times `t` `[energy, energy time]`.
     heated: [f64; 2],
-    /// Sum of each change of the pair energy times the time of the change `[energy time]`.
+    /// Sum of `t dU` over the changes `dU` of the pair energy `[energy time]`.
     pair_energy_moment: f64,
     temperature: Option<f64>,
     pair_energy: f64,
@@ -190,9 +188,9 @@ impl Observer {
         }
     }
 
-    /// Returns the means over all intervals so far, by name, of the quantities that are defined for the scene. A
-    /// constant has the error 0. For equal hard particles on a line, errors are unknown: they only exchange velocities,
-    /// so even a long run depends on the initial state.
+    /// Returns the name and the mean of each quantity that is defined for the scene. A constant has the error 0. Errors
+    /// are unknown for equal hard particles on a line. Such particles only exchange their velocities, so the means
+    /// depend on the initial state.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
         let is_too_short = self.is_short_of_volumes();
@@ -216,9 +214,7 @@ impl Observer {
         estimates.filter_map(|(at, ((name, _), average))| Some((*name, estimate(at, name, average)?))).collect()
     }
 
-    /// Whether a run at constant pressure has sampled too few independent volumes. Slow changes of the volume affect
-    /// all observables except the temperature. If fast fluctuations hide these changes, the estimated errors are too
-    /// small.
+    /// Whether a run at constant pressure has sampled too few independent volumes. Errors may then be underestimated.
     fn is_short_of_volumes(&self) -> bool {
         let averages = self.averages.get(VOLUME).zip(self.averages.get(SQUARED_VOLUME));
         let averages = averages.filter(|_| self.applicable.isobaric.is_some());
@@ -226,13 +222,8 @@ impl Observer {
         variance.is_some_and(|variance| variance.standard_error.is_none())
     }
 
-    /// Estimates a quantity of one wall. If conservation laws relate two walls, the error is from their shared
-    /// quantity.
-    ///
-    /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and `sum x m
-    /// v_x`. Heat that enters at one wall and does not leave at the other is stored as energy, which is also bounded.
-    /// The mean of such a derivative is the change of the bounded quantity divided by the time, so the error is smaller
-    /// than for independent fluctuations.
+    /// Estimates a quantity of one wall. If a conservation law relates the two walls of an axis, the error follows from
+    /// the virial pressure or from the mean heat flux of the two walls.
     fn of_wall(&self, at: usize, average: &BlockAverage) -> Option<Estimate> {
         let is_of = |axis: usize, first: usize| (first + 2 * axis..first + 2 * axis + 2).contains(&at);
         if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {
@@ -276,7 +267,6 @@ impl Observer {
                 let series = ensemble.and_then(|(it, volume)| it.fluctuation(volume, average));
                 series.as_ref().unwrap_or(average).stationarity()
             }
-            // If the dynamics conserve the temperature, equal values are constant even in a short run.
             (TEMPERATURE, _) if self.applicable.conserves_temperature && average.is_constant() => {
                 Stationarity::Constant
             }
@@ -289,7 +279,7 @@ impl Observer {
         halves.stationarity()
     }
 
-    /// Forgets the last state before the state jumps or another simulation follows. All means are kept.
+    /// Ends the current interval before the state jumps or another simulation follows. All means are kept.
     pub(crate) fn interrupt(&mut self) {
         (self.before, self.piece) = (None, None);
     }
@@ -299,8 +289,8 @@ impl Observer {
         self.averages.clear();
     }
 
-    /// Samples temperature and potential energy, and integrates both since the previous sample. Returns the
-    /// temperature. Call this function before and after velocities are scaled, so that no straight line spans a jump.
+    /// Samples temperature and potential energy, and adds to their integrals. Returns the temperature. Call this
+    /// function before and after velocities are scaled, so that no straight line spans a jump.
     pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
         let (time, elapsed) = (simulation.time(), simulation.elapsed());
         let temperature = self.applicable.temperature(energy.thermal, &energy.peculiar_momentum);
@@ -312,8 +302,7 @@ impl Observer {
         if let Some(last) = &self.piece {
             let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            // A straight line between two samples is exact for changes in the middle of the interval. `missed` corrects
-            // for the actual times of the changes.
+            // A straight line would be exact for changes in the middle of the interval.
             let missed = |change: f64, moment: f64| change * middle - moment;
             let later = missed(heated[0] - last.heated[0], heated[1] - last.heated[1]);
             let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);
@@ -356,8 +345,7 @@ impl Observer {
             Some((_, means)) => applicable.has_pressure.then_some(means.pressure),
             None => applicable.pressure(&counted, duration, temperature, &confined),
         });
-        // The compressibility factor is the mean of `factor`, divided by the mean temperature. At constant pressure,
-        // `factor` already contains a division by the temperature of the heat bath.
+        // The mean of `factor` is later divided by the mean temperature, except at constant pressure.
         let factor = match isobaric {
             Some((ensemble, means)) => Some(ensemble.factor(means.volume, moving)),
             None => pressure.map(|pressure| pressure / applicable.number_density),

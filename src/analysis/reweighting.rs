@@ -1,8 +1,7 @@
-//! Averages at temperatures between the simulated temperatures, from the energies sampled in the simulations.
+//! Averages at temperatures between the simulated temperatures.
 //!
-//! [`EnergyHistograms`] count the potential energies in several ensembles. A first pass over the samples finds the
-//! energy levels, and a second pass counts them. The histograms determine the [`DensityOfStates`], from which the
-//! moments of the energy at other temperatures follow. [`Reweighting`] adds errors.
+//! [`EnergyHistograms`] count the potential energies in several ensembles. The histograms determine the
+//! [`DensityOfStates`], from which the moments of the energy are calculated. [`Reweighting`] estimates errors.
 //!
 //! ```
 //! use carom::analysis::reweighting::{Ensemble, MultiHistogram};
@@ -29,7 +28,7 @@ pub use histograms::{EnergyHistograms, EnergyLevels};
 use super::statistics::{Correlation, Estimate, correlation, student};
 use crate::model::random::{Purpose, Random};
 
-/// Number of resamples. An error from 200 resamples is itself uncertain by 5 %.
+/// Number of resamples. The errors have an uncertainty of 5 %.
 const RESAMPLES: usize = 200;
 
 /// Length of a block in correlation times.
@@ -41,12 +40,12 @@ const FEWEST_BLOCKS: usize = 16;
 /// Minimum number of independent energies for a standard error.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// The density of states of the data and of each resample. The scatter of the resamples gives all errors.
+/// The density of states with errors from resampling.
 ///
-/// Time is cut into blocks of five correlation times of the energy, in the ensemble with the slowest energy. Each of
-/// 200 resamples has as many blocks as the data, drawn with replacement. The same blocks are drawn for all ensembles,
-/// because swaps correlate the replicas. The error is the standard deviation over the resamples. Two factors enlarge
-/// it, for the correlation between blocks and for the small number of blocks (Student's factor).
+/// Time is cut into blocks of five correlation times of the energy in the slowest ensemble. Each of 200 resamples has
+/// as many blocks as the data, drawn with replacement. The same blocks are drawn for all ensembles, because swaps
+/// correlate the replicas. The error is the standard deviation over the resamples, multiplied by two factors. These
+/// factors correct for the correlation between blocks and for the small number of blocks (Student's factor).
 ///
 /// H. R. Künsch, Ann. Statist. 17, 1217 (1989), [doi:10.1214/aos/1176347265](https://doi.org/10.1214/aos/1176347265).
 #[derive(Debug, Clone)]
@@ -59,8 +58,8 @@ pub struct Reweighting {
 }
 
 impl Reweighting {
-    /// Determines the density of states from the histograms, and from random resamples of their blocks. `None` if there
-    /// are no samples, or if the energies of the ensembles do not overlap.
+    /// Determines the density of states. Returns `None` if there are no samples, or if the energies of the ensembles do
+    /// not overlap. `seed` selects the resamples.
     #[must_use]
     pub fn new(histograms: &EnergyHistograms, seed: u64) -> Option<Self> {
         if histograms.is_empty() {
@@ -99,8 +98,8 @@ impl Reweighting {
         self.blocks
     }
 
-    /// Estimates numbers that are calculated from the density of states. Errors are `None` if the series is too short,
-    /// or if the energies of the ensembles do not overlap in a resample.
+    /// Estimates numbers that `of` calculates from the density of states. A number has no error if the series is too
+    /// short, or if the energies of the ensembles do not overlap in a resample.
     pub fn estimates(&self, of: impl Fn(&DensityOfStates) -> Vec<f64>) -> Vec<Estimate> {
         let means = of(&self.density);
         let drawn: Vec<Vec<f64>> = self.resamples.iter().map(of).collect();
@@ -126,7 +125,6 @@ struct Blocks {
 }
 
 impl Blocks {
-    /// `None` if the series of energies is too short.
     fn of(histograms: &EnergyHistograms) -> Option<Self> {
         let count = histograms.blocks();
         let mut slowest = Correlation { inefficiency: 1.0, doubt: 1.0 };
@@ -144,15 +142,15 @@ impl Blocks {
         let blocks = asked.max(FEWEST_BLOCKS).min(count);
         let length = count as f64 / blocks as f64;
         let n = blocks as f64;
-        // Corrections for few blocks: Student's factor, and deviations from the sample mean instead of the true mean.
+        // For few blocks: Student's factor, and a correction because the deviations are from the sample mean.
         let of_number = student(n - 1.0) * (n / (n - 1.0)).sqrt();
         let factor = of_number * (slowest.doubt / in_blocks(inefficiency, length)).sqrt();
         Some(Self { ends: (0..=blocks).map(|block| block * count / blocks).collect(), factor })
     }
 }
 
-/// Fraction of the variance of a mean that independent blocks of length `L` reproduce. For correlations `r^k` with the
-/// inefficiency `g = (1 + r) / (1 - r)`, the fraction is about `1 - x` with `x = (g^2 - 1) / (2 g L)`.
+/// Returns the fraction of the variance of a mean that independent blocks of length `L` reproduce. For correlations
+/// `r^k` with the inefficiency `g = (1 + r) / (1 - r)`, it is about `1 - x` with `x = (g^2 - 1) / (2 g L)`.
 fn in_blocks(inefficiency: f64, length: f64) -> f64 {
     let x = (inefficiency - inefficiency.recip()) / (2.0 * length);
     if x > 0.0 { 1.0 - x * (1.0 - libm::exp(-x.recip())) } else { 1.0 }

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// Equidistant sampling times `start + k interval`, `k = 1, 2, ...`, each computed by one multiplication.
 ///
-/// An interval given in the scene is kept. A default interval follows from the expected duration, which may be a poor
-/// guess. Therefore a default interval is doubled whenever there are twice as many samples as intended.
+/// An interval given in the scene is kept. A default interval follows from the expected duration. It is doubled
+/// whenever there are twice as many samples as intended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SamplingTimes {
     start: f64,
@@ -61,8 +61,8 @@ impl SamplingTimes {
         self.pass_early(time, 0.0);
     }
 
-    /// Advances to the first sampling time after `time`. To allow for rounded times, this also passes a sampling time
-    /// that is later by at most the fraction `early` of the interval.
+    /// Advances to the first sampling time after `time`. A sampling time that is later by at most `early * interval` is
+    /// passed, too, because times may be rounded.
     pub fn pass_early(&mut self, time: f64, early: f64) {
         if self.left < u32::MAX {
             self.left = self.left.saturating_sub(1);

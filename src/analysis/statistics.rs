@@ -17,7 +17,7 @@ pub(crate) const ROUNDING: f64 = 1e-11;
 
 const FEWEST_VALUES: usize = 8;
 
-/// Minimum number of independent values for a standard error. Smaller numbers are often overestimated.
+/// Minimum number of independent values for a standard error. Smaller numbers are often estimated too high.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
 /// Minimum number of independent values for the error of a variance. With fewer, a small variance may be chance.
@@ -78,7 +78,7 @@ impl BlockAverage {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
         }
-        // If the bin weight came from a long first value, all later weights together might never fill a second bin.
+        // If the bin weight came from a long first value, all later values together might not fill a second bin.
         if self.bins.len() == 1 && self.open_weight == 0.0 && 1.5 * weight < self.bin_weight {
             self.bin_weight = weight;
         }
@@ -116,8 +116,9 @@ impl BlockAverage {
         Some(Estimate { mean: self.mean()?, standard_error: error_of_ends(&self.bins) })
     }
 
-    /// The mean and its error, for a series that differs from `other` by the time derivative of a bounded quantity, as
-    /// the force on a wall differs from the virial. If the error of the difference is unknown, uses [`Self::estimate`].
+    /// The mean and its error, if the difference from `other` is the time derivative of a bounded quantity. For
+    /// example, the force on a wall and the virial have such a difference. If the error of the difference is unknown,
+    /// uses [`Self::estimate`].
     pub(crate) fn estimate_beside(&self, other: &Self) -> Option<Estimate> {
         let difference = self.with(other, |own, other| own - other);
         let of_ends = difference.and_then(|difference| error_of_ends(&difference.bins));
@@ -225,7 +226,7 @@ impl BlockAverage {
     }
 }
 
-/// Tests whether a series of bins is stationary. It is not constant if values after the last full bin change the mean.
+/// Tests whether a series of bins is stationary. The verdict is unknown if later values change a constant mean.
 fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     match stationarity(bins) {
         Stationarity::Constant if differs_from_constant(bins, mean, mean) => Stationarity::Unknown,
@@ -273,12 +274,11 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 /// all autocovariances. It is estimated from a fit of white noise, relaxations, and changes of a bounded quantity, as
 /// in the virial of a crystal. The fit resolves slow motion under fast noise, as in a heat bath.
 ///
-/// An error from few independent values is itself uncertain. Student's distribution enlarges it, so that the true mean
+/// An error from few independent values is uncertain. Student's distribution enlarges the error, so that the true mean
 /// is within one error of the mean in 68.27 % of all cases.
 ///
-/// `None` for fewer than eight independent values, or if most of the variance belongs to the slowest motion in the fit,
-/// which relaxes in a twelfth of the series. If most of `S(0)` belongs to this motion, the error is enlarged by up to
-/// `sqrt(3)`.
+/// `None` for fewer than eight independent values, or if the slowest motion in the fit has most of the variance. This
+/// motion relaxes in a twelfth of the series. If it has most of `S(0)`, the error is enlarged by up to `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
@@ -316,8 +316,8 @@ fn spread(series: &[f64]) -> Option<Spread> {
     Some(Spread { variance, density: Some(spectrum::density_at_zero(&deviations, variance)?) })
 }
 
-/// Width of the central 68.27 % of Student's distribution relative to a Gaussian, to second order in the inverse number
-/// of degrees of freedom (M. Abramowitz and I. A. Stegun, 26.7.5), within 0.1 % for seven degrees of freedom.
+/// Width of the central 68.27 % of Student's distribution, relative to a Gaussian. The expansion to second order in
+/// `1 / freedom` (M. Abramowitz and I. A. Stegun, 26.7.5) is accurate to 0.1 % for seven degrees of freedom.
 pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
 }

@@ -9,7 +9,7 @@ const BITS: u32 = 32;
 /// Number of digits that hold every sum of finite numbers: from `2^-1074` to beyond `2^1024`.
 const DIGITS: usize = 68;
 
-/// Number of additions before carries are propagated. Each changes a digit of up to `2^63` by less than `2^32`.
+/// Number of additions before carries are propagated. A digit below `2^63` changes by less than `2^32` per addition.
 const MOST: u32 = 1 << 30;
 
 /// Exact sum of floating-point numbers (a long accumulator; Kulisch and Miranker, SIAM Rev. 28, 1, 1986).

@@ -1,4 +1,4 @@
-//! Available memory, which is compared with the requirements of a scene before any allocation.
+//! Available memory. It is compared with the requirements of a scene before any allocation.
 
 use std::sync::OnceLock;
 

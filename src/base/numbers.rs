@@ -1,7 +1,7 @@
 //! Lossy conversions between number types, with a defined result.
 //!
-//! Floating-point numbers are truncated towards zero, as needed for a histogram bin or a grid cell. Values beyond the
-//! range of the integer type become its nearest limit, and NaN becomes zero.
+//! Floating-point numbers are truncated towards zero. Numbers out of range become the smallest or largest integer, and
+//! NaN becomes zero.
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -43,16 +43,13 @@ pub(crate) fn trunc_to_i32(x: impl Into<f64>) -> i32 {
     x.into() as i32
 }
 
-/// Rounds to single precision. Numbers beyond its range become infinite.
+/// Rounds to single precision. Numbers out of range become infinite.
 #[inline]
 pub(crate) fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// Converts an index of a scene, which has at most `MOST_PARTICLES` particles (`scene/limits.rs`).
-///
-/// # Panics
-/// If the index exceeds the largest possible index of a scene.
+/// Converts an index to an id. Scenes have at most `MOST_PARTICLES` particles (`scene/limits.rs`).
 #[inline]
 #[cfg_attr(not(test), expect(clippy::expect_used, reason = "scenes with more are refused"))]
 pub(crate) fn id(index: usize) -> u32 {

@@ -23,7 +23,7 @@ impl Shortest {
         }
     }
 
-    /// Formats the number without an exponent; `None` if this would take many zeros.
+    /// Formats the number without an exponent; `None` if the number is very large or small.
     #[inline]
     fn plain(self, buffer: &mut zmij::Buffer) -> Option<&str> {
         let Self(number) = self;
@@ -82,7 +82,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let read = |number: f64| {
             let text = found(number);
-            // If two shortest texts are equally close, as for 2^50 + 1/4, the two methods may choose different texts.
+            // Two shortest texts may be equally close, as for 2^50 + 1/4, so only the lengths are compared.
             assert_eq!(text.len(), expected(number).len(), "{:x}", number.to_bits());
             assert_eq!(text.parse::<f64>().unwrap().to_bits(), number.to_bits(), "{text}");
         };

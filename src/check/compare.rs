@@ -1,7 +1,6 @@
 //! Compares the files of a run with the files of a replay.
 //!
-//! A run depends only on the scene and the seed, so a replay writes the same bytes. A file that differs was changed
-//! after the run, or was written by another version of the program.
+//! A run depends only on the scene and the seed. A file that differs was changed, or written by another version.
 
 mod content;
 
@@ -31,7 +30,7 @@ pub struct Comparison {
     pub equal: Vec<String>,
     /// Files that differ or are missing, each with its first difference.
     pub differences: Vec<(String, Difference)>,
-    /// Files that were not compared, or only in part, with the reason.
+    /// Files that were not compared or only partly compared, with the reason.
     pub not_compared: Vec<(String, &'static str)>,
     /// Whether the caller stopped the comparison before it was complete.
     pub is_interrupted: bool,
@@ -200,7 +199,6 @@ fn checkpoints(run: &Path, names: &BTreeSet<String>, comparison: &mut Comparison
     known
 }
 
-/// Reason why a file is not compared; `None` if it is compared.
 fn left_out(name: &str, known: &Known, is_replayed: bool) -> Option<&'static str> {
     let is_measured = name == Folder::REPORT || Folder::is_measurement(name);
     match name {

@@ -93,7 +93,6 @@ pub struct Reference {
     time: f64,
     positions: Vec<Vector>,
     velocities: Vec<Vector>,
-    /// Angular velocities about the centres.
     spins: Vec<Vector>,
     /// False for removed particles, whose ids remain valid indices.
     is_present: Vec<bool>,
@@ -152,8 +151,8 @@ impl Reference {
         Ok(reference)
     }
 
-    /// Returns the initial state of a pair: the number of potential radii larger than its distance. If the distance
-    /// equals a radius within round-off, the direction of motion decides the side.
+    /// Returns the initial state of a pair: the number of radii of the potential that are larger than the distance. If
+    /// the distance equals a radius within round-off, the direction of motion decides the side.
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);
         let (distance, radial) = (apart.norm(), apart.dot(&(self.velocities[i] - self.velocities[j])));
@@ -199,7 +198,6 @@ impl Reference {
         self.queue.retain(|candidate, _| !names(candidate));
     }
 
-    /// Adds a pair that has an interaction, unless both particles are static.
     fn pair(&mut self, i: u32, j: u32, interaction: Option<InteractionId>) {
         let Some(id) = interaction.filter(|_| !(self.species(i).is_static() && self.species(j).is_static())) else {
             return;
@@ -343,7 +341,7 @@ impl Reference {
         self.put(Candidate::LookAgain(i, j), horizon.is_finite().then_some(horizon));
     }
 
-    /// Time in which the separation of a pair changes by at most half of the shortest period.
+    /// Returns the time in which the separation of a pair changes by at most half of the shortest period.
     fn horizon(&self, velocity: &Vector, acceleration: &Vector) -> f64 {
         let shortest = self.periods().map(|period| 0.5 * period).fold(f64::INFINITY, f64::min);
         let (v, a) = (velocity.norm(), acceleration.norm());

@@ -50,8 +50,7 @@ impl Check {
     }
 }
 
-/// Measures the event rate in a short trial. Returns `None` if the trial takes longer than [`PATIENCE`] or has too few
-/// events.
+/// Measures the event rate in a short trial. Returns `None` if the trial is too slow or has too few events.
 fn per_second(scene: &Scene) -> Option<f64> {
     let (sender, receiver) = mpsc::channel();
     let scene = scene.clone();

@@ -16,8 +16,7 @@ use super::progress::bar;
 use super::terminal::columns;
 use super::{Changes, borrowed, cores, signals};
 
-/// Runs replicas of a scene at several temperatures, or in windows of a distance, with swaps between
-/// neighbours
+/// Runs replicas of a scene at several temperatures, or in windows of a distance, with swaps between neighbours
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The scene has a table [exchange]:
@@ -220,7 +219,6 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
 const NO_DENSITY: &str =
     "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
-/// Names and headings of the averages that the table can show.
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),
     ("temperature", "kinetic T"),

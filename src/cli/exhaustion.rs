@@ -1,12 +1,12 @@
 //! Behaviour when memory or disk space is exhausted.
 //!
-//! By default, Rust aborts with a signal and a core dump when memory is exhausted. Carom instead prints one line and
-//! exits with the code of a failure. The files remain, and a run can be resumed from its last checkpoint.
+//! By default, Rust aborts with a core dump when memory is exhausted. Carom prints one line and exits with the code of
+//! a failure. The run can be resumed from its last checkpoint.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 
-/// The system's allocator. It ends the program with a message when memory is exhausted.
+/// The system's allocator, which ends the program with a message when memory is exhausted.
 pub struct Reporting;
 
 // SAFETY: every call is forwarded to the system, and its result is returned unless it is null.
@@ -36,12 +36,12 @@ unsafe impl GlobalAlloc for Reporting {
     }
 }
 
-/// Makes the GNU allocator return large arrays to the system when they are freed. By default, it keeps freed arrays of
-/// up to 32 MB, which can be a large part of the memory.
+/// Makes the GNU allocator return large arrays to the system when they are freed. By default, arrays of up to 32 MB are
+/// kept, which can be a large part of the memory.
 pub(super) fn give_back_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// Smallest array that is returned `[bytes]`. It is faster to keep smaller arrays.
+        /// Smallest array to return `[bytes]`. Keeping smaller arrays is faster.
         const LARGE: libc::c_int = 4 << 20;
         // SAFETY: the calls set two parameters of the allocator before there is a second thread.
         unsafe {
@@ -51,7 +51,7 @@ pub(super) fn give_back_large_arrays() {
     }
 }
 
-/// Turns the signal of a file-size limit (`ulimit -f`) into a write error. By default, the signal ends the program.
+/// Turns the signal of a file-size limit (`ulimit -f`), which would end the program, into a write error.
 pub(super) fn report_full_files() {
     #[cfg(target_os = "linux")]
     // SAFETY: the call makes the process ignore `SIGXFSZ`, before there is a second thread.
@@ -60,11 +60,10 @@ pub(super) fn report_full_files() {
     }
 }
 
-/// Allocates all the stack that the program needs. If the stack grew later without free memory, the system would end
-/// the program with a signal.
-#[inline(never)] // otherwise the array is in the caller's frame, and later calls extend beyond it
+/// Allocates the stack in advance. Without free memory, a growing stack would end the program with a signal.
+#[inline(never)] // in the caller's frame, the array would not extend the stack for later calls
 pub(super) fn take_stack() {
-    /// Stack size to allocate `[bytes]`. Reading a checkpoint needs 0.7 MB.
+    /// Allocated stack `[bytes]`. Reading a checkpoint needs 0.7 MB.
     const NEEDED: usize = 3 << 19;
     std::hint::black_box(&mut [0_u8; NEEDED]);
 }
@@ -77,7 +76,7 @@ fn given(memory: *mut u8, size: usize) -> *mut u8 {
     memory
 }
 
-/// Reports exhausted memory without allocating memory, and exits with the code of a failure.
+/// Reports exhausted memory without allocating memory, and exits.
 #[cold]
 #[inline(never)]
 fn end(size: usize) -> ! {

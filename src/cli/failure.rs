@@ -13,7 +13,7 @@ use crate::sweep::SweepError;
 use crate::view::ViewError;
 use miette::{Diagnostic, Report};
 
-/// The reason why a command ends with an exit code other than 0.
+/// The reason for an exit code other than 0.
 #[derive(Debug)]
 pub struct Failure {
     report: Report,
@@ -41,7 +41,7 @@ impl Failure {
     }
 
     fn new(message: impl Into<String>, help: Option<&str>, code: u8) -> Self {
-        // Messages contain user input and text from files, so control characters are replaced.
+        // Messages contain text from the user and from files, so control characters are replaced.
         let message = printable(&message.into()).into_owned();
         Self { report: Report::new(Problem { message, help: help.map(str::to_owned) }), code }
     }
@@ -58,7 +58,7 @@ impl Failure {
         self.report.help().map(|help| help.to_string())
     }
 
-    /// Reports the failure on standard error, and returns the exit code.
+    /// Prints the failure on standard error, and returns the exit code.
     pub fn report(&self) -> u8 {
         // If standard error is closed, the exit code still reports the failure.
         let _ = writeln!(std::io::stderr().lock(), "{:?}", self.report);
@@ -66,7 +66,7 @@ impl Failure {
     }
 }
 
-/// Returns the exit code for an error in writing a file. A bad path is bad input; any other error is a failure.
+/// Returns the exit code for an error in writing a file. A bad path is bad input; other errors are failures.
 fn code_of(error: &io::Error) -> u8 {
     use io::ErrorKind::{
         InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied, ReadOnlyFilesystem,
@@ -87,7 +87,7 @@ impl From<SceneError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let code = match error {
-            // Part of the path is missing only if it was deleted during the run, which is not bad input.
+            // A part of the path can only be missing if it was deleted during the run.
             OutputError::Write { ref source, .. } if source.kind() != io::ErrorKind::NotFound => code_of(source),
             OutputError::Write { .. }
             | OutputError::Frame { .. }
@@ -116,7 +116,7 @@ impl From<ExchangeFolderError> for Failure {
                 let message = format!("another process runs the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
-            // The advice about a damaged checkpoint of an exchange differs from the advice for a run.
+            // The advice about a damaged checkpoint is different for a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
                 Self::bad_input(with_causes(&error), error.cure())
             }

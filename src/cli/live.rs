@@ -86,8 +86,7 @@ impl Live {
     }
 }
 
-/// Returns the places to look for [`MODULE`]: the folder of the program, the next three folders above it, and the
-/// current folder.
+/// Returns where to look for [`MODULE`]: the folder of the program, three folders above, and the current folder.
 fn places() -> Vec<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     program.ancestors().skip(1).take(4).chain([Path::new("")]).map(|folder| folder.join(MODULE)).collect()

@@ -29,7 +29,7 @@ pub fn refuse_others(arguments: &[OsString], communicator: &dyn Communicator) ->
 pub fn take_part(communicator: &Arc<dyn Communicator>) -> Result<(), Failure> {
     let Some(run) = Run::shared(None, communicator) else { return Ok(()) };
     signals::watch();
-    // Signals are ignored here. The first process receives them too, and ends the run.
+    // Signals are ignored here, because the first process also receives them and ends the run.
     let result = run.execute(&mut (), &mut |_| {
         let _ = signals::flow();
         ControlFlow::Continue(())

@@ -44,7 +44,6 @@ pub struct State {
     time: f64,
     events: u64,
     fraction: f64,
-    /// Name of the counted items: events or frames.
     unit: &'static str,
 }
 
@@ -89,14 +88,12 @@ struct Rate {
     since: Instant,
     count: f64,
     per_second: f64,
-    /// Averaging time `[s]`.
     memory: f64,
 }
 
 /// Averaging time of the event rate `[s]`, long enough for a readable number.
 const MEMORY_OF_EVENTS: f64 = 0.5;
-/// Averaging time of the progress rate `[s]`. A shorter time would make the remaining time jump between tasks of
-/// unequal length.
+/// Averaging time of the progress rate `[s]`. Shorter times would make the remaining time jump between unequal tasks.
 const MEMORY_OF_DONE: f64 = 10.0;
 
 impl Display {
@@ -201,7 +198,6 @@ mod tests {
         assert_eq!(left(0.0, done.per_second), "");
         done.see(0.25, start + Duration::from_secs(10));
         assert_eq!(left(0.25, done.per_second), ", 30 s left");
-        // From now on, the rate is half as large.
         for k in 1..=7_u32 {
             done.see(0.25 + 0.1 * f64::from(k), start + Duration::from_secs(10 + 8 * u64::from(k)));
         }

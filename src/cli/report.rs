@@ -48,7 +48,7 @@ impl Report {
         super::print(&format!("{}\n", out.display()))
     }
 
-    /// Returns the file to write. The default file must not be a link.
+    /// The default file must not be a link.
     fn place(&self, default: PathBuf) -> Result<PathBuf, Failure> {
         if let Some(out) = &self.out {
             return Ok(out.clone());

@@ -58,8 +58,8 @@ pub struct Run {
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Number of threads instead of the number in the scene; the results do not depend on it. auto uses one thread per
-    /// core, but at most one per 250000 particles
+    /// Number of threads, instead of the number in the scene. Any number yields the same results. auto uses one thread
+    /// per core, but at most one per 250000 particles
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<Threads>,
     /// Replaces the run in the folder once the new run is complete; also allows output of more than 10 GB or a tenth of
@@ -180,7 +180,6 @@ impl Run {
         }
     }
 
-    /// Returns the largest permitted size of the files. Without `--force`, fails if the files will be larger.
     fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
         if self.force {
             return Ok(f64::INFINITY);
@@ -189,7 +188,6 @@ impl Run {
         super::refuse_large("run", bytes, path, "longer intervals in [output]")
     }
 
-    /// Returns the limit on the command line, which replaces the limit of the scene.
     fn limit(&self) -> Option<Until> {
         let is_given = self.until_time.is_some() || self.until_events.is_some();
         is_given.then_some(Until { time: self.until_time, events: self.until_events })
@@ -249,7 +247,6 @@ impl Ready {
     }
 }
 
-/// Writes the last files of a run, and prints the table.
 fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
     let report = final_table::text(finished);
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
@@ -276,7 +273,6 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     Err(Failure::failed(unconverted, Some(&cure)))
 }
 
-/// Returns a message if an older run in the folder was not replaced.
 fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -> String {
     let Some(kept) = &done.kept else { return String::new() };
     let run = kept.display();

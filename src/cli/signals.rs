@@ -6,7 +6,7 @@ use std::time::Duration;
 
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// True once the work has checked for signals. [`watch_without_traces`] resets it at the first signal.
+/// Whether the work has checked for signals. [`watch_without_traces`] clears the flag at the first signal.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Time in which work without files must react to a signal. Otherwise, the program ends.

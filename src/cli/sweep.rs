@@ -126,7 +126,7 @@ impl SweepCommand {
             }
             error => error.into(),
         })?;
-        // A `sweep.toml` in a folder with runs of this sweep continues the sweep in that folder.
+        // The command continues a sweep if the folder of `sweep.toml` has runs of the sweep.
         let own = self.path.parent().filter(|folder| SweepFolder::file_in(folder) == self.path);
         let path = self.out.clone().or_else(|| own.filter(|folder| holds_runs(folder, &sweep)).map(Path::to_owned));
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
@@ -217,7 +217,7 @@ fn beside(file: &Path) -> PathBuf {
 const MOST_COLUMNS: usize = 4;
 const MOST_ROWS: usize = 40;
 
-/// Returns a report: the numbers of runs, a table of mean values, and comparisons with published values.
+/// Returns a report with the numbers of runs, a table of mean values, and comparisons with published values.
 fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     let [done, failed] = results.counts();
     let begun = results.points.iter().filter(|point| matches!(point.standing, Standing::Begun)).count();
@@ -241,7 +241,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let stage = results.has_stages().then(|| means.stage.clone());
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
-            // A quantity that is constant in each run has no standard error, but it may differ between runs.
+            // A quantity that is constant in each run has no standard error, but may differ between runs.
             Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
                 Some(error) if error > 0.0 => {
                     describe::estimate(&Estimate { mean: it.mean, standard_error: Some(error) })
@@ -260,7 +260,6 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Compares a quantity with published values. Returns one line for each source.
 fn agreements(results: &Results, at: usize) -> Vec<String> {
     let name = results.quantities[at].name.replace('_', " ");
     let line = |it: &Agreement| {

@@ -1,8 +1,7 @@
 //! Memory layout: the order of particles, the cells and the lists.
 //!
 //! The best layout changes during a run: particles move away from their neighbours in memory, and a rain of grains
-//! becomes a heap. The layout is therefore reconsidered at the end of an epoch. The order in memory does not change any
-//! result. The neighbour search changes round-off only.
+//! becomes a heap. The order in memory does not change any result. The neighbour search only changes round-off.
 
 use super::columns::Order;
 use super::order::along_curve;
@@ -17,9 +16,9 @@ use crate::engine::neighbours::{Neighbours, Search};
 /// into another cell, or a new list centre.
 const WANDERED: u64 = 64;
 
-/// With cells, prefetching pays above this number of particles, whose data take a few megabytes.
+/// With cells, prefetching saves time above this number of particles.
 const LARGE_IN_CELLS: usize = 32_768;
-/// With neighbour lists, which take more memory, prefetching pays above this number of particles.
+/// With neighbour lists, prefetching saves time above this number of particles.
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -67,8 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn reorder(&mut self) {
         self.counts.transitions_at_order = self.counts.totals.transition;
-        // Particles in the same cell of the curve are ordered by id, so that the new order does not depend on the old
-        // order.
+        // Ordering by id within a cell of the curve makes the new order independent of the old order.
         let names = {
             let by_name: Vec<Vector> =
                 self.state.numbers.iter().map(|&number| self.state.bodies[number as usize].position).collect();

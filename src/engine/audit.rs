@@ -32,20 +32,18 @@ impl Overlap {
     }
 }
 
-/// Relative depth above which an overlap is always reported, even if coordinates or speeds are so large that rounding
-/// could explain it.
+/// Relative depth above which an overlap is always reported, even if rounding could explain it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
-/// Largest rounding error of a pair at an event, in units in the last place of the coordinates, the squared distance or
-/// the time.
+/// Largest rounding error of a pair at an event, in ulp of the coordinates, the squared distance or the time.
 ///
-/// One operation has an error of at most half a unit. A coordinate at a given time takes three operations, and one more
-/// if the coordinate is wrapped or brought forward to a new epoch. This happens twice: at the prediction and at the
-/// event. Each time, the positions are subtracted and the nearest image is chosen, which are two more operations. With
-/// three axes, the error is `sqrt(3) (2 (3 + 1) + 2 + 2) / 2`, about 11 units of the coordinates.
+/// Each operation has an error of at most half an ulp. Streaming a coordinate takes three operations. Wrapping the
+/// coordinate, or moving it to a new epoch, takes one. Two more operations choose the nearest image of a pair. All
+/// operations happen twice, at the prediction and at the event. With three axes, the error is about 11 ulp of the
+/// coordinates: `sqrt(3) (2 (3 + 1) + 2 + 2) / 2`.
 ///
-/// The overlap function and its root contribute about 16 units of the squared distance. The time in the queue
-/// contributes three units of the time.
+/// The overlap function and its root contribute about 16 ulp of the squared distance. The time in the queue contributes
+/// three ulp of the time.
 const ROUNDINGS: f64 = 32.0;
 
 /// Returns true if an overlap is certainly round-off. This quick test avoids the exact bound.
@@ -93,9 +91,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
         let &Meeting { pair: [i, j], ref velocity, flown, distance, opening_speed } = meeting;
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
-        // A contact is usually predicted at the last event of either particle, so the prediction is as old as the
-        // younger state. But a state is also written without an event, at the end of an epoch or when a particle
-        // crosses a sliding side. The prediction may then be as old as the older state.
+        // A contact is usually predicted at the last event of either particle. The prediction may be older if a state
+        // was written without an event: at the end of an epoch, or at a sliding side.
         let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
@@ -120,7 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
-    /// Returns a bound of all coordinates of a particle since its state was written, `flown` ago.
+    /// Returns an upper bound for the coordinates of a particle since its state was written, `flown` ago.
     ///
     /// Each time the particle crosses the box, its coordinate is wrapped and rounded. [`ROUNDINGS`] counts only a few
     /// wraps, so the bound grows with the number of wraps.
@@ -131,8 +128,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position.amax() + path + self.state.space.farthest_side()) * (1.0 + wraps / ROUNDINGS)
     }
 
-    /// Returns the largest distance of two images that may collide. It is infinite if particles can escape from the
-    /// box.
+    /// Returns the largest distance of two images that may collide; infinite if particles can escape from the box.
     fn farthest_image(&self) -> f64 {
         let space = &self.state.space;
         let is_open = (0..3).any(|axis| match space.boundary[axis] {
@@ -152,8 +148,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now - self.state.bodies[particle as usize].time
     }
 
-    /// Counts an overlap at an event, unless round-off explains it. All arguments are lengths. A depth of more than
-    /// [`MOST_ROUND_OFF`] times `unit` always counts.
+    /// Counts an overlap at an event, unless round-off explains it. Depths above `MOST_ROUND_OFF * unit` always count.
     pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
         if depth > round_off.min(MOST_ROUND_OFF * unit) {
             self.counts.totals.in_invalid_state += 1;

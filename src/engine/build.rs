@@ -84,8 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Fills the lists of all particles, and predicts all particles at the beginning of an epoch. The queue is
-    /// unchanged.
+    /// Fills the lists of all particles, and predicts all particles at the beginning of an epoch.
     pub(super) fn predict_all(&mut self) {
         self.fill_lists();
         self.enlarge();
@@ -103,7 +102,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.neighbours = Neighbours::none(&self.state.space);
     }
 
-    /// Sets the states of all pairs from their distances.
     pub(super) fn set_pair_states(&mut self, scene: &Scene) {
         for bond in &scene.bonds {
             let [a, b] = bond.pair.map(|id| self.number(id));
@@ -122,8 +120,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Sets the states of all pairs of the given particles from their distances. Pairs that have a state keep it. The
-    /// given particles are the last ones in memory.
+    /// Sets the states of all pairs of the given particles, which are last in memory. Existing states are kept.
     pub(super) fn set_states_of(&mut self, scene: &Scene, particles: Range<u32>) {
         let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
         let mut near = Candidates::default();
@@ -173,8 +170,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 /// operations, wrapped, and subtracted.
 const ROUNDINGS: f64 = 32.0;
 
-/// Returns the rounding error of the distance of a pair at its discontinuity `[length]`. The largest number that is
-/// rounded is a coordinate, or the period by which the coordinate was wrapped.
+/// Returns the rounding error of the distance of a pair at its discontinuity `[length]`.
 pub(super) fn rounding_of_distances(largest: f64, periods: &Vector) -> f64 {
     let wrapped = periods.iter().filter(|period| period.is_finite()).fold(0.0, |most: f64, period| most.max(*period));
     ROUNDINGS * f64::EPSILON * largest.max(wrapped)

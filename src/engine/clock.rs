@@ -7,8 +7,7 @@ use super::{Arrest, Standstill};
 use serde::{Deserialize, Serialize};
 
 /// Time stands still if it advances by less than this fraction of the queue's span. The fraction is a few thousand
-/// times the round-off of times. An epoch contains about ten events per particle, so time normally advances much
-/// faster.
+/// times the round-off of times.
 pub(super) const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Simulated time, counted from an epoch that moves forward.
@@ -19,10 +18,9 @@ pub(super) struct Clock {
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
-    /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Length `l` of recent epochs. At the end of an epoch, it becomes the larger of `l / 2` and the length of that
-    /// epoch. Predictions can be up to three epochs old.
+    /// Length `l` of recent epochs. An epoch of length `e` changes `l` to `max(e, l / 2)`. Predictions can be up to
+    /// three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }
@@ -44,9 +42,8 @@ impl Moved {
 pub(super) struct StandstillWatch {
     /// Time since the epoch at which the count of events began.
     pub since: f64,
-    /// Number of physical events since the count began.
     pub events: u64,
-    /// Largest permitted number of events without an advance of time. Beyond it, there is a dynamical arrest.
+    /// Largest number of events without an advance of time. A larger number is a dynamical arrest.
     pub most: u64,
     /// Approach speed of a contact whose speed was lost to rounding, if any.
     pub lost_speed: Option<f64>,
@@ -62,14 +59,13 @@ impl Clock {
 
     /// Sets the largest permitted number of events without an advance of time.
     ///
-    /// It allows for the simultaneous events of a lattice, and for the N^2/2 events of N touching spheres on a line.
+    /// A lattice has simultaneous events, and `N` touching spheres on a line have `N^2 / 2` events.
     pub fn watch_for(&mut self, particles: usize) {
         let n = particles as u64;
         self.standstill.most = 1_000 + 64 * n + (n * n / 2).min(10_000_000);
     }
 
-    /// Returns whether the neighbour search is reconsidered at the epoch with this number: often at the start, and
-    /// rarely later, when densities change slowly.
+    /// Whether the neighbour search is reconsidered at an epoch: often at the start, and rarely later.
     pub fn is_looked_at(epochs: u64) -> bool {
         epochs.is_power_of_two() || epochs.is_multiple_of(16)
     }
@@ -146,11 +142,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Starts the next epoch, and skips epochs without predicted events. Returns `None` if no event is predicted at
-    /// all.
+    /// Starts the next epoch, and skips epochs without predicted events. Returns `None` if no event is predicted.
     ///
-    /// The last event of a long run is therefore as accurate as the first. The shift is a multiple of a power of two,
-    /// so most times are shifted without rounding.
+    /// The last event of a long run is as accurate as the first. The shift is a multiple of a power of two, so most
+    /// times are shifted without rounding.
     pub(super) fn move_epoch(&mut self) -> Option<Moved> {
         let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
@@ -173,8 +168,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(moved)
     }
 
-    /// Moves the epoch of the clock and of the global event sources, and empties the queue. `next` is the time of the
-    /// next event.
+    /// Begins the epoch of the event at the time `next`, and empties the queue.
     pub(super) fn begin_epoch(&mut self, next: f64) -> Moved {
         let reached = self.schedule.queue.reached();
         self.clock.last_reached = reached.max(0.5 * self.clock.last_reached);

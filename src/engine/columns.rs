@@ -356,7 +356,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         columns!(self, as_mut, column: mut => visit.column(column));
     }
 
-    /// Returns the record of a particle, in which other particles have their numbers.
+    /// Returns the record of a particle. Other particles are given by their numbers in memory.
     #[inline]
     pub(super) fn record(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);

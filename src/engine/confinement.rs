@@ -13,11 +13,9 @@ pub(super) struct Confinement {
     /// The axes with walls on both sides.
     pub axes: [bool; 3],
     pub middle: Vector,
-    /// Inverse of the volume that the centres of a species can reach `[length^-D]`, by table row. `D` is the number of
-    /// dimensions.
+    /// Inverse of the volume that the centres of a species can reach `[length^-D]`, by table row.
     pub per_volume: Vec<f64>,
-    /// Inverse of the wall area that the centres of a species can reach `[length^(1 - D)]`, by table row and axis; 0 if
-    /// the area is infinite.
+    /// Inverse of the wall area that the centres of a species can reach `[length^(1 - D)]`, by table row and axis.
     pub per_area: Vec<[f64; 3]>,
 }
 
@@ -44,8 +42,8 @@ impl Confinement {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the current sum of `m v^2 / V` along each axis between walls `[energy / length^D]`. `V` is the volume
-    /// that is accessible to the centre of the particle.
+    /// Returns the sum of `m v^2 / V` along each axis `[energy / length^D]`. A particle's centre can reach the volume
+    /// `V`.
     pub(super) fn confined_kinetic(&self) -> Vector {
         let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
         let mut sums = [Sum::default(); 3];

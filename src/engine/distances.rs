@@ -30,13 +30,13 @@ impl Distances {
         self.growing.map_or([distance, 0.0], |growing| [distance * growing.scale(time), growing.rate * distance])
     }
 
-    /// Returns the growth rate of a contact distance. `distance` is the contact distance before growth.
+    /// Returns the growth rate of a contact distance.
     pub fn speed_of(&self, distance: f64) -> f64 {
         self.at(distance, 0.0)[1]
     }
 
-    /// Returns the time until two particles reach a discontinuity from outside. `distance` is its distance before
-    /// growth, and `time` the current time since the epoch.
+    /// Returns the time until two particles reach a discontinuity from outside. `time` is the current time since the
+    /// epoch.
     pub fn next_contact(&self, state: &RelativeState, distance: f64, time: f64) -> Option<f64> {
         let [distance, speed] = self.at(distance, time);
         growth::next_contact(state, distance, speed)

@@ -1,21 +1,20 @@
 //! One system on several cores: domains run alone for a window of time and are compared exactly afterwards.
 //!
 //! The box is cut into slabs. Each domain is an ordinary engine for the particles that it *owns* and for copies of the
-//! particles around them. It runs alone for a window of simulated time. Copies at its edge sooner or later deviate from
-//! their owners, because their neighbours are missing. At the end of the window, each step of a copy that an owned
-//! particle may have read is compared with the step of the owner. If all agree, every owned particle is correct, bit
-//! for bit:
+//! particles around them. A domain runs alone for a window of simulated time. Copies at the edge of the domain sooner
+//! or later deviate from their owners, because their neighbours are missing. At the end of the window, the steps of all
+//! copies that an owned particle may have read are compared with the steps of the owners. If all steps agree, every
+//! owned particle is correct, bit for bit:
 //!
 //! *Proof.* Suppose that steps of owned particles differ from the steps of a single engine. Take the earliest such step
-//! in any domain. Then this step read a particle that was already different. The particle was not owned, because this
-//! step is the earliest. It was not a readable copy: readable copies agree with their owners, and the earlier steps of
-//! the owners are right. Nor was it a particle without a copy in this domain. The owner of such a particle has checked
-//! that the particle did not enter the readable region, and the owner's earlier steps are right. So there is no such
-//! step.
+//! in any domain. This step read a particle that was already different. The particle is not owned, because this step is
+//! the earliest. It is not a readable copy, because readable copies agree with their owners, and the earlier steps of
+//! the owners are right. A particle without a copy in this domain was not read either: its owner has checked that the
+//! particle did not enter the readable region, and the earlier steps of the owner are right. So there is no such step.
 //!
-//! If any of these steps differ, the window is rolled back and repeated up to the first difference. The single engine
-//! takes over in three cases: simultaneous events of two domains in an observed run, time that stands still, and a run
-//! that ends at a number of events.
+//! If a copy differs from its owner, the window is rolled back and repeated up to the first difference. The single
+//! engine takes over if events of two domains are simultaneous in an observed run, if time stands still, or if the run
+//! ends at a number of events.
 
 #[cfg(any(test, debug_assertions))]
 mod checks;
@@ -48,7 +47,7 @@ use std::time::Instant;
 use team::Team;
 pub use work::{DomainWork, SingleThread};
 
-/// Largest and initial target for the number of steps of a domain in a window.
+/// Number of steps of a domain in a window: initial and largest target.
 const MOST_STEPS: f64 = 10_000.0;
 
 /// Number of steps that the single engine runs when the domains cannot continue.
@@ -67,7 +66,6 @@ const MOST_UNDONE: f64 = 4.0;
 /// Increase of the widths of a halo that is too thin.
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
-/// Initial widths of the halo.
 const HALO: Halo = Halo { slack: 0.2, margin: 1.1 };
 
 /// A system that runs in domains.
@@ -79,7 +77,6 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
     length: f64,
     /// Recent rollbacks; decays by 5 % per accepted window.
     undone: f64,
-    /// Number of short windows in a row.
     short: u32,
     /// Number of accepted windows at the last check; `None` without checks.
     #[cfg(any(test, debug_assertions))]
@@ -89,7 +86,6 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
     pub work: DomainWork,
 }
 
-/// How a run continues after a window.
 enum Next {
     Done,
     /// The single engine runs this number of steps.
@@ -142,8 +138,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Continues a run as [`Engine::advance_for`] does, with the same bits. Between calls, the single engine is out of
-    /// date until [`Self::settle`] is called.
+    /// Continues a run with exactly the same results as [`Engine::advance_for`]. Between calls, the single engine is
+    /// out of date until [`Self::settle`] is called.
     pub fn advance_for(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -210,7 +206,6 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             None => self.cut_up(whole),
         };
         if cut.now >= whole.schedule.queue.span() {
-            // The domains have reached the end of the epoch.
             self.cut = Some(cut);
             return Ok(self.move_epoch(whole, until));
         }
@@ -247,7 +242,6 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Ok(if is_fresh { Next::Serial(SERIAL_STEPS) } else { Next::Done })
     }
 
-    /// Accepts a window in which all domains agree, if possible.
     fn finish(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,

@@ -12,14 +12,13 @@ use crate::model::state_point::StatePoint;
 use crate::model::{ParticleId, Scene, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Replaces the heat bath; `None` removes it. The heat baths of different stages use different random
-    /// numbers.
+    /// Replaces the heat bath; `None` removes it. The heat baths of different stages use different random numbers.
     ///
     /// The heat bath does not act along flat axes.
     ///
     /// # Errors
-    /// [`ThermostatError`] for a temperature or rate that is not positive, no axes, only flat axes, or no moving
-    /// particle. [`ThermostatError::Rescaling`] for [`Thermostat::Rescaling`], which is not a heat bath: call
+    /// [`ThermostatError`] if a temperature or rate is not positive, if no axes or only flat axes are given, or if no
+    /// particle moves. [`ThermostatError::Rescaling`] for [`Thermostat::Rescaling`], which is not a heat bath: call
     /// [`Self::scale_velocities`] instead. After an error, the simulation is unchanged.
     pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) -> Result<(), ThermostatError> {
         if let Some(thermostat) = thermostat {
@@ -32,8 +31,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sets the heat bath of a thermostat that was validated with its scene. `None` and velocity rescaling remove the
-    /// heat bath. The driver of the run rescales velocities.
+    /// Sets the heat bath of a validated thermostat. `None` and velocity rescaling remove the heat bath.
     ///
     /// `seed` is the value of [`Self::stream_seed`] at the beginning of the stage.
     pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {
@@ -116,8 +114,7 @@ impl Simulation {
         self.scale
     }
 
-    /// Returns the diameters of the species at the start `[length]`. The current diameters are [`Self::scale`] times
-    /// these.
+    /// Returns the diameters of the species at the start `[length]`, without the factor [`Self::scale`].
     pub(crate) fn first_diameters(&self) -> &[f64] {
         &self.first_diameters
     }

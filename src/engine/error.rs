@@ -32,23 +32,20 @@ impl EngineError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Standstill {
-    /// Events continue but time does not advance. Either particles rest in contact, or infinitely many contacts happen
-    /// in a finite time.
+    /// Time does not advance. Particles rest in contact, or infinitely many contacts happen in a finite time.
     Time {
         /// Number of events without an advance of time.
         events: u64,
     },
     /// An event storm: far more events happen within one contact time of the TC model than permanent contacts would
-    /// cause. Spheres at rest in contact bounce with almost no relative velocity, and the TC model makes all of their
-    /// contacts elastic.
+    /// cause. Spheres at rest in contact bounce elastically, with almost no relative velocity.
     Storm {
         /// Number of events in the storm.
         events: u64,
         /// Simulated time that passed during these events `[time]`.
         advance: f64,
     },
-    /// An inelastic collapse of moving particles: the relative speed decreases from contact to contact, until it
-    /// is below the round-off of the velocities.
+    /// An inelastic collapse of moving particles: the relative speed falls below the round-off of the velocities.
     Speed {
         /// Normal speed of approach at the last contact `[length / time]`.
         approach: f64,
@@ -69,9 +66,7 @@ impl fmt::Display for Standstill {
     }
 }
 
-/// A dynamical arrest: the simulation would need infinitely many events to continue.
-///
-/// Carom reports the arrest, because it cannot continue without a change of the model.
+/// A dynamical arrest: without a change of the model, the simulation would need infinitely many events to continue.
 #[doc(alias = "DynamicalArrest")]
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
@@ -92,8 +87,7 @@ pub struct Arrest {
     pub partner: Option<ParticleId>,
     /// Index of the touched surface in the scene; `None` for a contact with a wall of the box or a particle.
     pub surface: Option<u32>,
-    /// Index, in the scene, of the first surface that is moving at the time of the arrest. It may leave the
-    /// particles no room to move.
+    /// Index of the first surface that moves at the time of the arrest. It may leave the particles no room.
     pub moving: Option<u32>,
     /// Whether any contact in the scene dissipates energy.
     pub has_losses: bool,
@@ -274,7 +268,6 @@ mod tests {
         Engine::new(&scene.build().unwrap())
     }
 
-    /// Returns how the run ended, and the number of events.
     fn end<const TABLE: bool>(
         mut engine: Engine<false, TABLE>,
         id: u32,

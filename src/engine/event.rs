@@ -56,17 +56,15 @@ pub struct Event {
     /// Unit vector towards the particle from the other particle or surface. For a heat bath, the direction of the
     /// impulse.
     pub normal: Vector,
-    /// The momentum that the particle gained `[mass length / time]`. The other particle of a pair gained the
-    /// opposite momentum.
+    /// Momentum that the particle gained `[mass length / time]`. A partner gains the opposite momentum.
     pub impulse: Vector,
     /// Angular momenta that the particle and the other particle gained about their centres `[mass length^2 / time]`.
-    /// Smooth contacts give none.
+    /// Zero for smooth contacts.
     pub torques: [Vector; 2],
     /// Distance of the discontinuity that the pair reached `[length]`. For a surface, the distance of the particle's
     /// centre from the surface; 0 for a heat bath.
     pub distance: f64,
-    /// Potential energy that the pair gained `[energy]`. For a surface or a heat bath, the energy that it
-    /// supplied to the particle.
+    /// Potential energy that a pair gained, or energy that a surface or heat bath supplied `[energy]`.
     pub energy_step: f64,
     /// Kinetic energy dissipated in an inelastic contact `[energy]`.
     pub dissipated: f64,
@@ -90,8 +88,7 @@ impl Event {
         }
     }
 
-    /// Returns the wall of the box at which the event happened: its axis (0, 1 or 2), and whether it is the upper
-    /// wall. `None` for other events.
+    /// Returns the axis (0, 1 or 2) of a wall of the box, and whether it is the upper wall; `None` for other events.
     #[must_use]
     pub fn wall(&self) -> Option<(u8, bool)> {
         match self.other {
@@ -139,8 +136,7 @@ pub struct EventCounts {
     pub bounce: u64,
     /// Contacts with walls of the box and with other surfaces.
     pub wall: u64,
-    /// Transitions: particles that left their cell, or the skin of their Verlet list. They are not physical events, but
-    /// a cost of the neighbour search.
+    /// Transitions: particles that left their cell, or the skin of their Verlet list. They are not physical events.
     pub transition: u64,
     /// Physical events at a turning point, without a normal velocity towards the discontinuity.
     pub turning_point: u64,
@@ -176,8 +172,7 @@ pub struct EventCounts {
     pub dissipated_moment: ExactSum,
     /// Thermostat events; each event gives one particle a new velocity.
     pub thermostat: u64,
-    /// Energy supplied from outside `[energy]`, for example by thermostats, moving surfaces, growing diameters or
-    /// shear.
+    /// Energy supplied from outside `[energy]`, for example by thermostats, moving surfaces, growth or shear.
     pub supplied: ExactSum,
     /// As [`Self::dissipated_moment`], for supplied energies `[energy time]`.
     pub supplied_moment: ExactSum,

@@ -8,7 +8,6 @@ use super::{EngineError, InvariantBroken, Reason, Until};
 use std::ops::ControlFlow;
 
 pub(super) enum Next {
-    /// The predicted event of a particle, which is first in the queue.
     Particle(QueueEntry),
     /// An outdated entry of the queue, which is discarded.
     Void,
@@ -28,7 +27,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs until a time or a number of physical events, or until the observer breaks.
     pub fn advance(&mut self, until: Until, observe: &mut Observe<'_>) -> Result<Reason, EngineError> {
         loop {
             if let Some(reason) = self.advance_for(u64::MAX, until, observe)? {

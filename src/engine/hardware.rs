@@ -1,4 +1,4 @@
-//! Prefetching and large memory pages. They affect the speed, but not the results.
+//! Prefetching and large memory pages, which affect only the speed.
 
 pub mod pages;
 pub mod prefetch;

@@ -1,8 +1,8 @@
 //! Proof that no further event will ever happen.
 //!
 //! A long time without events is no proof: two spheres in a large periodic box may meet after thousands of crossings.
-//! The proof shows that no particle meets a surface, and that no pair meets. Along the axes that are not periodic, the
-//! particles of a pair must recede, or miss each other by more than round-off.
+//! The proof shows that no particle meets a surface and that no pair meets. The particles of a pair must recede or miss
+//! each other along the axes that are not periodic, by more than round-off.
 
 use super::parts::Engine;
 use super::predict::Streamed;
@@ -14,19 +14,19 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// Largest number of pairs that the proof tests, which takes a few hundredths of a second. In larger systems, the proof
-/// is possible only if no particle will leave its cell.
+/// Largest number of pairs for the full proof, which takes a few hundredths of a second. Larger systems are proven idle
+/// only if no particle will leave its cell.
 const MOST_PAIRS: usize = 4_000_000;
 
-/// Largest number of pairs in adjacent cells that the proof tests, which takes a few seconds.
+/// Largest number of pairs in adjacent cells. The proof then takes a few seconds.
 const MOST_NEAR: usize = 400_000_000;
 
-/// Number of cell transitions without an event before the first attempt, which takes less time than these transitions.
+/// Number of cell transitions without an event before the first attempt, which takes less time.
 const FIRST_PROOF: u64 = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Tries to prove, at the end of an epoch, that no further event will happen. Attempts become rare: the number of
-    /// transitions without an event doubles from one attempt to the next.
+    /// Tries to prove, at the end of an epoch, that no further event will happen. The number of transitions without an
+    /// event doubles from one attempt to the next.
     pub(super) fn is_shown_to_be_over(&mut self) -> bool {
         if !self.is_proof_due() {
             return false;
@@ -48,7 +48,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.acts_for_ever() || !self.sources.surfaces.rest_from(self.time()) {
             return false;
         }
-        // A pair inside a step of its potential always has a predicted contact, unless it has no relative motion.
+        // A pair inside a step of its potential has a predicted contact, unless the pair has no relative motion.
         if self.schedule.predictions.iter().any(|prediction| prediction.contact_time < f64::INFINITY) {
             return false;
         }
@@ -78,8 +78,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Returns true if no captured pair and no pair in adjacent cells will ever meet. Other pairs cannot meet while no
-    /// particle changes its cell.
+    /// Returns true if no captured pair and no pair in adjacent cells will ever meet.
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
         let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {
@@ -92,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Bounds the rounding errors of current positions and velocities.
+    /// Bounds the rounding errors of positions and velocities.
     fn doubt(&self, particles: &[u32]) -> Doubt {
         let mut sums = [0.0; 2];
         for &particle in particles {
@@ -113,7 +112,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.surfaces.for_each_unlimited(self.row(me.id), &mut look);
         let is_periodic = self.state.periods.iter().any(|period| period.is_finite());
         if is_periodic && self.sources.surfaces.has_features() {
-            // Edges, corners and other features have infinitely many periodic images.
+            // Features have infinitely many periodic images.
             return true;
         }
         self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.id), &mut look);
@@ -126,7 +125,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         may_meet
     }
 
-    /// Returns true if a pair provably never meets: it has no relative motion, or its particles recede or miss each
+    /// Returns true if a pair provably never meets. Its particles have no relative motion, or they recede or miss each
     /// other along the axes that are not periodic.
     fn never_meet(&self, me: &Streamed, other: u32) -> bool {
         let Some(squared) = self.squared_range_from_outside(me.id, other) else { return true };
@@ -153,8 +152,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the squared distance at which a pair enters the range of its potential `[length^2]`. `None` if it never
-    /// meets, or is within the range.
+    /// Returns the squared distance at which a pair enters the range of its potential `[length^2]`. `None` for a pair
+    /// within the range, and for a pair that never meets.
     fn squared_range_from_outside(&self, a: u32, b: u32) -> Option<f64> {
         if !TABLE {
             return Some(self.pairs.rules.meeting(0, 0).squared);
@@ -204,7 +203,7 @@ mod tests {
             ([OPEN; 3], [0.3, -1.0, 0.0], true),
             ([OPEN; 3], [0.01, -1.0, 0.0], false),
             ([PERIODIC; 3], [0.3, 1.0, 0.1], false),
-            // These balls never meet, but the proof does not cover motion in a box that is periodic along all axes.
+            // The balls never meet. The proof fails in a box that is periodic along all axes.
             ([PERIODIC; 3], [1.0, 0.0, 0.0], false),
             ([PERIODIC; 3], [0.0, 0.0, 0.0], true),
             ([PERIODIC, OPEN, PERIODIC], [0.3, 1.0, 0.1], true),
@@ -232,7 +231,7 @@ mod tests {
             scene.species[0].acceleration = (gravity > 0.0).then(|| Vector::new(0.0, 0.0, -gravity));
             scene
         };
-        // The two spheres meet at t = 1.5e7. Without the collision, their smallest distance would be 0.985 diameters.
+        // The two spheres meet at t = 1.5e7. Without the collision, the smallest distance would be 0.985 diameters.
         let [position, velocity] = [
             [9_958_719.654_207_112, 11_205_396.372_943_148, 512_830.356_104_685_8],
             [-0.663_914_600_325_803_6, -0.747_026_464_671_845_6, -0.034_188_661_192_157_396],
@@ -243,7 +242,7 @@ mod tests {
             Vector::from(velocity),
         );
         assert!(!Simulation::without_plan(far.build().unwrap()).is_over());
-        // The thrown ball rises for a time of 10^9 before it falls onto the other ball.
+        // The thrown ball rises for a time of 10^9 and then falls onto the other ball.
         let thrown = hard(1e-9).particle("A", Vector::new(5.0, 5.0, 8.0), Vector::new(0.0, 0.0, 1.0)).particle(
             "B",
             Vector::new(5.0, 5.0, 2.0),

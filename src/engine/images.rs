@@ -1,4 +1,4 @@
-//! Policies for periodic images: in which images can a particle meet a partner?
+//! Policies that determine in which periodic images a pair can meet.
 //!
 //! A policy is chosen when particles are sorted into cells or lists.
 //!
@@ -30,28 +30,27 @@ pub(super) const GRADIENT: usize = 1;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ImagePolicy {
-    /// For the policy "several": the images of a small box except the nearest image.
+    /// Images of a small box, except for the nearest image (policy "several").
     pub further: Vec<Vector>,
-    /// For the policy "tied": the axes along which particles in adjacent cells can be half a period apart.
+    /// Axes along which particles in adjacent cells can be half a period apart (policy "tied").
     pub tied: [bool; 3],
-    /// For the policy "sliding": the shear of the box.
+    /// Shear of the box (policy "sliding").
     sliding: Option<LeesEdwards>,
 }
 
 /// How a prediction tests the images of uncaptured partners.
 pub(super) enum Way {
-    /// All partners are tested together in their nearest images.
+    /// All partners are tested together, in their nearest images.
     Nearest,
-    /// All partners are tested together in their nearest images, and then in the other images of a small box.
+    /// All partners are tested together, in all images of a small box.
     Several,
     /// All partners are tested together, including images across the sliding sides.
     Sliding(Sliding),
-    /// Each pair is tested by itself in all images.
+    /// Each pair is tested separately, in all images.
     OneByOne,
 }
 
 impl ImagePolicy {
-    /// Creates a policy, which `choose_for_cells` or `choose_for_lists` completes.
     pub fn of(scene: &Scene) -> Self {
         Self { further: Vec::new(), tied: [false; 3], sliding: LeesEdwards::of(scene) }
     }
@@ -61,12 +60,12 @@ impl ImagePolicy {
         self.sliding.is_some()
     }
 
-    /// Returns true if the periodic images of a scene are at rest, which Verlet lists require.
+    /// Returns true if the periodic images are at rest, as Verlet lists require.
     pub fn stay(scene: &Scene) -> bool {
         LeesEdwards::of(scene).is_none()
     }
 
-    /// Skins are so narrow that the nearest image is sufficient.
+    /// With narrow skins, the nearest image is sufficient.
     pub fn choose_for_lists(&mut self) {
         (self.further, self.tied) = (Vec::new(), [false; 3]);
     }
@@ -77,26 +76,25 @@ impl ImagePolicy {
         if self.further.is_empty() {
             self.tied = cells.grid.tied_axes();
             if self.slide() {
-                // Images along the flow and the gradient slide, and are handled separately.
+                // Images along the flow and the gradient are handled separately, because they slide.
                 (self.tied[FLOW], self.tied[GRADIENT]) = (false, false);
             }
         }
     }
 
-    /// Time since the epoch at which particles next to sliding sides are predicted again; infinite without shear.
+    /// Time since the epoch at which particles near sliding sides are predicted again; infinite without shear.
     pub fn next_refresh(&self) -> f64 {
         self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
 
-    /// Returns the largest possible displacement of sliding images after a time `[length]`. At the start, it is at most
-    /// one period.
+    /// Returns an upper bound of the displacement of sliding images after a time, from up to one period `[length]`.
     pub fn farthest_slid(&self, time: f64, periods: &Vector) -> f64 {
         self.sliding.map_or(0.0, |shear| periods[FLOW] + shear.speed.abs() * time)
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the relative state for the nearest image, and whether this image lies across a sliding side.
+    /// Returns the relative state for the nearest image, and true if this image lies across a sliding side.
     #[inline]
     pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
         let Some(shear) = &self.images.sliding else {
@@ -107,8 +105,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (state, is_across)
     }
 
-    /// Calls `visit` for all images except the nearest in which an uncaptured pair can meet. `is_across` is true if the
-    /// nearest image lies across a sliding side.
+    /// Calls `visit` for all images, except the nearest, in which an uncaptured pair can meet. `is_across` is true if
+    /// the nearest image lies across a sliding side.
     #[inline]
     pub(super) fn for_each_further_image(
         &self,
@@ -131,7 +129,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn way(&self, particle: u32, time: f64) -> Way {
         let has_one_image = self.images.further.is_empty();
-        // In a small box, pairs with a relative acceleration or growing distances must be tested one by one.
+        // In a small box, pairs with a relative acceleration or a growing contact distance are tested one by one.
         if !(has_one_image || !(FALLING && TABLE) && self.distances.are_constant()) {
             return Way::OneByOne;
         }
@@ -144,7 +142,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns true if the nearest images of captured partners are sufficient, as in a box without shear.
+    /// Returns true if the nearest images of captured partners are sufficient.
     #[inline]
     pub(super) fn are_captured_nearest(&self, particle: u32) -> bool {
         // A bonded partner can be far away, across a sliding side.
@@ -154,24 +152,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 && self.is_off_sliding_sides(particle))
     }
 
-    /// Returns true if the predicted contact of a particle remains valid when the particle enters another cell. In a
-    /// small box, the possible images depend on the cell. Next to sliding sides, the adjacent cells change with time.
+    /// Returns true if a particle's predicted contact stays valid when the particle enters another cell. In a small
+    /// box, the possible images depend on the cell. Near sliding sides, the adjacent cells change with time.
     #[inline]
     pub(super) fn keeps_contact(&self, particle: u32) -> bool {
         if self.images.slide() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
     }
 
-    /// Returns, for each axis, the number of images on either side of the nearest image in which a bonded pair can meet
-    /// before it is predicted again.
+    /// For each axis, returns the number of images on either side of the nearest image in which a bonded pair can meet.
     ///
-    /// Each particle travels at most one cell before it is predicted again, so the separation of a pair grows by at
-    /// most two cells. With three or more cells, a separation of at most half a period stays below 1/2 + 2/3 = 7/6
-    /// periods. The range is at most half a period, so no image two periods away is in range. While images slide along
-    /// x, separations along x grow by another quarter of a period.
+    /// A particle travels at most one cell before it is predicted again, so the separation of a pair grows by at most
+    /// two cells. With three or more cells, the separation is at most 1/2 + 2/3 = 7/6 periods. The range is at most
+    /// half a period, so images two periods away are out of range. Sliding images add a quarter of a period along x.
     pub(super) fn most_images(&self) -> [i32; 3] {
         let counts = match &self.neighbours {
             Neighbours::Cells(cells) => cells.grid.counts(),
-            // With Verlet lists, a particle stays within a narrow skin, which has the same effect as very many cells.
+            // With Verlet lists, a particle stays within a narrow skin, as if there were very many cells.
             Neighbours::Lists(_) => [u32::MAX; 3],
         };
         std::array::from_fn(|axis| match counts[axis] {
@@ -182,8 +178,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Returns the relative state for another image, which is `image` periods away from the nearest image. `time` is
-    /// counted from the epoch.
+    /// Returns the relative state for an image that is `image` periods away from the nearest image.
     pub(super) fn image_of(&self, nearest: &RelativeState, image: [i32; 3], time: f64) -> RelativeState {
         let mut state = *nearest;
         for axis in (0..3).filter(|&axis| image[axis] != 0) {

@@ -8,7 +8,7 @@ use super::state::State;
 use super::{Chosen, Simulation};
 
 impl Simulation {
-    /// Returns the name of an inconsistent part of the data, if there is one.
+    /// Returns the name of an inconsistent part, if there is one.
     pub(crate) fn unsound_index(&self) -> Option<&'static str> {
         let species = self.scene.species.len();
         with_engine!(&self.engine, engine => engine.unsound_index(species))
@@ -83,7 +83,7 @@ mod tests {
             { name = 'block', shape = 'box', lower = [2.0, 2.0, 1.5], upper = [4.0, 4.0, 2.4] },
         ]";
 
-    /// A changed byte is detected, or the simulation continues or ends with an error. The simulation never panics.
+    /// If a byte is changed, the change is detected, or the simulation continues or returns an error. It never panics.
     #[test]
     fn changed_bytes_of_a_simulation_are_noticed_or_harmless() {
         let hard = || Potential::hard_sphere(1.0).unwrap();

@@ -21,16 +21,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the change of `sum m v^2` in an event, for each axis between two walls. Impulses between particles also add
-    /// to the virial.
+    /// Adds the change of `sum m v^2` in an event for each axis between walls. Impulses of pairs also add to the
+    /// virial.
     ///
-    /// The sum is constant between events. Its integral up to a time `t` is `t` times the final value, minus all
-    /// changes, each multiplied by its time.
+    /// The sum is constant between events. Its integral from 0 to `t` is `t` times the final value, minus each change
+    /// times the time of the change.
     ///
-    /// Along an axis between walls, the long-time mean of `d/dt sum x m v` is zero for each species:
-    /// `<sum m v^2> + <sum x F> = L p A`. All components are along the axis, `x` is measured from the middle, `L` is
-    /// the length accessible to the centres of particles, and `p A` is the mean force of the two walls. Divided by the
-    /// volume `L A` of the species and summed over all species, this is the pressure.
+    /// Along an axis between walls, the long-time mean of `d/dt sum x m v` is zero for each species: `<sum m v^2> +
+    /// <sum x F> = L p A`. Here `x` is the distance from the middle, and `L` is the length accessible to the centres of
+    /// particles. `p A` is the mean of the forces on the two walls. The pressure is the sum over all species, each
+    /// divided by its volume `L A`.
     pub(super) fn note_confined(&mut self, particles: [Option<u32>; 2], is_internal: bool, before: &[Vector; 2]) {
         let Some(confinement) = &self.sources.confinement else { return };
         let (mut virial, mut change) = (Vector::zeros(), Vector::zeros());

@@ -1,8 +1,8 @@
 //! Prefetches the data of upcoming events.
 //!
 //! Successive events are far apart in space and therefore in memory. Each event needs a chain of loads, in which each
-//! load gives the address of the next: the particle, its list or cells, and their contents. They are requested in
-//! several stages, while preceding events are executed.
+//! load gives the address of the next: the particle, its list or cells, and their contents. The loads are requested in
+//! stages, while earlier events are executed.
 
 use super::parts::Engine;
 use super::prediction::{FIRST_ABSENT, Prediction};
@@ -11,8 +11,8 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
-/// Numbers of queue entries by which data are prefetched in advance: the particle and its partner, their lists or cells
-/// ([`WHERE`]), and their neighbours ([`NEIGHBOURS`]).
+/// Number of events by which data are prefetched in advance: for the particle and its partner, for their lists or
+/// cells, and for their neighbours.
 pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;

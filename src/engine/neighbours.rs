@@ -1,8 +1,7 @@
 //! Neighbour search: finds the particles that a particle could meet.
 //!
-//! There are two methods, and the density decides between them. In a thin fluid, [`cells`] are used alone,
-//! because a list would be outdated before its second use. In a dense fluid, Verlet lists with a skin are used
-//! ([`lists`]).
+//! In a thin fluid, only [`cells`] are used, because a Verlet list would be outdated before its second use. In a dense
+//! fluid, Verlet lists with a skin are used ([`lists`]).
 
 pub mod candidates;
 pub mod cell_list;
@@ -143,19 +142,17 @@ impl fmt::Display for Search {
 }
 
 /// Number of particles beyond the interaction range that a Verlet list should contain, in one, two and three
-/// dimensions. With more particles, predictions take longer. With fewer particles, lists are rebuilt more often. The
-/// number for three dimensions was measured in hard-sphere fluids and crystals, and in square wells. With half or twice
-/// this number, runs are about a tenth slower.
+/// dimensions. More particles slow down predictions, and fewer cause more rebuilds. The third number was measured in
+/// hard-sphere fluids, crystals and square wells. With half or twice this number, runs are about a tenth slower.
 const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
 
-/// Largest reach of Verlet lists, in units of the interaction range, at which lists are faster than cells. It is the
-/// reach at a packing fraction of 0.36. The measured limit is a packing fraction of 0.35 for 11,000 hard spheres, 0.38
-/// for ten times as many, and a reach of 1.66 for square wells.
+/// Largest reach of Verlet lists at which lists are faster than cells, in units of the interaction range. This value is
+/// the reach at a packing fraction of 0.36. The measured limit is a packing fraction of 0.35 for 11,000 hard spheres,
+/// 0.38 for ten times as many, and a reach of 1.66 for square wells.
 const WORTHWHILE: f64 = 1.69;
 
-/// Replaces [`WORTHWHILE`] in boxes with three or fewer cells along a period, where every particle is a candidate in
-/// several images. It is the reach at a packing fraction of 0.14. The measured limit for ten hard spheres is between
-/// 0.1 and 0.15.
+/// Replaces [`WORTHWHILE`] in boxes with up to three cells along a period, where particles are candidates in several
+/// images. It is the reach at a packing fraction of 0.14. The measured limit for ten hard spheres is 0.1 to 0.15.
 const WORTHWHILE_IN_SMALL_BOX: f64 = 2.2;
 
 /// The search method changes only if the limit is passed by this fraction.
@@ -167,10 +164,9 @@ const DIFFERENT: f64 = 0.3;
 /// Up to this number of particles, Verlet lists are cheap even if each list contains all particles.
 const FEW: usize = 32;
 
-/// Half skin, in units of the interaction range, for a few particles in a box longer than [`LONG`] ranges. Particles
-/// fly far there, and with a wide skin their lists are rarely rebuilt. But contacts are predicted at distances of up to
-/// four half skins, and the error of the overlap function grows with the square of this distance. Here it reaches about
-/// `1e5` units in the last place.
+/// Half skin, in units of the interaction range, for a few particles in a box longer than [`LONG`] ranges. A wide skin
+/// avoids rebuilds when particles fly far. But contacts are predicted at distances of up to four half skins, and the
+/// error of the overlap function grows with the square of this distance. The largest error is about `1e5` ulp.
 const WIDE: f64 = 100.0;
 const LONG: f64 = 1e4;
 
@@ -253,13 +249,12 @@ fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
 
 /// Mean number density around particles `[length^-dimensions]`. Empty parts of the box do not count.
 fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, positions: impl Fn() -> I) -> f64 {
-    /// Mean number of particles per cell, so large that a single particle hardly changes the density.
+    /// Mean number of particles per cell. A single particle then hardly changes the density.
     const MANY: f64 = 32.0;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let volume: f64 = (0..3).filter_map(extent).product();
     let mut density = positions().count() as f64 / volume;
-    // If part of the box is empty, the first cells are too large. Each further pass uses the density of the pass
-    // before.
+    // If part of the box is empty, the first cells are too large. Each pass uses the density of the previous pass.
     for _ in 0..3 {
         let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
         density = density_in_cells(space, fair, &positions);

@@ -5,10 +5,9 @@ use super::{EngineError, Reason, Simulation, Until};
 use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
-/// An optional observer. If it breaks, the event loop ends after the event.
+/// An optional observer. If the observer breaks, the event loop ends after the event.
 pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
-/// Without an observer, the event is not constructed.
 #[inline]
 pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> ControlFlow<()> {
     match observe {
@@ -42,12 +41,12 @@ impl ObserverResult for ControlFlow<()> {
 impl Simulation {
     /// Iterates over events up to a time or a number of physical events: contacts, and collisions with the heat bath.
     ///
-    /// After each event, the simulation is at this event, see [`EventSequence::simulation`], and stays there if the
-    /// loop ends. Continuing gives the same bits as a run without a pause. For very many events, [`Self::advance_with`]
-    /// is faster.
+    /// After each event, the simulation is at this event, see [`EventSequence::simulation`]. If the loop ends, the
+    /// simulation stays at the last event. A pause does not change a single bit of the results. For very many events,
+    /// [`Self::advance_with`] is faster.
     ///
-    /// Without a limit, the iteration continues forever if nothing happens and the engine cannot prove that nothing
-    /// will.
+    /// Without a limit, the iteration may continue forever. It ends if the engine can prove that no further event
+    /// happens.
     ///
     /// ```
     /// use carom::engine::{Simulation, Until};
@@ -71,8 +70,8 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// The last item is an [`EngineError`] if the simulation cannot continue: [`EngineError::Arrest`] after the event
-    /// at which time is found to stand still, and [`EngineError::InvariantBroken`] in an impossible state.
+    /// The last item is an [`EngineError`] if the simulation cannot continue: [`EngineError::Arrest`] if time stands
+    /// still, and [`EngineError::InvariantBroken`] in an impossible state.
     #[doc(alias = "step")]
     pub fn events(&mut self, until: Until) -> EventSequence<'_> {
         EventSequence { simulation: self, until, error: None, reason: None, is_over: false }
@@ -98,7 +97,7 @@ impl EventSequence<'_> {
         self.simulation
     }
 
-    /// Returns the reason why the iteration ended. `None` before its end, and after an error.
+    /// Returns why the iteration ended. Returns `None` before the end of the iteration, and after an error.
     #[must_use]
     pub fn reason(&self) -> Option<Reason> {
         self.reason
@@ -258,7 +257,7 @@ mod tests {
 
     #[test]
     fn arrest_is_reported_after_its_event_and_ends_the_iterator() {
-        // Infinitely many bounces on the floor would follow in a finite time.
+        // Without the arrest, the ball would bounce infinitely often in a finite time.
         let boundary = [Boundary::OPEN, Boundary::OPEN, Boundary::walls(0.5)];
         let scene = SceneBuilder::new("bounces")
             .space(Space { boundary, ..Space::periodic_cube(10.0) })

@@ -1,6 +1,6 @@
-//! Numbers the particles along a curve, so that particles close in space are close in memory.
+//! Renumbers the particles along a curve, so that particles close in space are close in memory.
 //!
-//! The ids of the scene do not change, and no output depends on the numbers.
+//! The ids of the scene do not change, and no output depends on the new numbers.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u32;

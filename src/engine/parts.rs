@@ -26,14 +26,14 @@ pub(super) struct Counts {
     /// Event counts of each species; empty for an engine without an interaction table.
     pub by_species: EventCountsBySpecies,
     pub executed: u64,
-    /// Number of transitions at the last event. It wraps below zero when the counts are reset, so only differences from
+    /// Number of transitions at the last event. May wrap below zero when the counts are reset, so only differences from
     /// the current number of transitions are meaningful.
     pub transitions_at_event: u64,
     /// Number of transitions at the last attempt to prove that no further event will happen.
     pub transitions_at_proof: u64,
     pub transitions_at_order: u64,
-    /// The deepest overlap so far that was accepted as round-off `[length]`. An inelastic pair with little relative
-    /// motion can stay this deep, so later overlaps may be deeper by this depth.
+    /// Deepest overlap that was accepted as round-off `[length]`. An inelastic pair can stay this deep, so this depth
+    /// is added to the tolerance of later overlaps.
     pub accepted_overlap: f64,
 }
 
@@ -70,7 +70,7 @@ impl Counts {
     }
 }
 
-/// Hardware settings: they affect speed, never results.
+/// Hardware settings. They affect the speed, but not the results.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Hardware {
     #[serde(skip, default = "Simd::most")]

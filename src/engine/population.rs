@@ -13,8 +13,8 @@ use crate::model::{Particle, ParticleId, Scene, SpeciesId};
 impl Simulation {
     /// Inserts particles at the current time, and returns their ids.
     ///
-    /// New ids follow the largest id that was ever used. Ids are never reused, so the id of a particle is not its index
-    /// in arrays: see [`Snapshot::ids`](super::Snapshot::ids). Positions beyond the sides of periodic axes are wrapped.
+    /// New ids follow the largest id that was ever used. Ids are never reused, so an id is not the index of a particle
+    /// in arrays, see [`Snapshot::ids`](super::Snapshot::ids). Positions beyond the sides of periodic axes are wrapped.
     /// The state of a new pair follows from its distance. The kinetic and potential energy of the new particles is
     /// added to [`EventCounts::supplied`](super::event::EventCounts::supplied).
     ///
@@ -72,7 +72,7 @@ impl Simulation {
         Ok((first..).take(particles.len()).map(ParticleId).collect())
     }
 
-    /// Removes particles at the current time. Their bonds and captured pairs end with them.
+    /// Removes particles at the current time, with their bonds and captured pairs.
     ///
     /// The energy of the particles is subtracted from [`EventCounts::supplied`](super::event::EventCounts::supplied).
     /// The cost is proportional to the total number of particles. It is cheaper to remove many particles in one call.
@@ -302,7 +302,7 @@ mod tests {
         let volume = simulation.scene().space().accessible_volume(0.5);
         let heating = simulation.event_counts().confined_heating[0].total();
         let integral = simulation.energy().confined.x * 14.0 - heating;
-        // The integral of m v^2 is 1.3 (0.7^2 * 14 + 1.1^2 * 7). A hundred rounding errors are allowed.
+        // The integral of m v^2 is 1.3 (0.7^2 * 14 + 1.1^2 * 7).
         let expected = 1.3 * (0.49 * 14.0 + 1.21 * 7.0) / volume;
         assert!((integral / expected - 1.0).abs() < 100.0 * f64::EPSILON, "{integral} {expected}");
         let supplied = simulation.event_counts().supplied.total();

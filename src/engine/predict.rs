@@ -35,7 +35,6 @@ use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 use batch::Batch;
 
-/// Working memory of predictions.
 #[derive(Debug, Clone)]
 pub(in crate::engine) struct Scratch {
     pub near: Candidates,
@@ -119,7 +118,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the first contact with an uncaptured particle. With `wraps`, its nearest image may be across a side.
+    /// Predicts the first contact with an uncaptured particle. With `wraps`, images across the sides are considered.
     #[inline(always)]
     pub(in crate::engine) fn predict_nearest(
         &self,
@@ -211,8 +210,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Returns the position and velocity of `me` relative to the nearest image of another particle. The flag tells
-    /// whether this image lies across the sliding sides of a sheared box.
+    /// Returns the position and velocity of `me` relative to the nearest image of another particle. The flag is true if
+    /// the image lies across the sliding sides of a sheared box.
     #[inline]
     pub(in crate::engine) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
         let (position, velocity) = self.state_at(other, me.time);
@@ -245,7 +244,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         inertial::next_event(&Quadratic::new(state, squared), side)
     }
 
-    /// Keeps a pair event if it is the earliest so far. If events are simultaneous, the lower ids win.
+    /// Stores a pair event if it is the earliest so far. If events are simultaneous, lower ids come first.
     #[inline]
     pub(in crate::engine) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
@@ -258,11 +257,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 /// Factor by which squared reaches are enlarged, so that round-off cannot hide a contact.
 pub(in crate::engine) const SLACK: f64 = 1.0 + 1e-9;
 
-/// Returns whether a pair is too far apart to reach its discontinuity from outside within `horizon`, even if the
-/// particles fly straight at each other.
+/// Returns true if a pair is too far apart to meet within the time `T = horizon`, even if the particles fly straight at
+/// each other.
 ///
-/// The condition is `|r| > s + |v| T + |a| T^2 / 2` with a margin for round-off. Here `s` is the contact distance and
-/// `T` is the horizon. If `T` is infinite or NaN, the result is false.
+/// The condition is `|r| > s + |v| T + |a| T^2 / 2` with the contact distance `s` and a margin for round-off. The
+/// result is false if `T` is infinite or NaN.
 #[inline]
 pub(in crate::engine) fn is_out_of_reach(
     state: &RelativeState,

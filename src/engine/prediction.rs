@@ -27,8 +27,7 @@ pub(super) struct Prediction {
     pub partner: u32,
     /// The partner's event count at the time of prediction, or the index of the surface.
     pub partner_events: u32,
-    /// Order of simultaneous contacts. Contacts of pairs come before contacts with surfaces, and lower ids come first.
-    /// Each particle of a pair stores a prediction, and the prediction of the particle with the lower id comes first.
+    /// Order of simultaneous contacts. Pairs come before surfaces, and lower ids come first.
     pub tie_order: u32,
     pub contact: Contact,
     /// The face through which the particle leaves its cell; unused with neighbour lists.
@@ -37,9 +36,8 @@ pub(super) struct Prediction {
 
 const _: () = assert!(size_of::<Prediction>() == 32);
 
-/// Numbers from this constant on denote absent partners: particles outside the memory of an engine that holds only a
-/// part of the system. The id of an absent partner is its number minus this constant. A contact with an absent partner
-/// is void, because the partner has changed its motion since the prediction.
+/// An engine for a part of the system stores partners outside its memory as `FIRST_ABSENT + id`. A contact with an
+/// absent partner is void, because the partner has changed its motion since the prediction.
 pub(super) const FIRST_ABSENT: u32 = 1 << 31;
 
 pub(super) fn absent(id: u32) -> u32 {
@@ -102,21 +100,20 @@ impl Prediction {
         }
     }
 
-    /// Whether the predicted event only continues an interrupted search for contacts with moving surfaces.
+    /// Whether the predicted event continues an interrupted search for contacts with moving surfaces.
     #[inline]
     pub fn is_search(&self) -> bool {
         self.contact == Contact::Surface && self.partner_events == SEARCH
     }
 
-    /// Updates the index of the partner after the particles were renumbered. If the partner is no longer in memory, the
-    /// old index is marked as absent.
+    /// Updates the index of the partner. A partner that is no longer in memory is marked as absent, with the old index.
     pub fn renumber(&mut self, new: &[u32]) {
         if let Some(&number) = new.get(self.partner as usize) {
             self.partner = if number == NO_PARTICLE { absent(self.partner) } else { number };
         }
     }
 
-    /// Returns the id of an absent partner. Directly after [`Self::renumber`], it is the old index.
+    /// Returns the id of an absent partner. Directly after [`Self::renumber`], returns the old index.
     pub fn absent_partner(&self) -> Option<u32> {
         self.partner.checked_sub(FIRST_ABSENT).filter(|_| self.partner != NO_PARTICLE)
     }
@@ -131,7 +128,7 @@ impl Prediction {
     }
 }
 
-/// Stored in place of the index of a surface: marks an interrupted search for contacts with moving surfaces.
+/// Marks an interrupted search for contacts with moving surfaces. Stored in place of the index of a surface.
 pub(super) const SEARCH: u32 = u32::MAX;
 
 /// Bits of the tie order for contacts with surfaces and for transitions. Contacts of pairs do not use these bits,

@@ -1,8 +1,8 @@
 //! The event queue: a calendar of unsorted time buckets and a small sorted front.
 //!
-//! A bucket stores the particles that are due within its time. When time reaches the bucket, the particles that are
-//! still due in it are sorted and become the front. If a particle is due at a new time, its old entries stay in the
-//! queue and are dropped later. (Alias: future event list, calendar queue; Paul, J. Comput. Phys. 221, 615, 2007.)
+//! A bucket stores the particles that are due in a time interval. When the interval begins, these particles are sorted
+//! and become the front. If the event of a particle is predicted anew, old entries of the particle stay in the queue
+//! and are dropped later. (Alias: future event list, calendar queue; Paul, J. Comput. Phys. 221, 615, 2007.)
 
 mod buckets;
 
@@ -55,15 +55,15 @@ const PARTICLES: usize = 8;
 /// Target number of steps per epoch for each group of [`PARTICLES`] particles.
 const TARGET: u32 = 64;
 
-/// An epoch ends early if its steps exceed the target by this factor. For example, an epoch that begins with all
-/// particles at rest may be much too long. Its late times would be less precise.
+/// An epoch ends early if the number of steps exceeds the target by this factor. An epoch that begins with particles at
+/// rest may be much too long.
 const CROWDED: u64 = 4;
 
-/// Number of parts of an epoch. An epoch may end early only at the end of a part. Parts do not depend on the number of
-/// buckets, so the number of buckets does not affect the results.
+/// Number of parts of an epoch. An epoch may end early only at the end of a part. The number of parts is constant, so
+/// the number of buckets does not affect the results.
 const TICKS: usize = 64;
 
-/// While a bucket is opened, data are prefetched for the entry this many places ahead.
+/// Data are prefetched for the entry this many places ahead.
 const AHEAD: usize = 8;
 
 /// The event queue. It holds the entries from the epoch to the horizon. Later entries are not stored.
@@ -73,7 +73,6 @@ pub struct EventQueue {
     front: Vec<QueueEntry>,
     buckets: Buckets,
     opened: Vec<u32>,
-    /// Index of the current bucket.
     cursor: usize,
     /// Duration of a bucket. It is a power of two, so bucket numbers and horizons are exact.
     width: f64,
@@ -84,15 +83,14 @@ pub struct EventQueue {
 }
 
 impl EventQueue {
-    /// Returns a queue for `particles` particles. Currently, `due` particles have a predicted event. Half of these
-    /// events are due within the time `median` after the epoch. The cost of an epoch is proportional to `particles`.
+    /// Returns a queue for `particles` particles. The argument `due` is the number of particles with a predicted event.
+    /// Half of these events are due within the time `median` after the epoch.
     #[must_use]
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
         // An epoch has at least eight steps per particle. Large times have fewer digits, so longer epochs are less
         // accurate.
         let parts = (particles / PARTICLES).next_power_of_two().min(1 << 22);
         let span = if median.is_finite() && median > 0.0 {
-            // The rate of events is about `due / median`.
             power_of_two((median * f64::from(TARGET) / due as f64).min(LONGEST)) * parts as f64
         } else {
             parts as f64
@@ -155,7 +153,7 @@ impl EventQueue {
     /// Returns the earliest entry.
     ///
     /// Returns `None` if the epoch has ended, or if nothing is due in the buckets up to the bucket of `limit`. Later
-    /// buckets stay closed, because an event at `limit` may add entries that are due before them.
+    /// buckets stay closed, because an event at `limit` may add earlier entries.
     #[inline]
     pub fn peek(&mut self, limit: f64, pending: &impl Pending) -> Option<QueueEntry> {
         loop {
@@ -188,7 +186,7 @@ impl EventQueue {
         self.front.pop();
     }
 
-    /// Returns the particle of an entry of the front, where 0 is the earliest entry.
+    /// Returns the particle of an entry in the front. The entry with `ahead = 0` is the earliest.
     #[inline]
     #[must_use]
     pub fn coming(&self, ahead: usize) -> Option<u32> {
@@ -224,7 +222,7 @@ impl EventQueue {
         }
     }
 
-    /// Sorts all entries that tie with the entry at `first`, and removes duplicates. Returns the index after the ties.
+    /// Sorts all entries that tie with the entry `first`, and removes duplicates. Returns the index after the last tie.
     #[cold]
     fn order_ties(&mut self, first: usize, pending: &impl Pending) -> usize {
         let one = self.front[first];
@@ -241,10 +239,9 @@ impl EventQueue {
         end_of_ties
     }
 
-    /// Returns an empty queue for an engine that holds `some` of `all` particles. The new queue never ends the epoch
-    /// early.
+    /// Returns an empty queue for an engine with a part of the particles. The new queue never ends the epoch early.
     pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
-        // With fewer buckets, a bucket has as many entries as in the queue of all particles.
+        // With fewer buckets, the average number of entries in a bucket is unchanged.
         let fewer = (all / some.max(1)).max(1).next_power_of_two();
         let buckets = (self.buckets.count() / fewer).max(TICKS);
         let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(buckets, 1, self.span()) };
@@ -276,7 +273,7 @@ impl EventQueue {
         part * (trunc_to_usize(now / part) + 1) as f64
     }
 
-    /// Whether the epoch ends after `steps` steps, at the end `tick` of a part of the epoch.
+    /// Whether the epoch ends at the time `tick`, after `steps` steps.
     pub fn ends_at(&self, tick: f64, steps: u64) -> bool {
         tick >= self.span() || steps > CROWDED * self.target
     }

@@ -186,7 +186,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.move_again();
     }
 
-    /// Sets positions, and the box if `scene` has a new box.
     pub(super) fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         self.join();
         let before = self.energy();
@@ -242,7 +241,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (position, images)
     }
 
-    /// Predicts all events anew, and restarts the check for events without an advance of time.
+    /// Predicts all events anew, and restarts the count of events without progress in time.
     fn move_again(&mut self) {
         self.clock.standstill.lost_speed = None;
         (self.clock.standstill.since, self.clock.standstill.events) = (self.clock.now, 0);

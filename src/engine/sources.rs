@@ -1,6 +1,6 @@
 //! Event sources, one file for each kind of event.
 //!
-//! A source owns its data, returns the time of its next event, and executes this event. There are two kinds:
+//! A source owns data, returns the time of its next event, and executes the event. There are two kinds of sources:
 //!
 //! - Contacts and transitions of a particle: [`pair`], [`surface`], [`cell_transition`] and [`list_rebuild`].
 //!   The event loop calls [`Engine::execute`] or [`Engine::execute_transition`].
@@ -80,7 +80,7 @@ impl Sources {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the next event of each global source, and its time since the epoch or infinity.
+    /// Returns the time of the next event of each global source, since the epoch; infinity if there is none.
     fn global_events(&self) -> [(GlobalEvent, f64); 4] {
         [
             (
@@ -113,8 +113,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             || self.images.slide()
     }
 
-    /// Executes the predicted contact of a particle. Returns whether the observer continues, or `None` if there is no
-    /// contact. The prediction may be outdated, or only continue a search for contacts with moving surfaces.
+    /// Executes the predicted contact of a particle. Returns whether the observer continues. Returns `None` if the
+    /// prediction is outdated, or if it only continues a search for contacts with moving surfaces.
     #[inline]
     pub(super) fn execute(
         &mut self,

@@ -1,4 +1,4 @@
-//! The state of all particles: positions, velocities, images and species. Also the box.
+//! The state of all particles, and the box.
 
 use super::images::travelled::Travelled;
 use super::order::along_curve;
@@ -17,14 +17,14 @@ pub(super) struct Body {
     pub velocity: Vector,
     /// Time of this state, since the epoch.
     pub time: f64,
-    /// Number of events that have changed the particle's motion. It tells whether a prediction is outdated.
+    /// Number of events that have changed the motion of the particle. It shows whether a prediction is outdated.
     pub events: u32,
     /// Id of the particle.
     pub name: u32,
 }
 
 impl Body {
-    /// Returns position, velocity and time as one array. The last number of the array has no meaning.
+    /// Returns an array of position, velocity and time. The last number has no meaning: it holds `events` and `name`.
     #[inline(always)]
     pub fn numbers(&self) -> &[f64; 8] {
         const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };
@@ -37,7 +37,7 @@ impl Body {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct State {
     pub bodies: Vec<Body>,
-    /// Index in memory of each particle, in the order of their ids.
+    /// Index in memory of each particle, in the order of the ids.
     pub numbers: Vec<u32>,
     /// The id of the next particle that enters.
     pub next_name: u32,

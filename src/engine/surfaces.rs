@@ -28,13 +28,9 @@ use wall::Wall;
 /// A sphere in free flight.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Flight<'a> {
-    /// Current position of the centre `[length]`.
     pub position: &'a Vector,
-    /// Current velocity `[length / time]`.
     pub velocity: &'a Vector,
-    /// Constant acceleration `[length / time^2]`.
     pub acceleration: &'a Vector,
-    /// Radius `[length]`.
     pub radius: f64,
 }
 
@@ -74,17 +70,17 @@ pub(crate) trait Surface {
     /// Returns the sum of the magnitudes of all terms of the gap `[length]`, which determines its round-off.
     fn terms(&self, position: &Vector) -> f64;
 
-    /// Whether a sphere may meet the surface while its centre is in a cell.
+    /// Whether a sphere may touch the surface while its centre is in a cell.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool;
 
-    /// Whether a velocity moves a sphere in contact further into the surface, computed with the rounding of the next
-    /// prediction. Walls reflect without rounding and need no such test.
+    /// Whether a velocity moves a sphere in contact further into the surface, with the rounding of the next prediction.
+    /// Walls reflect without rounding, so they need no such test.
     fn is_closing(&self, _position: &Vector, _velocity: &Vector) -> bool {
         false
     }
 
-    /// Returns the second time derivative of the gap if a sphere in contact flies straight on `[length / time^2]`. It
-    /// is negative if the surface curves towards the flight path.
+    /// Returns the second time derivative of the gap if a sphere in contact flies straight on `[length / time^2]`. The
+    /// result is negative if the surface curves towards the flight path.
     fn bend(&self, _position: &Vector, _velocity: &Vector, _radius: f64) -> f64 {
         0.0
     }
@@ -95,7 +91,7 @@ pub(crate) trait Surface {
     }
 
     /// Returns an upper bound of the second time derivative of the overlap function, for all positions up to the
-    /// distance `within` from `position`. The arguments `speed` and `acceleration` are the largest values.
+    /// distance `within` from `position`. The arguments `speed` and `acceleration` are upper bounds.
     fn second_rate_bound(&self, _position: &Vector, _within: f64, _speed: f64, acceleration: f64) -> f64 {
         acceleration
     }

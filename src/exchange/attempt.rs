@@ -1,12 +1,11 @@
-//! Attempts to swap replicas.
-
 use super::error::Unprepared;
 use super::multicanonical::{Multicanonical, Torn};
 use super::replica::bath;
 use super::replicas::{Exchange, in_order};
 
 impl Exchange {
-    /// Samples energies and swaps neighbours by the Metropolis rule. All replicas have reached the time of the attempt.
+    /// Samples energies and swaps neighbouring replicas by the Metropolis rule. All replicas have reached the time of
+    /// the attempt.
     pub(super) fn attempt(&mut self) -> Result<(), Unprepared> {
         let was_measured = self.attempts >= self.equilibration;
         self.attempts += 1;
@@ -96,7 +95,7 @@ impl Exchange {
 
     /// Gives a replica a heat bath with its own random numbers.
     pub(super) fn heat(&mut self, replica: usize, place: usize) {
-        // Each replica gets a new stream at each attempt. 1000 replicas and 1e12 attempts need far fewer than 2^61.
+        // Each replica gets a new random stream at each attempt.
         let attempt = crate::base::numbers::index(self.attempts);
         let stream = self.first_stream + attempt * self.places.len() + replica;
         let bath = bath(&self.plan, self.temperatures[place]);

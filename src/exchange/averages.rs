@@ -16,11 +16,10 @@ const POTENTIAL: &str = "potential_energy_per_particle";
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct AtTemperature {
     observer: Observer,
-    /// Averages of the deviation from the first potential energy, and of the square of this deviation.
+    /// Averages of `U - U_0` and `(U - U_0)^2`, where `U_0` is the first potential energy.
     energy: BlockAverage,
     square: BlockAverage,
     first: Option<f64>,
-    /// Averages of other quantities that are sampled at the attempts.
     others: Vec<BlockAverage>,
 }
 
@@ -100,7 +99,7 @@ impl Averages {
         self.counts[pair][1] += u64::from(is_swapped);
     }
 
-    /// Adds samples to all temperatures. `others` holds other quantities, one temperature after the other.
+    /// Adds samples to all temperatures. `others` holds further quantities, one temperature after the next.
     pub fn sample(&mut self, energies: &[f64], others: &[f64]) {
         let each = others.len() / energies.len().max(1);
         for (place, (at, energy)) in self.temperatures.iter_mut().zip(energies).enumerate() {

@@ -62,7 +62,7 @@ pub struct ThermalCurves {
     pub points: Vec<ThermalPoint>,
     /// The highest maximum of the heat capacity that is not at an end of the curve.
     pub peak: Option<HeatCapacityPeak>,
-    /// Whether there are no curves because some temperatures share too few energies with the other temperatures.
+    /// True if some temperatures share too few energies with the other temperatures. Then there are no curves.
     pub is_torn: bool,
     /// The density of states of all visited levels, by ascending energy.
     pub density_of_states: Vec<LevelDensity>,
@@ -180,8 +180,8 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// Computes the curves. `visit` goes through the energies and other quantities of all attempts. It is called twice,
-    /// to find the energy levels and to fill the histograms.
+    /// Computes the curves. `visit` goes through the energies and other quantities of all attempts. It is called twice:
+    /// to find the energy levels, and to fill the histograms.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
@@ -253,7 +253,6 @@ fn curve(
 }
 
 impl ThermalPoint {
-    /// Creates a point from four quantities that are always present, and the named quantities.
     pub(super) fn new(temperature: f64, of: &[Estimate], names: &[&str]) -> Self {
         Self {
             temperature,

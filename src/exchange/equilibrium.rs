@@ -15,10 +15,9 @@ impl ExchangeResults {
     /// Returns reasons why the exchange may not be in equilibrium, in words.
     ///
     /// A round trip goes from the highest temperature to the lowest and back, or from the last window to the first and
-    /// back. At the highest temperature, or in the last window, a replica loses the memory of its earlier
-    /// configurations. Each round trip is therefore an independent visit to the lowest temperature or the first window
-    /// (H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer, J. Stat. Mech. P03018 (2006),
-    /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018)).
+    /// back. A replica forgets its configuration at the highest temperature or in the last window. Each round trip is
+    /// therefore an independent visit to the other end (H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer, J. Stat.
+    /// Mech. P03018 (2006), [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018)).
     ///
     /// There are warnings about
     /// - temperatures or windows that never swapped replicas with a neighbour;

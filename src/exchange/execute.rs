@@ -14,15 +14,15 @@ use super::replica::Replica;
 use super::replicas::{Exchange, ExchangeRow};
 use crate::engine::{EngineError, Simulation};
 
-/// Shortest wall time between two calls of `watch`.
+/// Shortest wall time between two calls of the watch function.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Recorder of the rows, frames and checkpoints of an exchange. The recorder `()` discards everything.
+/// Receives the rows, frames and checkpoints of an exchange. The recorder `()` discards all data.
 pub trait ExchangeRecorder {
-    /// Error of the recorder. It ends the exchange.
+    /// Error of the recorder. The exchange ends with this error.
     type Error;
 
-    /// Called after each attempt to swap, except during the equilibration.
+    /// Called after each swap attempt, except during the equilibration.
     ///
     /// # Errors
     /// If the row cannot be recorded.
@@ -30,7 +30,7 @@ pub trait ExchangeRecorder {
         Ok(())
     }
 
-    /// Called for each temperature or window when a frame is due. `place` is its index in the scene.
+    /// Called for each temperature or window when a frame is due. `_place` is the index of the temperature or window.
     ///
     /// # Errors
     /// If the frame cannot be recorded.
@@ -43,8 +43,8 @@ pub trait ExchangeRecorder {
         false
     }
 
-    /// Called when a checkpoint is due, and at the end. The exchange can continue from a checkpoint with bitwise the
-    /// same results.
+    /// Called when a checkpoint is due, and at the end. An exchange that continues from a checkpoint has bitwise the
+    /// same results as an uninterrupted exchange.
     ///
     /// # Errors
     /// If the checkpoint cannot be recorded.
@@ -66,11 +66,11 @@ struct Task {
 struct Done {
     number: usize,
     replica: Box<Replica>,
-    /// Whether the replica has reached the time of its task. The outer error is a panic of the thread.
+    /// True if the replica has reached the time of its task. The outer error is a panic of the thread.
     result: thread::Result<Result<bool, EngineError>>,
 }
 
-/// The caller's function, which is called regularly and may end the exchange.
+/// A function of the caller that is called regularly and may end the exchange.
 struct Watch<'w> {
     ask: &'w mut dyn FnMut([u64; 2]) -> ControlFlow<()>,
     asked: Instant,
@@ -88,11 +88,11 @@ impl Watch<'_> {
 
 impl Exchange {
     /// Runs the exchange, and passes rows and frames to a recorder, such as an
-    /// [`ExchangeFolder`](super::ExchangeFolder). `jobs` replicas run at a time. Returns the exchange when it is
-    /// complete, or when `watch` stops it.
+    /// [`ExchangeFolder`](super::ExchangeFolder). `jobs` replicas run at a time. Returns when the exchange is complete
+    /// or `watch` stops it.
     ///
-    /// Every few hundredths of a second, `watch` receives the number of attempts so far and the total number of
-    /// attempts. The results are bitwise the same for any `watch`, recorder and `jobs`.
+    /// Every few hundredths of a second, `watch` receives the number of completed attempts and the total number of
+    /// attempts. The results do not depend on `watch`, `recorder` or `jobs`.
     ///
     /// # Errors
     /// [`ExchangeError::Recorder`] if something cannot be recorded. [`ExchangeError::Engine`] if a replica cannot
@@ -119,7 +119,7 @@ impl Exchange {
                 let results = results.clone();
                 scope.spawn(|| work(&queue, results, &pauses));
             }
-            // Dropping the crew closes the queue of tasks, which ends the threads.
+            // Dropping the crew closes the task queue and thereby ends the threads.
             let crew = Crew { tasks, done, pauses: &pauses };
             self.drive(recorder, &mut watch, &mut |exchange, recorder, watch| crew.advance(exchange, recorder, watch))
         })?;
@@ -135,7 +135,7 @@ impl Exchange {
     }
 
     /// Alternately advances the replicas and attempts swaps. `advance` moves all replicas towards the time of the next
-    /// attempt, and returns whether they have reached it.
+    /// attempt, and returns true if they have reached this time.
     fn drive<R: ExchangeRecorder>(
         &mut self,
         recorder: &mut R,
@@ -202,10 +202,10 @@ struct Crew<'p> {
 
 fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBool) {
     loop {
-        // The lock is never poisoned, because no thread panics while it holds the lock.
+        // No thread panics while it holds the lock.
         let task = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Task { number, mut replica, time }) = task else { return };
-        // Unwinding is safe, because a replica is not used after a panic.
+        // Unwinding is safe, because a replica is never used after a panic.
         let result = catch_unwind(AssertUnwindSafe(|| replica.go(time, || pauses.load(Ordering::Relaxed))));
         if results.send(Done { number, replica, result }).is_err() {
             return;
@@ -224,7 +224,7 @@ impl Crew<'_> {
         self.pauses.store(false, Ordering::Relaxed);
         let mut all: Vec<Option<Done>> = exchange.replicas.iter().map(|_| None).collect();
         for (number, replica) in exchange.replicas.drain(..).enumerate() {
-            // Sending cannot fail, because the receiver outlives the crew.
+            // The receiver outlives the crew, so sending cannot fail.
             let _ = self.tasks.send(Task { number, replica: Box::new(replica), time });
         }
         let mut left = all.len();
@@ -244,7 +244,6 @@ impl Crew<'_> {
             exchange.replicas.push(*replica);
             match result.unwrap_or_else(|panic| resume_unwind(panic)) {
                 Ok(is_done) => is_there &= is_done,
-                // If several replicas fail, the error of the replica with the lowest index is returned.
                 Err(source) => failed = failed.or(Some(Failed { number, source })),
             }
         }

@@ -37,17 +37,16 @@ const CURVES: &str = "curves.csv";
 const DENSITY: &str = "density_of_states.csv";
 const MEAN_FORCE: &str = "potential_of_mean_force.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
-/// The HTML page. If an exchange continues to a later end, the page is outdated and removed.
+/// The HTML page. It is removed if the exchange continues to a later end.
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
-/// Names of all files except for trajectories, surfaces and tables of instruments.
+/// All files except for trajectories, surfaces and tables of instruments.
 const FILES: [&str; 10] = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, CHECKPOINT, PAGE, SUMMARY];
 
-/// Content of a checkpoint: the exchange, and the sizes and checksums of its files.
 type Content = (Exchange, Vec<ManifestEntry>);
 
-/// Folder of an exchange. It is a recorder that writes rows, frames, checkpoints and results.
+/// Folder of an exchange. This recorder writes rows, frames, checkpoints and results.
 ///
 /// Until the exchange is complete, tables and trajectories have temporary names, such as `exchange.csv.partial`.
 /// `summary.json` is written last. The folder is locked while an exchange writes to it.
@@ -77,7 +76,7 @@ type Content = (Exchange, Vec<ManifestEntry>);
 #[derive(Debug)]
 pub struct ExchangeFolder {
     path: PathBuf,
-    /// Keeps the folder locked until this value is dropped.
+    /// The folder is locked until this file is closed.
     _mark: File,
     rows: PartialFile,
     trajectories: Vec<PartialFile>,
@@ -97,8 +96,8 @@ pub enum Opened {
 
 impl ExchangeFolder {
     /// Creates the folder for the exchange of a scene, or opens an existing folder. `record` is the text of the scene
-    /// with all overrides, such as [`Scene::record`]. The folder may hold an exchange of a scene with a different end.
-    /// This exchange then continues to the new end, even if it was complete.
+    /// with all overrides, such as [`Scene::record`]. If the folder has an exchange of the same scene with a different
+    /// end, this exchange continues to the new end.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else.
@@ -118,7 +117,6 @@ impl ExchangeFolder {
         let mut has_other_end = false;
         match fs::read_to_string(&kept) {
             Ok(text) if text == record => {}
-            // Without a checkpoint and results, the folder may be replaced.
             Ok(text) if !has_begun || without_limit(&text) == without_limit(record) => has_other_end = true,
             Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -129,7 +127,6 @@ impl ExchangeFolder {
         if is_complete && !has_other_end {
             return Ok(Opened::Complete);
         }
-        // Surfaces are the same at all temperatures, so they are written once.
         surfaces::write(path, &scene, |file| !has_begun || !file.exists())?;
         if !has_begun {
             if has_other_end {
@@ -142,8 +139,7 @@ impl ExchangeFolder {
             return Ok(Opened::Complete);
         }
         if has_other_end {
-            // The outdated results are removed before the new scene is written. If the process is killed in between,
-            // the exchange continues to the old end.
+            // If the process is killed before the new scene is written, the exchange continues to the old end.
             [SUMMARY, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, PAGE]
                 .iter()
                 .try_for_each(|name| remove(&path.join(name)))?;
@@ -170,7 +166,7 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    /// Returns the exchange of the last checkpoint, with the end in `scene`.
+    /// Returns the exchange of the last checkpoint, with the end of `scene`.
     fn kept(path: &Path, scene: &Scene) -> Result<(Exchange, Vec<ManifestEntry>), ExchangeFolderError> {
         let (mut exchange, files): Content =
             checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
@@ -216,7 +212,7 @@ impl ExchangeFolder {
         self
     }
 
-    /// Whether a folder is the folder of an exchange.
+    /// Returns true if the folder is the folder of an exchange.
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
         mark::is_there(path)
@@ -228,8 +224,7 @@ impl ExchangeFolder {
         path.join(SCENE)
     }
 
-    /// Returns the paths of the files that are needed to continue the exchange or to make its HTML page. Some of them
-    /// may not exist.
+    /// Paths of the files that are needed to continue the exchange or to make the HTML page. Some files may not exist.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
         FILES.into_iter().filter(|name| *name != PAGE).map(|name| path.join(name)).collect()
@@ -292,8 +287,7 @@ impl ExchangeFolder {
         }
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        // Only tables that the summary lists are read. Summaries of old versions list none, and an exchange between
-        // windows does not write all tables.
+        // Summaries of old versions list no tables. An exchange between windows does not write all tables.
         let table = |name: &str| {
             summary.tables.get(name).map_or(Ok(None), |_| {
                 let text = text(name)?;
@@ -328,7 +322,7 @@ impl ExchangeFolder {
     }
 
     /// Reads every `every`-th of the first `rows` rows of `exchange.csv`. Returns the simulated time of each row, and
-    /// the index of the replica at each temperature.
+    /// the replica at each temperature as an index.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.

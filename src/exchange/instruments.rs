@@ -9,7 +9,7 @@ use crate::analysis::observables::ApplicableObservables;
 use crate::engine::Simulation;
 use crate::model::ExchangePlan;
 
-/// Instruments at all temperatures. Empty before averages begin, and in a scene without instruments.
+/// Instruments at all temperatures. Empty before averages begin.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct InstrumentsAtTemperatures {
     each: Vec<Instruments>,
@@ -33,7 +33,7 @@ impl InstrumentsAtTemperatures {
             }
             let snapshot = simulation.snapshot();
             let system = description(&self.system, simulation, applicable);
-            // The exchange may be extended, so its duration is unknown. The interval between attempts is used instead.
+            // The exchange may be extended, so its duration is unknown. The interval between attempts is used.
             let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
             self.each.push(Instruments::new(&measure, &setup));
         }

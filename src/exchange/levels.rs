@@ -11,8 +11,8 @@ use crate::analysis::statistics::Estimate;
 pub struct LevelDensity {
     /// The energy of the level `[energy]`.
     pub energy: f64,
-    /// Natural logarithm of the density of states `g(E)`, with `sum_E g(E) exp(-E / T) = 1` at the highest temperature
-    /// `T`. If a resample lacks the level, there is no error estimate.
+    /// Natural logarithm of the density of states `g(E)`. At the highest temperature `T`, the sum of `g(E) exp(-E / T)`
+    /// is 1. There is no error estimate if a resample lacks the level.
     pub log_density_of_states: Estimate,
 }
 
@@ -32,7 +32,7 @@ impl LevelDensity {
     }
 }
 
-/// Populations at each temperature. If there are more than a hundred levels, they are merged into bins.
+/// Returns the populations at each temperature. More than a hundred levels are merged into bins.
 pub(super) fn populations(reweighting: &Reweighting, temperatures: &[f64]) -> Vec<Vec<Population>> {
     let energies: Vec<f64> = reweighting.density().levels().map(|(energy, _)| energy).collect();
     let bins = bins(&energies);

@@ -23,7 +23,7 @@ pub struct MeanForcePoint {
 }
 
 impl MeanForcePoint {
-    /// Returns the point with the lowest free energy `of`. Points with an error estimate are preferred.
+    /// Returns the point with the lowest free energy, selected by `of`. Points with an error estimate are preferred.
     #[must_use]
     pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
         points.get(lowest(points.iter().map(of))?)
@@ -35,7 +35,7 @@ impl MeanForcePoint {
 ///
 /// Within each window, the probability density of the distance is proportional to the density without windows. The
 /// equations of [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram) determine the factors, with an energy
-/// that is zero inside the window and infinite outside. [`Reweighting`] determines the errors.
+/// of zero inside the window and infinity outside. [`Reweighting`] determines the errors.
 ///
 /// S. Kumar, J. M. Rosenberg, D. Bouzida, R. H. Swendsen and P. A. Kollman, J. Comput. Chem. 13, 1011 (1992),
 /// [doi:10.1002/jcc.540130812](https://doi.org/10.1002/jcc.540130812).
@@ -83,8 +83,8 @@ impl Distances {
 }
 
 impl MeanForce {
-    /// Computes the potential. `visit` goes through the distances in all windows at all attempts. It is called twice,
-    /// to find the visited bins and to fill the histograms.
+    /// Computes the potential. `visit` goes through the distances in all windows at all attempts. It is called twice:
+    /// first for the visited bins, then for the histograms.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
@@ -104,7 +104,7 @@ impl MeanForce {
     }
 }
 
-/// Index of the lowest estimate. Estimates without an error are ignored if any estimate has an error.
+/// Returns the index of the lowest estimate. Estimates without an error are ignored if any estimate has an error.
 fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     let by = |a: &Estimate, b: &Estimate| {
         let is_vague = |it: &Estimate| it.standard_error.is_none();
@@ -113,16 +113,15 @@ fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     all.enumerate().min_by(|(_, a), (_, b)| by(a, b)).map(|(place, _)| place)
 }
 
-/// Free energies of all bins, relative to the whole last window. A single bin would be too noisy as a reference, and
-/// the lowest bin would be biased.
+/// Returns the free energies of all bins, relative to the last window. A single bin would be a noisy reference, and the
+/// lowest bin would be a biased reference.
 fn points(
     reweighting: &Reweighting,
     (edges, last): (&[f64], [f64; 2]),
     temperature: f64,
     dimensions: f64,
 ) -> Vec<MeanForcePoint> {
-    // Volume of the spherical shell of a bin, up to a constant factor. A constant density then has a constant potential
-    // for any widths of bins.
+    // Volume of the spherical shell of a bin, up to a constant factor.
     let volume = |pair: &[f64]| (libm::pow(pair[1], dimensions) - libm::pow(pair[0], dimensions)) / dimensions;
     let is_last = |pair: &[f64]| last[0] <= pair[0] && pair[1] <= last[1];
     let of_bins = |size: &dyn Fn(&[f64]) -> f64| -> Vec<Estimate> {
@@ -172,8 +171,7 @@ mod tests {
             tails.push(tail.iter().map(|it| it.mean).sum::<f64>() / 10.0);
         }
         let mean = tails.iter().sum::<f64>() / 12.0;
-        // With about 300 samples, the error of a bin is about 0.05. With the lowest of ten bins as reference, the mean
-        // would be too high by about 0.07.
+        // With the lowest bin as reference, the mean would be too high by about 0.07.
         assert!(mean.abs() < 0.01, "{tails:?}");
         assert!((0.5..1.6).contains(&squares), "the errors agree with the scatter: {squares}");
     }

@@ -86,13 +86,11 @@ impl Multicanonical {
     }
 }
 
-/// Weights with which all levels are visited equally often, from the mean energy at the lowest temperature to the mean
-/// energy at the highest temperature.
+/// Returns weights for equal visits to all levels between the mean energies at the lowest and highest temperatures.
 fn flat(density: &DensityOfStates, temperatures: &[f64]) -> EnergyWeights {
     let ends = ends(temperatures);
     let [lowest, highest] = ends.map(|temperature| density.at(temperature).mean);
     let levels: Vec<(f64, f64)> = density.levels().filter(|(_, logarithm)| logarithm.is_finite()).collect();
-    // One more level is included on either side, if it exists.
     let from = levels.partition_point(|level| level.0 <= lowest).saturating_sub(1);
     let to = (levels.partition_point(|level| level.0 < highest) + 1).clamp(from + 1, levels.len());
     EnergyWeights::new(levels[from..to].to_vec(), ends)

@@ -1,4 +1,4 @@
-//! Populations of the levels of the potential energy at each temperature.
+//! Populations of the energy levels at each temperature.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,12 +9,11 @@ use crate::model::Scene;
 /// Maximum number of levels. More levels are merged into bins of equal width.
 const MOST_LEVELS: usize = 100;
 
-/// When levels are merged into bins, there are at most about this many bins. If there are later more than
-/// [`MOST_BINS`], neighbouring bins are merged in pairs.
+/// Approximate number of bins after levels are merged. Above [`MOST_BINS`], neighbouring bins are merged in pairs.
 const BINS: f64 = 40.0;
 const MOST_BINS: usize = 80;
 
-/// Maximum length of a series for error estimates. It is small, because there are many levels and temperatures.
+/// Maximum length of a series for error estimates. Small, because there are many levels and temperatures.
 const MOST_VALUES: usize = 128;
 
 /// Tolerance for energies of the same level, relative to the largest energy of the potentials.
@@ -35,7 +34,6 @@ pub(super) struct Populations {
     levels: Vec<Level>,
     /// Width of the bins, or `None` for exact levels.
     width: Option<f64>,
-    /// Largest difference between two energies of the same level `[energy]`.
     tolerance: f64,
     /// Average of a level without samples, which is copied for each new level.
     empty: BlockAverage,
@@ -106,7 +104,7 @@ impl Populations {
         }
     }
 
-    /// Replaces `at` of each level by `place(at)`, which must keep the order. Levels with equal results are merged.
+    /// Applies a monotonic function to the field `at` of each level, and merges levels with equal results.
     fn regroup(&mut self, place: impl Fn(f64) -> f64) {
         let mut merged: Vec<Level> = Vec::new();
         for mut level in std::mem::take(&mut self.levels) {
@@ -207,7 +205,7 @@ mod tests {
         let width = populations.width.unwrap();
         assert!(populations.levels.len() <= MOST_BINS && populations.levels.len() >= MOST_BINS / 4);
         for (energy, mean) in means(&populations, 0).into_iter().filter(|(_, mean)| *mean > 0.0) {
-            // Each integer from -3000 to 7006 was added once. `inside` holds the integers in the bin.
+            // Each integer from -3000 to 7006 was added once.
             let inside = (0..10_007).filter(|k| {
                 (f64::from(*k) - 3000.0 - energy + 0.5 * width).floor() >= 0.0
                     && f64::from(*k) - 3000.0 < energy + 0.5 * width

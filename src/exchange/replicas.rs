@@ -28,20 +28,20 @@ use crate::run::FrameLimit;
 /// velocities are multiplied by `sqrt(T_new / T_old)`, which keeps the ensembles canonical.
 ///
 /// All random numbers follow from the seed of the scene. The start of each replica, the swaps and each heat bath have
-/// separate random streams. Results are therefore bitwise the same for any number of threads, and regardless of pauses.
+/// separate random streams. Results are bitwise identical for any number of threads and any pauses.
 ///
 /// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration. The energies of
 /// the second quarter determine weights `exp(-w(U))`. With these weights, all replicas visit the energies between the
 /// means at the lowest and the highest temperature equally often. Each replica moves as if its potential energy were `T
 /// w(U)`, in a heat bath of the highest temperature `T`. After three quarters of the equilibration, the weights are
-/// improved once. Means at the temperatures follow by reweighting, [`ThermalCurves`](super::ThermalCurves): Y. Sugita
-/// and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000),
+/// improved once. Reweighting yields the means at the temperatures, see [`ThermalCurves`](super::ThermalCurves): Y.
+/// Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000),
 /// [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 ///
 /// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986),
-/// [doi:10.1103/PhysRevLett.57.2607](https://doi.org/10.1103/PhysRevLett.57.2607); K. Hukushima and K. Nemoto, J.
-/// Phys. Soc. Jpn. 65, 1604 (1996), [doi:10.1143/JPSJ.65.1604](https://doi.org/10.1143/JPSJ.65.1604); in molecular
-/// dynamics Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 314, 141 (1999),
+/// [doi:10.1103/PhysRevLett.57.2607](https://doi.org/10.1103/PhysRevLett.57.2607); K. Hukushima and K. Nemoto, J. Phys.
+/// Soc. Jpn. 65, 1604 (1996), [doi:10.1143/JPSJ.65.1604](https://doi.org/10.1143/JPSJ.65.1604); in molecular dynamics
+/// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 314, 141 (1999),
 /// [doi:10.1016/S0009-2614(99)01123-9](https://doi.org/10.1016/S0009-2614(99)01123-9).
 #[doc(alias = "parallel tempering")]
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -96,7 +96,6 @@ pub struct ExchangeRow<'e> {
 pub const DISTANCE: (&str, &str) = ("distance", "length");
 
 impl ExchangeRow<'_> {
-    /// Distance in each window `[length]`, for an exchange between windows.
     pub(super) fn distances(&self) -> impl Iterator<Item = f64> {
         let each = self.measured.len() / self.potential.len().max(1);
         self.measured.iter().copied().step_by(each.max(1))
@@ -170,7 +169,6 @@ impl Exchange {
         &self.plan
     }
 
-    /// Asks the operating system for large memory pages, after a checkpoint has been read.
     pub(super) fn enlarge(&self) {
         self.replicas.iter().for_each(|replica| replica.simulation.enlarge());
     }
@@ -181,7 +179,7 @@ impl Exchange {
         &self.temperatures
     }
 
-    /// The ensemble at each temperature or in each window. With windows, it is an ensemble of distances.
+    /// The ensemble at each temperature or in each window.
     #[must_use]
     pub fn ensembles(&self) -> Vec<Ensemble> {
         match (&self.plan.umbrella, self.weights()) {
@@ -195,7 +193,7 @@ impl Exchange {
         self.multicanonical.as_ref().and_then(Multicanonical::weights)
     }
 
-    /// The simulation of the replica at the temperature with the index `place` in [`Self::temperatures`].
+    /// The simulation at the temperature with the index `place` in [`Self::temperatures`].
     #[must_use]
     pub fn simulation_at(&self, place: usize) -> Option<&Simulation> {
         self.places.get(place).map(|number| &self.replicas[*number].simulation)
@@ -205,7 +203,7 @@ impl Exchange {
         in_order(&self.places, &self.replicas)
     }
 
-    /// A simulation with the properties that are equal in all simulations.
+    /// Any of the simulations, for properties that all replicas share.
     pub(super) fn example(&self) -> &Simulation {
         &self.replicas[0].simulation
     }

@@ -84,9 +84,9 @@ pub struct ExchangeResults {
     pub temperatures: Vec<TemperatureResult>,
     /// Swaps of each temperature or window with the next. Empty for a multicanonical exchange.
     pub neighbours: Vec<NeighbouringTemperatures>,
-    /// Number of round trips of each replica from the highest temperature to the lowest and back, or from the last
-    /// window to the first and back. In a multicanonical exchange, the ends of a trip are the mean potential energies
-    /// at the highest and the lowest temperature.
+    /// Number of round trips of each replica between the highest and the lowest temperature, or between the last and
+    /// the first window. In a multicanonical exchange, the ends of a trip are the mean potential energies at the
+    /// highest and the lowest temperature.
     pub round_trips: Vec<u64>,
     /// Faults found by the audits of the replicas, in words.
     pub faults: Vec<String>,

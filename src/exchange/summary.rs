@@ -107,9 +107,9 @@ impl ExchangeSummary {
     }
 
     /// Returns the shortest list of ascending temperatures, from the lowest to the highest of the exchange, at which
-    /// all neighbours swap equally often. The predicted fraction of accepted swaps is at least `acceptance`. `None` if
-    /// the density of states is unknown, if `acceptance` is not between 0 and 1, or if more than a thousand
-    /// temperatures are needed.
+    /// all neighbours swap equally often. A swap is accepted with a predicted probability of at least `acceptance`.
+    /// `None` if the density of states is unknown, for an `acceptance` outside 0 to 1, or for more than a thousand
+    /// temperatures.
     #[must_use]
     pub fn temperatures_for(&self, acceptance: f64) -> Option<Vec<f64>> {
         let levels = self.density_of_states.iter().map(|level| (level.energy, level.log_density_of_states.mean));

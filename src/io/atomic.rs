@@ -46,7 +46,6 @@ pub(crate) fn write_atomically(
     draft.publish(existing)
 }
 
-/// Writes a text and replaces an existing file.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     write_atomically(path, Existing::Replace, |file| file.write_all(text.as_bytes())).map_err(OutputError::write(path))
 }

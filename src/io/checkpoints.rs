@@ -68,8 +68,7 @@ impl Checkpoints {
         self.since.elapsed() >= interval
     }
 
-    /// Writes a checkpoint to a temporary file, syncs it to disk, and renames it to `last`. The old checkpoint is kept
-    /// as `previous`, if this path is set.
+    /// Writes a checkpoint and renames it to `last`. The old checkpoint is kept as `previous`, if this path is set.
     pub fn write(&mut self, content: &impl Serialize) -> Result<(), OutputError> {
         let (last, partial) = (&self.last, partial_of(&self.last));
         let file = plain::create(&partial).map_err(OutputError::write(&partial))?;

@@ -9,7 +9,7 @@
 //! | [`Format::Csv`] | one table | exact | time, id, species, position, velocity, radius |
 //! | [`Format::Xyz`] | extended XYZ, compressed if its name ends with `.gz` or `.zst` | exact | everything |
 //!
-//! At most two frames are in memory. Until files are complete, they have temporary names that end with `.partial`.
+//! At most two frames are in memory. Unfinished files have names that end with `.partial`.
 
 mod bonds;
 mod error;
@@ -40,7 +40,7 @@ use packed::{Compressed, Text};
 use target::Target;
 
 impl Format {
-    /// Default path of a converted trajectory. It is beside the source and has another extension or suffix.
+    /// Returns the default path of a conversion: the path of the source with another extension or suffix.
     #[must_use]
     pub fn target_beside(self, source: &Path) -> PathBuf {
         let ending = match self {
@@ -92,7 +92,7 @@ impl Format {
         format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
     }
 
-    /// Returns the format of an output folder in the list of a run's files.
+    /// Returns the format that writes the listed folder.
     pub(super) fn filling(listed: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }
@@ -144,8 +144,8 @@ pub(super) trait Writer: Send {
 /// Converts a trajectory in extended XYZ, frame by frame.
 ///
 /// Existing output is replaced only if the options permit it. A folder is replaced only if it contains only files of
-/// the format. Failed conversions leave no output. The output at [`Format::target_beside`] of a run's trajectory
-/// belongs to the run, and is removed when a new run replaces the run.
+/// the format. Failed conversions leave no output. The conversions of a run at [`Format::target_beside`] are removed
+/// when a new run replaces the run.
 ///
 /// # Errors
 /// - [`ConvertError::Read`] if the source cannot be read, is malformed or has no frames;
@@ -175,7 +175,6 @@ pub fn convert_watched(
     let mut reader =
         FrameReader::new(text.map_err(|error| read_error(ReadError::Open { path: source.into(), source: error }))?);
     let mut reading = Reading { index: 0, is_truncated: false };
-    // Input errors are reported before anything is written.
     while reading.index < options.first {
         if reading.next(&mut reader).map_err(read_error)?.is_none() {
             return Err(reading.ended_early(source, options.first));

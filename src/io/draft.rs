@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::atomic::{Existing, folder_of, holds_same, publish};
 use super::plain;
 
-/// Beginning of the name of a draft, such as `.carom-4711-0.partial`, with the process id and the number of the draft.
+/// Names of drafts contain the process id and a number, such as `.carom-4711-0.partial`.
 const PREFIX: &str = ".carom-";
 const SUFFIX: &str = ".partial";
 
@@ -22,7 +22,7 @@ pub(crate) struct UnnamedFile {
 
 impl UnnamedFile {
     pub fn beside(path: &Path) -> io::Result<(Self, File)> {
-        // If the path is a link, the target of the link is replaced, not the link.
+        // If the path is a link, the link is kept and its target is replaced.
         let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
         remove_abandoned(folder_of(&target));
         let (temporary, file) = TemporaryFile::beside(&target)?;
@@ -46,7 +46,6 @@ impl UnnamedFile {
     }
 }
 
-/// A file with a temporary name. Dropping this value removes the file unless it has been renamed.
 struct TemporaryFile {
     path: PathBuf,
     /// Keeps the file locked until this value is dropped, even if another program writes to the file.
@@ -80,7 +79,6 @@ impl Drop for TemporaryFile {
 
 /// Removes all drafts in a folder, except locked drafts. Without file locks, no draft is removed.
 pub(crate) fn remove_abandoned(folder: &Path) {
-    // The command itself reports an unreadable folder.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };

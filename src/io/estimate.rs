@@ -160,7 +160,7 @@ fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option
     measured.map(frames).sum()
 }
 
-/// Number of rows or frames in a stage before the final measurement, if known. By default, at most `most`.
+/// Number of rows or frames in a stage before the final measurement, if known; at most `most` without an interval.
 fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most: f64) -> Option<f64> {
     if settings.is_endless() {
         return None;

@@ -105,7 +105,6 @@ impl EventLog {
         Ok(())
     }
 
-    /// Total size of the column files and the buffer `[bytes]`.
     pub fn length(&self) -> u64 {
         let gathered = self.gathered.iter().map(|entries| entries.len() as u64);
         self.columns.iter().map(PartialFile::length).chain(gathered).sum()

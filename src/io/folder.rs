@@ -38,29 +38,29 @@ use crate::model::Scene;
 use crate::run::checkpoint::{Content, Manifest};
 use crate::run::{Recorder, RunState, Stage};
 
-/// Name of the last file that a run writes. If this file exists, the run has ended and all files are complete.
+/// Last file that a run writes. If it exists, the run has ended and all files are complete.
 pub(super) const SUMMARY: &str = "summary.json";
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
 pub(super) const SCENE: &str = "scene.toml";
-/// Name of the file with particles from the calling program. The copy of the scene refers to this file.
+/// File with particles from the calling program. The copy of the scene refers to it.
 pub(super) const PARTICLES: &str = "particles.xyz";
 pub(super) const THERMO: &str = "thermo.csv";
 pub(super) const TRAJECTORY: &str = "trajectory.xyz";
 pub(super) const CONTACTS: &str = "contacts.csv";
 pub(super) const REPORT: &str = "report.txt";
-/// Page with the results of a run. It is outdated when the run is continued.
+/// Page with the results. It is outdated when the run is continued.
 pub(super) const PAGE: &str = "report.html";
 pub(crate) const SMALL_PAGE: &str = "run.html";
 pub(super) const PICTURE: &str = "picture.png";
 
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
-/// The folder of a run. It is a recorder that writes rows, frames, checkpoints and results.
+/// The folder of a run. This recorder writes rows, frames, checkpoints and results.
 ///
 /// Until all files are complete, they have temporary names, such as `thermo.csv.partial`. `summary.json` is written
-/// last. A run that replaces another run is written to the inner folder `replacement`, until it ends complete and
-/// sound. [`Folder::resume`] continues from the last checkpoint. The file `.carom` lists the files that Carom wrote,
-/// and is locked while a run writes. No other file is ever replaced or removed.
+/// last. A run that replaces another run is written to the inner folder `replacement` until it ends complete and sound.
+/// [`Folder::resume`] continues from the last checkpoint. The file `.carom` lists the files that Carom wrote, and is
+/// locked during a run. Other files are never replaced or removed.
 ///
 /// ```
 /// use carom::io::{Existing, Folder};
@@ -82,16 +82,15 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 /// [`Folder::resume`] and [`Run::resume`](crate::run::Run::resume).
 #[derive(Debug)]
 pub struct Folder {
-    /// Dropped first, so that the thread of this field finishes before the locks are released.
+    /// The first field, so its thread ends before the locks are released.
     trajectory: Trajectory,
     target: PathBuf,
-    /// Folder of the files: `target`, or an inner folder if this run will replace an old run.
+    /// Folder of the files: `target`, or an inner folder if this run replaces an old run.
     path: PathBuf,
-    /// List of Carom's files in the folder `path`.
     owned: Owned,
-    /// List of the files of the old run that this run will replace.
+    /// Files of the old run that this run replaces.
     outer: Option<Owned>,
-    /// Checksum of the scene. `None` if its text is not stored.
+    /// Checksum of the scene; `None` if the text of the scene is not stored.
     scene: Option<u32>,
     columns: Columns,
     thermo: PartialFile,
@@ -105,8 +104,8 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates the folder for a new run. The folder must be missing or empty. With [`Existing::Replace`], it may also
-    /// hold a run, which is replaced.
+    /// Creates the folder for a new run. The folder must be missing or empty. With [`Existing::Replace`], a run in the
+    /// folder is replaced.
     ///
     /// # Errors
     /// [`OutputError::Occupied`] if the folder holds something other than a run. [`OutputError::Finished`],
@@ -122,7 +121,7 @@ impl Folder {
             return Err(OutputError::WithinRun { target: target.to_owned(), run });
         }
         remove_abandoned(target);
-        // The folder is checked before anything is created. If another run writes to it, the lock fails later.
+        // The folder is checked before files are created. If another run writes to the folder, the lock fails later.
         if let Err(error @ (OutputError::Occupied(_) | OutputError::NotFolder(_))) = spot(target, existing) {
             return Err(error);
         }
@@ -140,7 +139,6 @@ impl Folder {
             owned.set_replacement(Replacement::Begun)?;
             make(&path)?;
             let mut inner = Owned::lock(&path)?;
-            // Removes the remains of an earlier replacement.
             inner.remove_all()?;
             outer = Some(std::mem::replace(&mut owned, inner));
         }
@@ -173,7 +171,7 @@ impl Folder {
         self
     }
 
-    /// Interrupts the run when its files exceed this size `[bytes]`. The run first writes a checkpoint, and
+    /// Interrupts the run when its files exceed this size `[bytes]`. The run first writes a checkpoint.
     /// [`Folder::excess`] then returns an error.
     #[must_use]
     pub fn at_most(mut self, bytes: f64) -> Self {
@@ -191,8 +189,8 @@ impl Folder {
         is_too_much.then(|| OutputError::TooMuch { path: self.path.clone(), bytes, most: self.most_bytes })
     }
 
-    /// Writes the text of the scene to `scene.toml`, from which the run can be repeated. [`Scene::record`] returns the
-    /// text of a scene that was read from a file. A scene made in code has no text.
+    /// Writes the text of the scene to `scene.toml`, so that the run can be repeated. [`Scene::record`] returns the
+    /// text of a scene that was read from a file.
     ///
     /// # Errors
     /// [`OutputError::Write`] if the file cannot be written.
@@ -204,8 +202,8 @@ impl Folder {
     /// Name of the file that [`Self::keep_particles`] writes.
     pub const PARTICLES: &str = PARTICLES;
 
-    /// Writes the particles that the calling program has passed to the scene to `particles.xyz`. The scene in the
-    /// folder contains the name and the checksum of this file ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
+    /// Writes particles that the calling program has passed to the scene to `particles.xyz`. The scene in the folder
+    /// refers to this file ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
     ///
     /// # Errors
     /// [`OutputError::Foreign`] if an existing file was not written by Carom. [`OutputError::Write`] if the file cannot
@@ -243,7 +241,7 @@ impl Folder {
         run.join(SUMMARY)
     }
 
-    /// Returns the paths of the files of a run from which other files are made. Some of them may not exist.
+    /// Paths of the files of a run from which other files are made. Some files may not exist.
     #[must_use]
     pub fn files_of(run: &Path) -> Vec<PathBuf> {
         let names = [SUMMARY, SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];

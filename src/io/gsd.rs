@@ -12,10 +12,10 @@
 //! | `log/particles/q6` and others | scalars of the particles, `f64` |
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
 //!
-//! Numbers are `f32` unless noted otherwise. The box of HOOMD is centred at the origin, so the centre of the box is
-//! subtracted from each position. In a tilted box, periods along x are added to move each particle inside. The box of
-//! HOOMD is periodic along all axes. If an axis of the run is not, particles may be outside the box. Chunks that are
-//! equal to the chunks of the first frame are not repeated.
+//! Numbers are `f32` unless noted otherwise. Positions are relative to the centre of the box, because HOOMD's box is
+//! centred at the origin. In a tilted box, periods along x are added to move each particle inside. HOOMD's box is
+//! always periodic, so particles may be outside the box along axes that are not periodic in the run. Chunks that are
+//! equal to those of the first frame are not repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
 
@@ -34,11 +34,11 @@ use chunks::{Chunks, Kind};
 #[derive(Debug)]
 pub(super) struct Trajectory {
     chunks: Chunks,
-    /// Chunks of the first frame. Later frames contain only chunks that differ.
+    /// Chunks of the first frame. Later frames contain only different chunks.
     first: Vec<(&'static str, Vec<u8>)>,
-    /// Whether an earlier frame had velocities. Frames without velocities would inherit those of the first frame.
+    /// True after a frame with velocities. Later frames need velocities, or they would inherit the first ones.
     has_velocities: bool,
-    /// Whether an earlier frame had images. If so, every later frame needs images.
+    /// True after a frame with images. Later frames then need images.
     has_images: bool,
 }
 
@@ -152,7 +152,7 @@ impl Writer for Trajectory {
     }
 }
 
-/// Moves a relative position into the tilted box of HOOMD. Also returns how many periods along x were subtracted.
+/// Moves a position relative to the centre into HOOMD's tilted box. Also returns the periods subtracted along x.
 fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     if frame.displacement == 0.0 {
         return (position, 0.0);
@@ -171,7 +171,7 @@ fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     Ok(trunc_to_i32(sum))
 }
 
-/// Sorts particles by id, because GSD identifies a particle by its index.
+/// GSD identifies a particle by its index.
 fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
     if frame.particles.is_sorted_by_key(|particle| particle.id) {
         return Cow::Borrowed(frame);
@@ -205,7 +205,7 @@ fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, Fr
     Ok(bytes)
 }
 
-/// Returns the names of types, padded with zeros to equal width. Each name ends with at least one zero.
+/// Returns the names of types with equal width, padded with zeros. Each name ends with at least one zero.
 fn names_of_types(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
     let width = names.iter().map(|name| name.len()).max().unwrap_or(0) + 1;
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Protection of input files. No output replaces an input, and a run is not continued if its inputs have changed.
+//! Protects input files. No output replaces an input, and no run continues if its inputs have changed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::scene::NamedInput;
 
-/// Rejects a `target` that is an input, or a folder with an input.
+/// Rejects an output path that is an input, or a folder that contains an input.
 ///
 /// # Errors
 /// [`OutputError::Input`] with the first such input.
 pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), OutputError> {
-    // If the output file does not exist, no input is replaced.
+    // A missing file cannot be an input.
     let Ok(place) = fs::canonicalize(target) else { return Ok(()) };
     for input in inputs {
         let input: PathBuf = input.as_ref().to_owned();
@@ -26,7 +26,7 @@ pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Ite
     Ok(())
 }
 
-/// Rejects a path at which Carom must not write a file: a link, a folder or a device.
+/// Rejects links, folders and devices, which Carom must not replace by a file.
 ///
 /// # Errors
 /// [`OutputError::NotPlain`]. A missing file is accepted.
@@ -34,7 +34,7 @@ pub fn refuse_link(path: &Path) -> Result<(), OutputError> {
     plain::refuse(path, false)
 }
 
-/// Returns an input of a scene with the checksum of its current content. `None` if the file cannot be read.
+/// Returns an input of a scene with its current checksum. `None` if the file cannot be read.
 pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     match kind {
         NamedInput::File => Some(InputFile::new(path, &fs::read(path).ok()?)),
@@ -46,8 +46,8 @@ pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     }
 }
 
-/// Rejects the continuation of a run whose inputs have changed. Missing inputs and the checkpoint of a preceding run
-/// are ignored, because a continued run does not read these files.
+/// Rejects the continuation of a run if its inputs have changed. Missing inputs and the checkpoint of an earlier run
+/// are ignored, because a continued run does not read them.
 pub(crate) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
     let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
     for input in scene.inputs().iter().filter(|input| !is_run(input)) {

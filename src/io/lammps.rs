@@ -17,12 +17,11 @@
 //! 0 1 ball 0.5 0.5 0 1 0 0 -2 0 0 0.5
 //! ```
 //!
-//! `TIMESTEP` is the index of the frame in the trajectory, from 0. `TIME` is the simulated time. Ids count from 0, as
-//! in all outputs. Types count from 1 in the order of the species, and `element` is the name of the species. `ix iy iz`
-//! are the periods travelled, and the unwrapped position is `x + ix Lx + iy xy`, `y + iy Ly`, `z + iz Lz`. Velocities
-//! and images are left out if the source has none. Sides are `p` (periodic) or `f` (all others). The edge along a flat
-//! axis is the largest diameter. Further columns are the scalars of the particles. Numbers have the fewest digits that
-//! restore the exact value.
+//! `TIMESTEP` is the index of the frame, from 0. `TIME` is the simulated time. Ids count from 0. Types count from 1 in
+//! the order of the species, and `element` is the name of the species. `ix iy iz` are the periods travelled, and the
+//! unwrapped position is `x + ix Lx + iy xy`, `y + iy Ly`, `z + iz Lz`. Velocities and images are left out if the
+//! source has none. Sides are `p` (periodic) or `f` (all others). The edge along a flat axis is the largest diameter.
+//! Further columns are the scalars of the particles. Numbers have the fewest digits that restore the exact value.
 //!
 //! A sheared box with a displaced image along y has the bounds of its parallelepiped and the tilt factor `xy`, which is
 //! the displacement: `ITEM: BOX BOUNDS xy xz yz pp pp pp`. Positions do not change.

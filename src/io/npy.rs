@@ -16,9 +16,9 @@
 //! | `bonds.npy` | bonds x 2 | ids of the bonded particles; no file without bonds |
 //! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | names of the interactions of bonds, and the index of a name for each bond |
 //!
-//! The unwrapped position is the position plus the image times the edges of the box. In a sheared box, the image along
-//! y times the displacement along x is added. Numbers are `f64`, ids and indices are `u32`, all little-endian. All
-//! frames must have the same particles in the same order.
+//! The unwrapped position is the position plus the image times the edges of the box. In a sheared box, add the image
+//! along y times the displacement to x. Numbers are `f64`, ids and indices are `u32`, all little-endian. All frames
+//! must have the same particles in the same order.
 
 pub(super) mod array;
 #[cfg(test)]
@@ -37,7 +37,6 @@ pub(super) struct Arrays {
     growing: Option<Growing>,
 }
 
-/// Arrays that grow with each frame, and the first frame.
 #[derive(Debug)]
 struct Growing {
     first: Frame,

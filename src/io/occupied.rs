@@ -42,7 +42,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
     }
 }
 
-/// Returns the folder of the replacement if it has a checkpoint, otherwise `path`.
+/// Returns the folder of the replacement if the replacement has a checkpoint, otherwise `path`.
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
     let is_known = owned::replacement_of(path) != Replacement::None;
@@ -58,7 +58,7 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// Returns the state of the run in a folder. The state is `Finished` if a replacement of the run can be resumed.
+/// Returns the state of the run in a folder. Returns `Finished` if a replacement of the run can be resumed.
 pub(super) fn state_of(path: &Path) -> Result<FolderState, OutputError> {
     let folder_error = |source| OutputError::Folder { path: path.to_owned(), source };
     match fs::metadata(path) {

@@ -72,7 +72,7 @@ pub(super) fn listed_formats(folder: &Path) -> Vec<Format> {
     Format::ALL.into_iter().filter(|format| names.contains(&format.listed())).collect()
 }
 
-/// Whether a file contains only the first line of a list, or its beginning. A run killed early leaves such a file.
+/// Whether a list contains only its first line or a part of this line. A run that is killed early leaves such a list.
 pub(super) fn is_begun(list: &Path) -> bool {
     plain::read(list, HEADER.len() as u64 + 1).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
 }
@@ -238,7 +238,7 @@ fn read(folder: &Path) -> Option<List> {
     List::of(&text).map(|(list, _)| list)
 }
 
-/// Returns the names of the standard files that exist in a run folder. They replace a lost list.
+/// Returns the names of the standard files that exist in a run folder, to restore a lost list.
 fn known_in(folder: &Path) -> Vec<String> {
     let known = [SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
     let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);

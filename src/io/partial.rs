@@ -86,7 +86,6 @@ impl PartialFile {
             .map_err(OutputError::write(&self.partial))
     }
 
-    /// Length of the file, including buffered data `[bytes]`.
     pub fn length(&self) -> u64 {
         self.file.get_ref().length() + self.file.buffer().len() as u64
     }

@@ -77,7 +77,7 @@ pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError
     refuse(&path, name.ends_with('/'))
 }
 
-/// Rejects links among the folders between `folder` and a file.
+/// Rejects symbolic links in the path from `folder` to a file.
 pub(crate) fn refuse_links_to(folder: &Path, name: &str) -> Result<(), OutputError> {
     let path = folder.join(name.trim_end_matches('/'));
     let mut parents = path.ancestors().skip(1).take_while(|parent| *parent != folder);

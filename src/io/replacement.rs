@@ -73,12 +73,11 @@ fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
         }
         return fs::rename(from, to).map_err(write);
     }
-    // The folder is moved in one step. Old and new files are never mixed, even if the program is killed.
+    // The folder is moved in one step, so old and new files are never mixed.
     remove_converted(to)?;
     fs::rename(from, to).map_err(write)
 }
 
-/// Removes a run folder, unless it contains foreign files.
 fn clear(inner: &Path, list: Owned) {
     for folder in list.names().iter().filter_map(|name| Path::new(name).parent()) {
         if !folder.as_os_str().is_empty() {

@@ -49,7 +49,8 @@ pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Resu
     read().map_err(|problem| MeshFileError { name: name_for_errors.to_owned(), problem })
 }
 
-/// Returns the number of bytes that [`read_mesh`] ignores after the triangles of a binary STL file; otherwise zero.
+/// Returns the number of bytes after the triangles of a binary STL file, which [`read_mesh`] ignores. Returns zero for
+/// other files.
 #[must_use]
 pub fn unread_bytes(extension: &str, content: &[u8]) -> usize {
     let is_stl = extension.trim_start_matches('.').eq_ignore_ascii_case("stl");

@@ -45,8 +45,8 @@ pub struct PairFault {
     pub first: Option<[usize; 2]>,
 }
 
-/// Report on a mesh. Intersections are decided exactly. Areas, volumes and distances are rounded. Coordinates with a
-/// magnitude below `1e-90` are treated as zero.
+/// Report on a mesh. Intersections are decided exactly, other numbers are rounded. Coordinates with a magnitude below
+/// `1e-90` are treated as zero.
 ///
 /// If a triangle is [`unusable`](Self::unusable), the report contains only the numbers of vertices and triangles.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -56,7 +56,7 @@ pub struct MeshReport {
     /// Number of triangles.
     pub triangles: usize,
     /// Triangles with vertices that are missing, not finite, or beyond
-    /// [`LARGEST_COORDINATE`](crate::model::triangle_mesh::LARGEST_COORDINATE). Only the first one is counted.
+    /// [`LARGEST_COORDINATE`](crate::model::triangle_mesh::LARGEST_COORDINATE). The count is at most one.
     pub unusable: TriangleFault,
     /// Lower and upper corner of the bounding box `[length]`.
     pub bounds: [Vector; 2],
@@ -79,7 +79,7 @@ pub struct MeshReport {
     pub duplicates: PairFault,
     /// Pairs of triangles that intersect outside a common vertex or edge. Triangles without area are ignored.
     pub self_intersections: PairFault,
-    /// Whether all pairs of triangles were tested, up to [`MOST_INTERSECTIONS`] and [`MOST_PAIRS`].
+    /// Whether all pairs of triangles were tested. The search ends early at [`MOST_INTERSECTIONS`] or [`MOST_PAIRS`].
     pub is_searched: bool,
     /// Smallest distance between triangles that face each other, inside or outside the solid.
     pub thinnest: Option<Thinnest>,
@@ -89,11 +89,11 @@ pub struct MeshReport {
     pub gap: Option<Thinnest>,
 }
 
-/// Maximum number of counted self-intersections. Counting all would take too long if a mesh is not a surface.
+/// Maximum number of counted self-intersections. It limits the time for meshes that are not surfaces.
 pub const MOST_INTERSECTIONS: usize = 1_000_000;
 
-/// Maximum number of pairs of triangles that are tested for intersections, and of tests of a ray against a triangle. A
-/// mesh of a million triangles needs about 10 million tests. Long, thin, oblique triangles need more.
+/// Maximum number of intersection tests between two triangles, and of tests between a ray and a triangle. A mesh of a
+/// million triangles needs about 10 million tests. Long, thin, oblique triangles need more.
 pub const MOST_PAIRS: usize = 100_000_000;
 
 /// Direction of the normals of a closed mesh.
@@ -106,7 +106,8 @@ pub enum Orientation {
 }
 
 impl MeshReport {
-    /// Examines a mesh of `n` triangles in a time of order `n log n + p`, with `p` pairs of overlapping bounding boxes.
+    /// Examines a mesh of `n` triangles. The time is of order `n log n + p`, with `p` pairs of overlapping bounding
+    /// boxes.
     #[must_use]
     pub fn of(mesh: &TriangleMesh) -> Self {
         let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
@@ -153,7 +154,7 @@ impl MeshReport {
         }
     }
 
-    /// Faults of the mesh, the worst first; empty for a proper closed surface.
+    /// Faults of the mesh, the worst first. A closed surface without faults has none.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         finding::of(self)

@@ -9,10 +9,10 @@ use crate::model::TriangleMesh;
 const MOST_SIDES: f64 = 4096.0;
 
 /// Returns a surface of revolution as triangles. A point of `profile` is a distance `r` from the axis and a height
-/// above `base`. Each point becomes a polygon with `n` corners, which deviates from a circle by at most `r (1 - cos(pi
-/// / n))`. `n` is chosen so that this is at most `tolerance`. Returns `None` if `n` is too large or `axis` is zero.
+/// above `base`. Each point becomes a polygon with `n` corners. The polygon deviates from a circle by at most `r (1 -
+/// cos(pi / n))`, which does not exceed `tolerance`. Returns `None` if `n` is too large or `axis` is zero.
 ///
-/// A closed profile gives a ring. Where the profile goes up, triangles face away from the axis.
+/// A closed profile yields a ring. Where the profile goes up, triangles face away from the axis.
 pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tolerance: f64) -> Option<TriangleMesh> {
     let up = axis.try_normalize(0.0)?;
     let largest = profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max);
@@ -91,7 +91,7 @@ mod tests {
         let mesh = revolution(&Vector::zeros(), &Vector::z(), &profile, 0.01).unwrap();
         let is_closed = |uses: &[EdgeUse]| uses.len() == 2 && uses[0].is_forward != uses[1].is_forward;
         assert!(mesh.edges().iter().all(is_closed));
-        // The mesh consists of a cone and a truncated cone. It faces outwards, so its volume is positive.
+        // The mesh faces outwards, so its volume is positive.
         let volume = mesh.enclosed_volume();
         let exact = PI / 3.0 * (1.0 + 1.0 + 0.5 + 0.25);
         assert!((volume / exact - 1.0).abs() < 0.02, "{volume} {exact}");

@@ -26,10 +26,10 @@ use crate::base::numbers::{trunc_to_i32, trunc_to_u32};
 use crate::model::space::Boundary;
 use crate::model::{Scene, SceneSurface, SurfaceShape, TriangleMesh};
 
-/// Deviation of triangles from a round surface, divided by the diagonal of the region. Invisible in most pictures.
+/// Deviation of triangles from a round surface, divided by the diagonal of the region.
 const TOLERANCE: f64 = 2e-4;
 
-/// Limits of the deviation from a round surface, divided by its radius. They give 100 and 23 sides.
+/// Limits of the deviation from a round surface, divided by its radius. A circle has at most 100 and at least 23 sides.
 const RELATIVE: [f64; 2] = [5e-4, 1e-2];
 
 /// Displayed radius of a capsule of radius 0, relative to the diagonal of the region.
@@ -164,13 +164,12 @@ impl Region {
         clipped(&tube, &self.sides(|k, side| !self.is_open(k, side)), self.rounding())
     }
 
-    /// A capsule, or a sphere if both ends are equal.
     fn capsule(&self, ends: &[Vector; 2], radius: f64) -> TriangleMesh {
         let span = ends[1] - ends[0];
         let length = span.norm();
         let axis = if length > 0.0 { span } else { Vector::z() };
         let tolerance = self.tolerance(radius);
-        // The points along a meridian are about as far apart as the corners on the equator.
+        // Points on a meridian are about as far apart as the corners on the equator.
         let half = trunc_to_u32((0.25 * PI / (2.0 * tolerance / radius).sqrt()).ceil()).clamp(4, 100);
         let arc = |step: u32| {
             // The poles lie exactly on the axis.
@@ -185,7 +184,6 @@ impl Region {
         revolution(&ends[0], &axis, &profile, tolerance).unwrap_or_default()
     }
 
-    /// Wraps a mesh into the box along periodic axes.
     fn within_periods<'s>(&self, mesh: Cow<'s, TriangleMesh>) -> Cow<'s, TriangleMesh> {
         let (size, bounds, rounding) = (self.upper - self.lower, mesh.bounds(), self.rounding());
         let is_periodic = |k: usize| self.boundary[k] == Boundary::Periodic;

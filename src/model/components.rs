@@ -19,7 +19,8 @@ pub(crate) struct Component {
 }
 
 impl Component {
-    /// Returns a connected group as one component, whose ids are indices into `group`; otherwise `None`.
+    /// Returns a connected group as one component, or `None` if the group is not connected. Ids are indices into
+    /// `group`.
     pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
         if group.len() == 1 {
             return Some(Self::side_by_side(1));

@@ -5,15 +5,14 @@ const SAME: f64 = 1e-9;
 
 /// Weights of a multicanonical ensemble. Configurations of energy `U` have the probability density `exp(-w(U))`.
 ///
-/// `w` is linear between its nodes. Outside the nodes `w` has the slope `1 / T`, as in a canonical ensemble, with one
-/// temperature below the nodes and another above. If `w` equals the logarithm of the density of states at the nodes,
-/// all energies between them are visited equally often.
+/// `w` is linear between its nodes. Outside the nodes, `w` has the slope `1 / T` of a canonical ensemble. The
+/// temperatures below and above the nodes may differ. If `w` equals the logarithm of the density of states at the
+/// nodes, all energies between the nodes are visited equally often.
 ///
 /// B. A. Berg and T. Neuhaus, Phys. Rev. Lett. 68, 9 (1992), [doi:10.1103/PhysRevLett.68.9](https://doi.org/10.1103/PhysRevLett.68.9).
 #[doc(alias = "multicanonical")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnergyWeights {
-    /// Energies in ascending order, with the values of `w`.
     nodes: Vec<(f64, f64)>,
     /// Slopes of `w` below and above the nodes `[1 / energy]`.
     slopes: [f64; 2],

@@ -1,4 +1,4 @@
-//! Plan of replica exchange: the table `[exchange]`.
+//! The table `[exchange]`.
 
 use super::UmbrellaPlan;
 use serde::{Deserialize, Serialize};
@@ -6,40 +6,39 @@ use serde::{Deserialize, Serialize};
 /// Plan of replica exchange (parallel tempering). Each temperature or umbrella window has one replica.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExchangePlan {
-    /// Temperatures in ascending or descending order `[energy]`; one common temperature for umbrella windows.
+    /// Temperatures in ascending or descending order `[energy]`. Umbrella windows have a single temperature.
     pub temperatures: Vec<f64>,
     /// Time between two swap attempts `[time]`.
     pub interval: f64,
-    /// Mean rate of collisions of a particle with the heat bath `[1 / time]`.
+    /// Mean rate of a particle's collisions with the heat bath `[1 / time]`.
     pub rate: f64,
-    /// Ensemble that the replicas sample.
+    /// Sampled ensemble.
     pub ensemble: ExchangeEnsemble,
     /// Umbrella windows, for the ensemble [`ExchangeEnsemble::Umbrella`].
     pub umbrella: Option<UmbrellaPlan>,
 }
 
-/// Ensemble that the replicas sample.
+/// Ensemble sampled by the replicas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ExchangeEnsemble {
-    /// A canonical ensemble at each temperature, with swaps of replicas.
+    /// A canonical ensemble at each temperature. Replicas are swapped.
     #[default]
     Canonical,
-    /// One multicanonical ensemble of all replicas. It visits all energies between the mean energies at the lowest and
-    /// the highest temperature equally often.
+    /// One multicanonical ensemble of all replicas. All energies between the mean energies at the lowest and the
+    /// highest temperature are equally likely.
     Multicanonical,
-    /// Umbrella sampling: a canonical ensemble in each window, at one temperature, with swaps of replicas.
+    /// Umbrella sampling: a canonical ensemble in each window, at one temperature. Replicas are swapped.
     Umbrella,
 }
 
 impl ExchangePlan {
-    /// Number of replicas: one for each temperature, or for each window.
+    /// Number of replicas.
     #[must_use]
     pub fn replicas(&self) -> usize {
         self.umbrella.as_ref().map_or(self.temperatures.len(), |umbrella| umbrella.windows.len())
     }
 
-    /// Temperatures of the replicas, in the order of the temperatures or umbrella windows `[energy]`.
     pub(crate) fn temperatures_of_places(&self) -> Vec<f64> {
         match (&self.umbrella, self.temperatures.first()) {
             (Some(umbrella), Some(temperature)) => vec![*temperature; umbrella.windows.len()],
@@ -47,7 +46,7 @@ impl ExchangePlan {
         }
     }
 
-    /// Number of intervals in a duration `[time]`, if it is a whole number within round-off.
+    /// Returns a duration `[time]` as a number of intervals, if this number is whole within round-off.
     #[must_use]
     pub fn attempts(&self, duration: f64) -> Option<u64> {
         let (count, whole) = (duration / self.interval, (duration / self.interval).round());
@@ -56,7 +55,7 @@ impl ExchangePlan {
     }
 }
 
-/// Returns the lowest and the highest temperature of a monotonic list `[energy]`; zeros for an empty list.
+/// Returns the lowest and the highest temperature of a sorted list `[energy]`; zeros for an empty list.
 pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
     let [first, last] = [temperatures.first(), temperatures.last()].map(|it| it.copied().unwrap_or(0.0));
     [first.min(last), first.max(last)]
@@ -65,7 +64,6 @@ pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
 /// Relative round-off when a duration is divided by an interval.
 const ROUNDING: f64 = 1e-9;
 
-/// Largest number of swap attempts, far more than any computer can perform.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
 pub(crate) const MOST_TEMPERATURES: usize = 1000;

@@ -1,4 +1,4 @@
-//! Files that a scene reads, and a test of whether they have changed.
+//! Files that a scene reads.
 
 use std::fs;
 use std::io;
@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::checksum::checksum;
 
-/// A file that was read to create a scene, besides the scene file.
+/// A file that a scene reads, other than the scene file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputFile {
-    /// The absolute path.
+    /// Absolute path.
     pub path: String,
     /// Checksum of the contents: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
@@ -49,8 +49,7 @@ impl InputFile {
     pub fn changed(&self) -> io::Result<Option<String>> {
         let content = fs::read(&self.path)?;
         let now = match content.split_last_chunk::<4>() {
-            // A checkpoint ends with the CRC-32 of all preceding bytes, so the CRC-32 of the whole file is always the
-            // same.
+            // A checkpoint ends with the CRC-32 of all other bytes, so the CRC-32 of a whole checkpoint is constant.
             Some((rest, end)) if checksum(rest).to_le_bytes() == *end => word(rest),
             _ => word(&content),
         };
@@ -58,7 +57,7 @@ impl InputFile {
     }
 }
 
-/// Returns the checksum of contents in the form used by scene files, such as `crc32:0123abcd`.
+/// Returns the checksum as in scene files, such as `crc32:0123abcd`.
 pub(crate) fn word(content: &[u8]) -> String {
     spelled(checksum(content))
 }

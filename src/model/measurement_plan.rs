@@ -29,9 +29,8 @@ pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 
 /// Passes the registrations of all instruments to the macro `$with`.
 ///
-/// A registration has the description of the instrument, its key in `[measure]`, its field in [`MeasurementPlan`] and
-/// the type of its settings. The type is an `Option` for at most one instrument, and a `Vec` for several. The other
-/// entries are:
+/// A registration has a description, a key in `[measure]`, a field in [`MeasurementPlan`] and the type of the settings.
+/// The type is an `Option` for at most one instrument, and a `Vec` for several. The other entries are:
 ///
 /// - `positive`: the settings that must be positive. `interval`, `span` and `window` are times.
 /// - `bins`: the number of bins, up to [`MOST_BINS`].

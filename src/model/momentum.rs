@@ -11,8 +11,7 @@ use crate::model::{ContactLaw, InteractionId, Scene, Species, Thermostat};
 pub enum Influence {
     /// Reflecting walls. Each wall changes the momentum along its normal.
     Walls,
-    /// Contacts with rough walls, and with dissipative walls under the TC model. They change the momentum parallel to
-    /// the wall.
+    /// Rough walls, and dissipative walls under the TC model. Contacts change the momentum parallel to the wall.
     SlidingContacts,
     /// Thermal walls and surfaces, which give particles new velocities and so change all components of the momentum.
     ThermalWalls,
@@ -84,8 +83,8 @@ impl Scene {
         self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
     }
 
-    /// Whether contacts may lose energy in the last measurement, and nothing supplies energy: no thermostat, sheared
-    /// box, thermal wall, moving surface or gravity. Such a system cools forever.
+    /// Whether contacts may lose energy in the last measurement, and nothing supplies energy. Such a system cools
+    /// forever. A thermostat, sheared box, thermal wall, moving surface or gravity can supply energy.
     #[must_use]
     pub fn cools_for_ever(&self) -> bool {
         let falls = self.influences().iter().any(|(what, _)| *what == Influence::Gravity);

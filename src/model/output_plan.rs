@@ -14,7 +14,7 @@ pub struct Region {
     pub upper: Vector,
 }
 
-/// Limits of the audit, as fractions. They replace the default limits, which follow from round-off.
+/// Limits of the audit, as fractions. The default limits follow from round-off.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct AuditPlan {
     /// Largest permitted error of the energy balance.
@@ -26,8 +26,8 @@ pub struct AuditPlan {
 }
 
 impl Region {
-    /// Whether a point is inside the region. Lower faces are part of the region, and upper faces are not. Along an axis
-    /// without extent, the coordinates must be equal.
+    /// Whether a point is inside the region. The lower faces belong to the region, but not the upper faces. Along an
+    /// axis without extent, the coordinates must be equal.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         let Self { lower, upper } = self;
@@ -58,7 +58,7 @@ pub enum CountSpace {
 pub struct OutputPlan {
     /// Interval between rows of `thermo.csv`; `None` for about 200 rows in each stage.
     pub thermo_interval: Option<f64>,
-    /// Interval between frames in `trajectory.xyz`; `None` for about 20 frames, or fewer if they would exceed 200 MB.
+    /// Interval between frames in `trajectory.xyz`; `None` for about 20 frames, but at most 200 MB.
     pub frame_interval: Option<f64>,
     /// Regions in which particles are counted. Each region has a column in `thermo.csv`.
     pub regions: Vec<CountRegion>,

@@ -18,7 +18,8 @@ pub struct Potential {
 }
 
 impl Potential {
-    /// Creates a potential from its radii and energies, from outside to inside. The first energy is outside all radii.
+    /// Creates a potential from radii and energies, from outside to inside. The first energy is for distances beyond
+    /// all radii.
     ///
     /// # Errors
     /// [`PotentialError`] unless the radii are positive, finite and descending, and there is one more energy than
@@ -101,10 +102,9 @@ impl Potential {
 
     /// Lennard-Jones potential in steps of equal width, between the cut-off and a hard core.
     ///
-    /// `u(r) = 4 eps [(sigma/r)^12 - (sigma/r)^6]`, cut at `cutoff` (not shifted). The energy of each step is the
-    /// average of `u` over its shell, `3 int u r^2 dr / (r_a^3 - r_b^3)`. It is the mean energy of a pair that is
-    /// uniformly distributed over the shell (Chapela, Scriven and Davis, J. Chem. Phys. 91, 4307, 1989). The hard core
-    /// begins where `u` reaches `core_energy`.
+    /// `u(r) = 4 eps [(sigma/r)^12 - (sigma/r)^6]`, cut at `cutoff` (not shifted). The energy of a step from `r_b` to
+    /// `r_a` is the average of `u` over the shell, `3 int u r^2 dr / (r_a^3 - r_b^3)` (Chapela, Scriven and Davis, J.
+    /// Chem. Phys. 91, 4307, 1989). The hard core begins where `u` reaches `core_energy`.
     ///
     /// # Errors
     /// [`PotentialError`] if a length or energy is not positive and finite, `steps` is 0, or `cutoff` is inside the
@@ -164,7 +164,7 @@ impl Potential {
         &self.energies
     }
 
-    /// The outermost radius `[length]`. Uncaptured pairs beyond it do not interact.
+    /// The outermost radius `[length]`. Uncaptured pairs beyond this distance do not interact.
     #[must_use]
     pub fn range(&self) -> f64 {
         self.radii[0]
@@ -176,7 +176,7 @@ impl Potential {
         (self.energies[self.radii.len()] == f64::INFINITY).then(|| self.radii[self.radii.len() - 1])
     }
 
-    /// Whether the potential is only a hard core.
+    /// Whether the potential has no steps outside the hard core.
     #[must_use]
     pub fn is_hard_sphere(&self) -> bool {
         self.energies[1] == f64::INFINITY
@@ -204,7 +204,7 @@ impl Potential {
         captured.clamp(*states.start(), *states.end())
     }
 
-    /// Depth of a distance in the forbidden region, relative to the radius of the discontinuity; 0 if allowed.
+    /// How far a distance is in the forbidden region, relative to the radius of the discontinuity. 0 if allowed.
     #[must_use]
     pub fn violation_at(&self, distance: f64) -> f64 {
         let inside = self.core().map_or(0.0, |core| (core - distance) / core);
@@ -258,7 +258,6 @@ mod tests {
         let sum: f64 =
             (0..40).map(|k| lj.energies()[k + 1] * (lj.radii()[k].powi(3) - lj.radii()[k + 1].powi(3)) / 3.0).sum();
         let exact = |r: f64| 4.0 * (r.powi(-9) / -9.0 + r.powi(-3) / 3.0);
-        // The tolerance covers the round-off of about forty terms of order one.
         assert!((sum - (exact(cutoff) - exact(core))).abs() < 1e-13);
         let at_core = 4.0 * (core.powi(-12) - core.powi(-6));
         assert!((at_core - 50.0).abs() < 1e-11);

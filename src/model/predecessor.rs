@@ -1,4 +1,4 @@
-//! The run from whose last state a scene starts.
+//! The run that a scene continues.
 
 use std::sync::Arc;
 
@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{InputFile, InteractionId, ParticleId};
 
-/// Run from whose last state a scene starts. The scene contains the particles, bonds, box and time of this state. The
-/// rest of the state is stored here until a simulation begins.
+/// The run that a scene continues. The scene contains the particles, bonds, box and time of the last state. The rest of
+/// the state is stored here until a simulation begins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Predecessor {
-    /// Checkpoint of the run, identified by the checksum at its end.
+    /// Checkpoint of the run, identified by a checksum.
     pub checkpoint: InputFile,
     /// Number of random streams that this run and earlier runs may have used. A new run uses later streams.
     pub(crate) streams: usize,
@@ -23,7 +23,7 @@ pub struct Predecessor {
 /// Last state of a run, without the particles, bonds, box and time.
 #[derive(Debug, PartialEq)]
 pub(crate) struct LastState {
-    /// Number of periods that each particle has travelled along each axis.
+    /// Periods that each particle has travelled.
     pub images: Vec<[i32; 3]>,
     /// Pairs with a state other than 0 and their states, in ascending order.
     pub captured: Vec<([ParticleId; 2], u16)>,
@@ -35,8 +35,8 @@ pub(crate) struct LastState {
 }
 
 impl LastState {
-    /// Returns the state of a pair at the end of the run. Returns `None` if the discontinuities of the interaction have
-    /// changed; the distance then determines the state.
+    /// Returns the state of a pair at the end of the run. Returns `None` if the discontinuities have changed. The state
+    /// then follows from the distance.
     pub fn state_of(&self, pair: [ParticleId; 2], interaction: InteractionId) -> Option<u16> {
         let is_kept = self.is_kept.get(interaction.0 as usize).copied().unwrap_or(false);
         let [a, b] = pair;

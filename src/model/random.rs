@@ -1,4 +1,4 @@
-//! Random numbers from one seed, with one stream for each purpose, identical on every platform.
+//! Random numbers from one seed, identical on every platform.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -24,7 +24,7 @@ pub(crate) enum Purpose {
 }
 
 impl Purpose {
-    /// Number of the random stream for a group of particles. It must never change: initial configurations depend on it.
+    /// Number of the random stream for a group of particles. A change would change the initial states of all scenes.
     fn stream(self, group: usize) -> u64 {
         match self {
             Self::Growth => (1 << 63) + group as u64,

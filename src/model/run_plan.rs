@@ -28,7 +28,7 @@ pub struct RunPlan {
     /// Barostat of the measurement.
     pub barostat: Option<Barostat>,
     /// Gravity of the last equilibration and measurement `[length / time^2]`, instead of the accelerations of the
-    /// species. Either every stage has its own gravity, or no stage.
+    /// species. Either all stages have their own gravity, or none.
     pub gravity: Option<Vector>,
     /// Number of threads for the whole run.
     pub threads: Threads,
@@ -51,7 +51,6 @@ impl RunPlan {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
-    /// Name of the first listed stage; `measurement` if no stage is listed.
     pub(crate) fn first_stage(&self) -> &str {
         self.stages.first().map_or(MEASUREMENT, |stage| &stage.name)
     }
@@ -139,7 +138,6 @@ impl Equilibration {
     }
 }
 
-/// One random stream for the equilibration, and one for the measurement.
 const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
 
 /// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561

@@ -117,7 +117,7 @@ pub struct Particle {
     pub position: Vector,
     /// Velocity `[length / time]`, zero for static particles.
     pub velocity: Vector,
-    /// Spin: angular velocity about the centre `[1 / time]`. Only rough contacts change it.
+    /// Spin: angular velocity about the centre `[1 / time]`. Only rough contacts change the spin.
     #[doc(alias = "angular velocity")]
     pub spin: Vector,
 }
@@ -173,7 +173,6 @@ macro_rules! scene {
                 SceneParts { $($field),* }
             }
 
-            /// Assembles the parts without validation.
             pub(crate) fn of_parts(parts: SceneParts) -> Self {
                 let SceneParts { $($field),* } = parts;
                 Self { $($field),* }
@@ -194,29 +193,29 @@ scene! {
     start_time: f64 => copy f64,
     /// The box.
     space: Space => lent &Space,
-    /// The species, at least one; [`SpeciesId`] is an index into them.
+    /// The species, at least one. [`SpeciesId`] is an index into this list.
     species: Vec<Species> => lent &[Species],
-    /// The interactions of species and bonds; [`InteractionId`] is an index into them.
+    /// The interactions of species and bonds. [`InteractionId`] is an index into this list.
     interactions: Vec<Interaction> => lent &[Interaction],
     /// The interaction of each pair of species. Pairs without an interaction pass through each other.
     table: SpeciesPairs<InteractionId> => lent &SpeciesPairs<InteractionId>,
     /// Bonds: pairs of particles with their own interactions.
     bonds: Vec<Bond> => lent &[Bond],
-    /// The particles at the start; [`ParticleId`] is an index into them.
+    /// The particles at the start. [`ParticleId`] is an index into this list.
     particles: Vec<Particle> => lent &[Particle],
     /// The surfaces made of static particles.
     static_surfaces: Vec<StaticSurface> => lent &[StaticSurface],
     /// Surfaces with which particles collide, besides the walls of the box.
     surfaces: Vec<SceneSurface> => lent &[SceneSurface],
-    /// For each axis, the temperatures of its lower and upper wall `[energy]`; `None` for a reflecting wall or no wall.
+    /// Temperatures of the lower and the upper wall of each axis `[energy]`; `None` for a reflecting wall or no wall.
     wall_temperatures: [[Option<f64>; 2]; 3] => copy [[Option<f64>; 2]; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
     shear_rate: Option<f64> => copy Option<f64>,
-    /// Initial displacement, along x, of the next periodic image along y `[length]`; 0 unless the box is sheared.
+    /// Initial shift along x of the next periodic image along y `[length]`; 0 unless the box is sheared.
     displacement: f64 => copy f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     contact_time: Option<f64> => copy Option<f64>,
-    /// Whether overlaps at the start are permitted. They are then resolved by the stable rule.
+    /// Whether overlaps at the start are permitted. The stable rule resolves these overlaps.
     allow_invalid_start: bool => copy bool,
     /// Limits of the audit of a run.
     audit: AuditPlan => copy AuditPlan,
@@ -252,7 +251,6 @@ impl Scene {
         self.predecessor.as_ref()?.state.as_deref()
     }
 
-    /// Drops the data that only the start of a simulation needs.
     pub(crate) fn forget_last_state(&mut self) {
         if let Some(run) = &mut self.predecessor {
             run.state = None;
@@ -285,7 +283,6 @@ impl Scene {
         self.has_rough_walls() || laws.any(|law| law.roughness.is_some())
     }
 
-    /// Whether any wall of the box is rough.
     pub(crate) fn has_rough_walls(&self) -> bool {
         let mut laws = self.space.boundary.iter().flat_map(Boundary::contact_laws).flatten();
         laws.any(|law| law.roughness.is_some())

@@ -147,8 +147,7 @@ impl Space {
         axes.map(|axis| self.accessible_length(axis, diameter)).product()
     }
 
-    /// Area that particle centres can reach at a wall across an axis `[length^(D - 1)]`; `None` if the area is
-    /// infinite.
+    /// Area that particle centres can reach at a wall across an axis `[length^(D - 1)]`; `None` if infinite.
     #[must_use]
     pub fn accessible_area(&self, axis: usize, diameter: f64) -> Option<f64> {
         self.area(axis, |other| self.accessible_length(other, diameter))
@@ -178,8 +177,8 @@ impl Space {
         self.size.max() - self.size.min() <= ROUNDING * self.size.max()
     }
 
-    /// Largest magnitude of the coordinates of periodic sides; 0 without periodic axes `[length]`. Wrapping a position
-    /// rounds its coordinate to a unit in the last place of this value.
+    /// Largest magnitude of the coordinates of periodic sides `[length]`; 0 without periodic axes. Wrapping rounds a
+    /// coordinate to a unit in the last place of this value.
     #[must_use]
     pub(crate) fn farthest_side(&self) -> f64 {
         let upper = self.upper();
@@ -223,8 +222,8 @@ pub fn minimum_image_along(x: f64, period: f64) -> f64 {
 
 /// Returns the shortest image of a separation. Opposite separations give exactly opposite images.
 ///
-/// The shortest image may differ from the separation by at most one period along each axis. This is true for two
-/// particles in the box, and also if one particle is up to half a period outside.
+/// The shortest image must differ from the separation by at most one period along each axis. This condition is true for
+/// two particles in the box, or if one of them is up to half a period outside.
 #[inline]
 #[must_use]
 pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
@@ -237,8 +236,8 @@ pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
 /// [`minimum_image`] in a sheared box, where the next image along y is displaced by `displacement` along x `[length]`.
 /// The displacement is at most half a period, as returned by [`displacement_within_period`], and 0 without shear.
 ///
-/// The image along y is chosen first, together with its displacement, then the images along x and z. The result is the
-/// shortest image if this is shorter than half of the shortest period.
+/// The image along y is chosen first, together with its displacement, then the images along x and z. If the shortest
+/// image is shorter than half of the shortest period, it is the result.
 #[inline]
 #[must_use]
 pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64) -> Vector {
@@ -290,7 +289,6 @@ mod tests {
                 let expected = shortest(&apart, &size, displacement);
                 if expected < 2.0 {
                     near += 1;
-                    // The tolerance covers the round-off of a few sums of numbers below 20.
                     assert!((nearest.norm() - expected).abs() < 1e-14, "{apart} {displacement}: {nearest} {expected}");
                 }
             }

@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Largest number of species for a dense table.
 const FEW: usize = 256;
 
-/// A symmetric table over pairs of species, such as interactions or distances. Pairs may have no value. With many
-/// species, only pairs with a value use memory.
+/// A symmetric table over pairs of species. With many species, only pairs with a value use memory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesPairs<T> {
     species: usize,
@@ -18,7 +17,7 @@ pub struct SpeciesPairs<T> {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Values<T> {
-    /// Table of `species x species` values, row by row. Only entries with row <= column are used.
+    /// Table with a row for each species. Only entries with row <= column are used.
     All(Vec<Option<T>>),
     /// Values by pair of species, with the lower species index first.
     Some(BTreeMap<(u32, u32), T>),

@@ -69,7 +69,7 @@ pub enum SurfaceLaw {
 }
 
 impl SurfaceLaw {
-    /// Temperature of a thermal surface; `None` for a reflecting surface `[energy]`.
+    /// Temperature of a thermal surface `[energy]`; `None` for a reflecting surface.
     #[must_use]
     pub fn temperature(&self) -> Option<f64> {
         match *self {

@@ -256,11 +256,10 @@ pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
     matrix
 }
 
-/// The motions of a surface and the rests between them. Every time belongs to exactly one piece.
+/// The motions of a surface and the rests between them, without gaps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
     first: Piece,
-    /// All later motions and rests, in order of time.
     later: Vec<Piece>,
 }
 

@@ -9,7 +9,7 @@ pub fn stream_position(position: &Vector, velocity: &Vector, acceleration: &Vect
     position + (velocity + acceleration * (0.5 * dt)) * dt
 }
 
-/// The motion of particle i relative to particle j at the same time: `r_ij = r_i - r_j`, `v_ij = v_i - v_j`.
+/// The motion of particle i relative to particle j: `r_ij = r_i - r_j`, `v_ij = v_i - v_j`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelativeState {
     /// Separation `r_ij` `[length]`.

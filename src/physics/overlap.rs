@@ -1,19 +1,19 @@
 //! Overlap functions: positive in valid states, negative in invalid states, zero on the discontinuity.
 //!
-//! The overlap function of a pair outside the distance `s` is `f+(dt) = |r_ij(dt)|^2 - s^2`. The function of a pair
-//! inside is `f- = -f+` (paper, equation 5). It is a [`Quadratic`] without relative acceleration and a [`Quartic`] with
-//! relative acceleration. Each detection algorithm accepts only one of these types, as the paper requires.
+//! The overlap function of a pair outside the distance `s` is `f+(dt) = |r_ij(dt)|^2 - s^2`. The overlap function of a
+//! pair inside is `f- = -f+` (paper, equation 5). Without relative acceleration, the function is a [`Quadratic`], with
+//! relative acceleration a [`Quartic`].
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;
 use serde::{Deserialize, Serialize};
 
-/// Side of a discontinuity to which a pair belongs.
+/// Valid side of a discontinuity for a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Side {
-    /// The pair belongs outside the discontinuity: its overlap function is `f+` (Core, Capture).
+    /// Outside the discontinuity. The overlap function is `f+` (Core, Capture).
     Positive,
-    /// The pair belongs inside the discontinuity: its overlap function is `f-` (Bounce, Release).
+    /// Inside the discontinuity. The overlap function is `f-` (Bounce, Release).
     Negative,
 }
 
@@ -123,7 +123,7 @@ mod tests {
         let acceleration = Vector::new(0.25, 0.0, -1.0);
         let zero = Vector::zeros();
         for dt in [0.0, 0.5, 1.0, 3.0] {
-            // All inputs are small binary fractions and every operation is exact, so the two results are identical.
+            // All inputs are small binary fractions, so every operation is exact.
             let at = stream_position(&state.position, &state.velocity, &zero, dt);
             assert_eq!(Quadratic::new(&state, 1.0).value(dt), at.norm_squared() - 1.0);
             let at = stream_position(&state.position, &state.velocity, &acceleration, dt);

@@ -1,7 +1,7 @@
 //! Response at a discontinuity: Core, Capture, Release or Bounce.
 //!
-//! A prediction only states that a pair reaches a discontinuity from one side. When the event is executed,
-//! the energy step and the radial kinetic energy decide the outcome (Bannerman and Strobl, section 1).
+//! A prediction only states that a pair reaches a discontinuity. The energy step and the radial kinetic energy decide
+//! the outcome of the event (Bannerman and Strobl, section 1).
 
 use crate::physics::overlap::Side;
 use crate::physics::rough::Roughness;
@@ -66,9 +66,9 @@ pub enum Outcome {
 /// Radial state of a pair at a discontinuity.
 ///
 /// The radial motion is described by `B = v . r`, not by `vn = B / |r|`. The square root of a number near 1 rounds down
-/// more often than up, so a unit normal computed from `|r|` is too long on average. Every reflection along this normal
-/// would add energy, about 3e-16 kT per event in a hard-sphere fluid. `B` and `|r|^2` need no square root. Any vector
-/// parallel to `r_ij` may replace `r_ij` in both.
+/// more often than up, so a unit normal computed from `|r|` is too long on average. Reflections along this normal would
+/// add energy, about 3e-16 kT per event in a hard-sphere fluid. `B` and `|r|^2` need no square root. They may be
+/// computed from any vector parallel to `r_ij`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
     /// `B = v_ij . r_ij` `[length^2 / time]`, negative if the pair approaches.
@@ -94,8 +94,7 @@ pub struct Response {
 
 /// Decides the response of a pair at a discontinuity.
 ///
-/// `energy_step` is `dU` `[energy]`, the potential energy after a crossing minus the potential energy before. In terms
-/// of `vn = v_ij . rhat = B / |r|`:
+/// The change of the potential energy in a crossing is `dU = energy_step` `[energy]`. With `vn = B / |r|`:
 ///
 /// | at | condition | outcome | `vn'` |
 /// |---|---|---|---|
@@ -108,7 +107,7 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactL
     let &Approach { radial, squared, reduced_mass } = approach;
     let smooth = |outcome, radial| Response { outcome, radial, tangential_scale: 1.0, roughness: None };
     if energy_step == f64::INFINITY {
-        // The end of a bond is smooth, because the particles do not touch there.
+        // The particles do not touch at the end of a bond, so this barrier is smooth.
         let (outcome, roughness) = match side {
             Side::Positive => (Outcome::Core, law.roughness),
             Side::Negative => (Outcome::Bounce, None),
@@ -123,12 +122,11 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactL
         Side::Positive => Outcome::Capture,
         Side::Negative => Outcome::Release,
     };
-    // The pair crosses the discontinuity, even from a turning point, where its radial speed is zero.
+    // A pair at a turning point crosses the discontinuity, although its radial speed is zero.
     smooth(outcome, -side.sign() * beyond.sqrt())
 }
 
-/// Returns the radial motion after a reflection. At a turning point, round-off may give the pair a velocity towards the
-/// valid side. This velocity is kept.
+/// Returns the radial motion after a reflection. A pair that recedes because of round-off keeps its motion.
 #[inline]
 fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
     if radial * side.sign() < 0.0 { -restitution * radial } else { radial }
@@ -153,11 +151,11 @@ const SLIDING: f64 = 64.0;
 /// `approach >= 0` is the normal speed of approach, `tangential` the relative speed along the barrier, and `closing`
 /// the relative acceleration towards the barrier `[length / time^2]`, negative if it drives the pair away.
 ///
-/// A contact is elastic and smooth if either particle had a contact less than `contact_time` ago (`is_recent`). With a restitution
-/// near 0 this rule is not sufficient, and the events would never end. The speed after a contact is therefore at least
-/// `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides along the barrier
-/// with hardly any normal speed, a small fraction of its tangential motion is turned into the normal direction, at
-/// constant kinetic energy. Neither rule adds energy.
+/// A contact is elastic and smooth if either particle had a contact less than `contact_time` ago (`is_recent`). With a
+/// restitution near 0 this rule is not sufficient, and the events would never end. The speed after a contact is
+/// therefore at least `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides
+/// along the barrier with hardly any normal speed, a small part of the tangential velocity is turned into the normal
+/// direction. Neither rule adds energy.
 #[inline]
 #[must_use]
 pub fn tc_contact(
@@ -224,15 +222,14 @@ mod tests {
 
     #[test]
     fn a_pair_that_falls_into_a_well_gains_its_depth() {
-        // The kinetic energy of the normal motion grows by the depth of the well. With the reduced mass mu = 1/2 and
-        // the normal velocities vn before and vn' after, mu/2 (vn'^2 - vn^2) = 1/4 (9 - 1) = 2.
+        // The kinetic energy of the normal motion grows by the depth of the well: 1/4 (9 - 1) = 2.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -2.0, -1.0, 0.0), (Outcome::Capture, -3.0));
         assert_eq!(outcome_and_normal_velocity(Side::Negative, 2.0, 3.0, 0.0), (Outcome::Release, 1.0));
     }
 
     #[test]
     fn pair_reflects_elastically_if_the_step_exceeds_its_energy() {
-        // The kinetic energy of the normal motion is mu/2 vn^2 = 1/4 * 4 = 1, the height of the step.
+        // The kinetic energy of the normal motion, mu/2 vn^2 = 1/4 * 4 = 1, equals the height of the step.
         assert_eq!(outcome_and_normal_velocity(Side::Negative, 1.0, 2.0, 0.1), (Outcome::Bounce, -2.0));
         assert_eq!(outcome_and_normal_velocity(Side::Positive, 1.0, -2.0, 0.1), (Outcome::Bounce, 2.0));
         let lower = 1.0_f64.next_down();
@@ -265,7 +262,7 @@ mod tests {
 
     #[test]
     fn tc_model_gives_enough_speed_to_separate_for_a_contact_time() {
-        // With speed 0.05 and acceleration 1, the pair is in contact again after one contact time, 0.1.
+        // A pair with speed 0.05 and acceleration 1 returns after one contact time, 0.1.
         assert_eq!(tc_contact(&ContactLaw::smooth(0.0), false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
         assert_eq!(
             tc_contact(&ContactLaw::smooth(0.0), false, 0.01, 0.0, 1.0, 0.1).speed,

@@ -19,17 +19,17 @@ use serde::{Deserialize, Serialize};
 /// Tangential part of a contact law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Roughness {
-    /// Tangential restitution `b` in `[-1, 1]`. A contact that sticks multiplies the tangential velocity of the two
-    /// surfaces at the point of contact by `-b`: 1 reverses it, 0 makes the surfaces roll on each other, -1 leaves it
-    /// unchanged.
+    /// Tangential restitution `b` in `[-1, 1]`. A contact that sticks multiplies the tangential velocity of the
+    /// surfaces at the point of contact by `-b`. The velocity is reversed if `b = 1`, zero if `b = 0`, and unchanged if
+    /// `b = -1`.
     pub tangential_restitution: f64,
-    /// Coulomb friction coefficient `mu`: the tangential impulse is at most `mu` times the normal impulse. Infinite
-    /// without a limit.
+    /// Coulomb friction coefficient `mu`. The tangential impulse is at most `mu` times the normal impulse. Infinity
+    /// removes this limit.
     pub friction: f64,
 }
 
 impl Roughness {
-    /// Whether contacts dissipate kinetic energy, by sliding or by a tangential restitution other than 1 and -1.
+    /// Whether contacts dissipate kinetic energy, by sliding or by a tangential restitution between -1 and 1.
     #[must_use]
     pub fn dissipates(&self) -> bool {
         let acts = self.tangential_restitution > -1.0 && self.friction > 0.0;
@@ -38,9 +38,8 @@ impl Roughness {
 
     /// Returns the tangential impulse on the first particle `[mass length / time]`.
     ///
-    /// `slip` is the tangential velocity of its surface relative to the other surface, `mass` the tangential mass
-    /// `m_t`, and `normal_impulse` the magnitude of the normal impulse. Bodies that separate without a normal impulse
-    /// exert no tangential one.
+    /// `slip` is the tangential velocity `gt` of the first surface relative to the second, and `mass` is `m_t`. Without
+    /// a normal impulse, there is no tangential impulse.
     #[must_use]
     pub fn impulse(&self, slip: &Vector, mass: f64, normal_impulse: f64) -> Vector {
         if normal_impulse <= 0.0 {
@@ -52,7 +51,7 @@ impl Roughness {
     }
 }
 
-/// Two bodies at their point of contact. A wall, a surface and a static particle have no inverse masses.
+/// Two bodies at their point of contact. Walls, surfaces and static particles have inverse masses of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
     /// Unit vector from the second body to the first.
@@ -89,7 +88,7 @@ impl Touch {
         velocity - self.normal * velocity.dot(&self.normal)
     }
 
-    /// Returns the tangential impulse of a contact with the normal impulse `normal_impulse`, and its effects.
+    /// Returns the effects of the tangential impulse in a contact with the given normal impulse.
     #[must_use]
     pub fn grip(&self, roughness: &Roughness, normal_impulse: f64) -> Grip {
         let [i, j] = [0, 1].map(|k| self.arms[k] * self.arms[k] * self.inverse_inertias[k]);
@@ -113,7 +112,6 @@ mod tests {
         Roughness { tangential_restitution, friction }
     }
 
-    /// A ball of mass 1.3 and radius 0.7 above a floor.
     fn ball(velocity: Vector, spin: Vector) -> Touch {
         let (mass, radius) = (1.3, 0.7);
         Touch {
@@ -181,7 +179,8 @@ mod tests {
             let b = -1.0 + 0.01 * k;
             let roughness = rough(b, if k % 2.0 == 0.0 { LIMITLESS } else { 0.2 });
             let grip = touch.grip(&roughness, 1.5);
-            // The centres are at rest relative to their centre of mass, so that `mu/2 v^2` is the whole kinetic energy.
+            // The centres are at rest relative to their centre of mass. The kinetic energy of the translation is
+            // therefore `mu/2 v^2`.
             let energy = |velocity: &Vector, spins: &[Vector; 2]| {
                 0.5 / touch.inverse_mass * velocity.norm_squared()
                     + 0.5 * spins[0].norm_squared() / inverse_inertias[0]

@@ -9,7 +9,6 @@ use crate::prepare::NoPlace;
 use crate::prepare::packing::insertion::draw;
 use crate::prepare::packing::occupancy::Occupancy;
 
-/// Largest number of attempts to place a chain.
 const CHAIN_ATTEMPTS: usize = 2_000;
 
 /// Number of directions to try for the next particle. If all directions fail, the whole chain is restarted.

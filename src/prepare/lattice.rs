@@ -1,4 +1,4 @@
-//! Lattices as initial positions. The lattice that fits a region best is stretched over the region.
+//! Lattices as initial positions. A lattice is stretched over its region.
 
 mod inside;
 
@@ -86,7 +86,7 @@ pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sit
     let Sites { count, diameter, contact } = sites;
     let fit = Fit::new(lattice, space, region, diameter, count);
     match contact {
-        // Sites at the contact distance, within round-off, are not too close.
+        // The tolerance admits sites at exactly the contact distance.
         Some(contact) if fit.spacing < contact * (1.0 - 1e-12) => {
             Err(NoPlace::TooTight { count, spacing: fit.spacing, contact })
         }
@@ -120,7 +120,7 @@ impl Axis {
     }
 }
 
-/// A lattice stretched over a region, with at least one site for each of `count` particles.
+/// A lattice stretched over a region, with a site for each particle.
 struct Fit {
     lattice: Lattice,
     axes: Vec<Axis>,
@@ -232,7 +232,6 @@ impl Fit {
                 for (k, axis) in self.axes.iter().enumerate() {
                     let coordinate = (cell % self.cells[k]) as f64 + offset[k];
                     cell /= self.cells[k];
-                    // If there is only one layer of sites, it is in the middle.
                     let along = if edges[k].is_finite() { coordinate * edges[k] } else { 0.5 * axis.length };
                     let centring = if axis.is_closed { 0.5 * (1.0 - axis.top) * edges[k] } else { 0.0 };
                     position[axis.index] = axis.lower + along + centring;
@@ -243,7 +242,7 @@ impl Fit {
     }
 }
 
-/// Edge of the cube, the square or the line segment with this volume `[length]`.
+/// Edge of the cube, square or line segment with this volume `[length]`.
 pub(crate) fn root(volume: f64, dimensions: usize) -> f64 {
     match dimensions {
         3 => libm::cbrt(volume),

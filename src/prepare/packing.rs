@@ -30,9 +30,8 @@ pub(crate) struct RandomFill<'a> {
 }
 
 impl RandomFill<'_> {
-    /// Places particles one by one. If this fails or is hopeless, small spheres are inserted and grow to full size
-    /// (compression). Compression requires a periodic box that contains only these particles, all of them moving. With
-    /// `as_many_as_fit` there is no compression, and some particles may have no position.
+    /// Places particles one by one. If this fails or is hopeless, small spheres are inserted and grow to full size, see
+    /// [`Self::compression`]. With `as_many_as_fit`, there is no compression, and some particles may have no position.
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, NoPlace> {
         let dense = if self.as_many_as_fit { None } else { self.compression() };
         if let Some(dense) = &dense
@@ -58,7 +57,7 @@ impl RandomFill<'_> {
         self.species[kind.0 as usize].diameter
     }
 
-    /// Compression; `None` unless a periodic box contains only these particles, all of them moving.
+    /// Returns `None` unless the box is periodic and contains only these particles, all of them moving.
     fn compression(&self) -> Option<Compression<'_>> {
         let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {

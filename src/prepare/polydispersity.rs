@@ -53,13 +53,13 @@ pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
     classes.iter().map(|class| class.share * class.diameter).sum()
 }
 
-/// Mass of the particles of a class, proportional to their volume. Particles of the mean diameter have the mass `mass`.
+/// Mass of a particle of a class. It is proportional to the volume, and equals `mass` at the mean diameter.
 pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: usize) -> f64 {
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
-/// Returns the order in which classes receive the particles that remain after an equal division. Each class is followed
-/// by its mirror image about the middle, so that the mean diameter hardly changes.
+/// Returns the order in which classes receive the particles that remain after an equal division. Classes on either side
+/// of the middle alternate, so that the mean diameter hardly changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =
@@ -117,9 +117,8 @@ mod tests {
             let (mean, deviation) = mean_and_deviation(&diameters);
             assert!((mean - 2.0).abs() < 1e-13, "{mean}");
             // Upper bound of the variance within the `n` classes, relative to the total variance. The two outermost
-            // classes start at `z` standard deviations, and their variance is at most `1 / z^2`. The other classes have
-            // the mean width `2 z / n` and the variance `(2 z / n)^2 / 12`. In a lognormal distribution, the tails are
-            // wider. The variance then grows by at most `exp(2 * 0.1 * z)`.
+            // classes start at `z` standard deviations and have a variance of at most `1 / z^2`. The other classes have
+            // the mean width `2 z / n`. A lognormal distribution has wider tails, hence the last factor.
             let z: f64 = 2.15;
             let within = (2.0 / 64.0 / (z * z) + (2.0 * z / 64.0).powi(2) / 12.0) * libm::exp(2.0 * width * z);
             let lost = 1.0 - (deviation / 0.2) * (deviation / 0.2);

@@ -9,7 +9,6 @@ use crate::model::space::{Boundary, Space};
 use crate::prepare::composition;
 use crate::prepare::packing::insertion;
 
-/// Relative rounding tolerance of positions at the edge of a region.
 const ROUNDING: f64 = 1e-12;
 
 /// A region to fill. In two dimensions a cylinder is a strip, a cone a trapezium and a sphere a disk.
@@ -73,7 +72,7 @@ impl FillRegion {
             Self::Cone { base, axis, radii, length } => {
                 let axis = axis.normalize();
                 [0, 1, 2].map(|k| {
-                    // Half-width along the axis `k` of a unit disk perpendicular to the cone's axis.
+                    // Half-width of a unit disk along the axis `k`. The disk is perpendicular to the cone's axis.
                     let reach = (1.0 - axis[k] * axis[k]).max(0.0).sqrt();
                     let places = [base[k], base[k] + length * axis[k]];
                     let low = (places[0] - radii[0] * reach).min(places[1] - radii[1] * reach);
@@ -84,7 +83,8 @@ impl FillRegion {
         Region { lower: Vector::from(ends.map(|end| end[0])), upper: Vector::from(ends.map(|end| end[1])) }
     }
 
-    /// Whether a particle of radius `particle` lies inside the region. A box only has to contain the particle's centre.
+    /// Returns true if a particle of radius `particle` lies inside the region. In a box, only the centre must lie
+    /// inside.
     pub(crate) fn holds(&self, position: &Vector, particle: f64) -> bool {
         match self {
             Self::Box(region) => (0..3).all(|k| (region.lower[k]..=region.upper[k]).contains(&position[k])),
@@ -102,8 +102,8 @@ impl FillRegion {
         }
     }
 
-    /// Distance from the axis of a cone to the centre of a particle that touches the side from inside `[length]`. The
-    /// distance is negative where the cone is too narrow.
+    /// Returns the largest distance of a particle's centre from the cone's axis, at the position `along` on the axis.
+    /// The distance is negative where the cone is too narrow.
     fn room_at(&self, along: f64, particle: f64) -> f64 {
         let Self::Cone { radii: [a, b], length, .. } = self else { return 0.0 };
         a + (b - a) * along / length - particle * libm::hypot(1.0, (b - a) / length)
@@ -158,7 +158,7 @@ impl FillRegion {
     }
 }
 
-/// Draws a position in the unit disk perpendicular to an axis. In two dimensions, the disk is a line.
+/// Draws a position in the unit disk perpendicular to an axis, or on a line in two dimensions.
 fn disk(axis: &Vector, space: &Space, random: &mut Random) -> Vector {
     let reach = if space.dimensions() == 3 { random.uniform().sqrt() } else { random.uniform() };
     loop {

@@ -1,8 +1,7 @@
 //! Finds particles that rest on a wall, a surface or a static particle at the start of a scene.
 //!
 //! A sphere that leaves the ground with the speed `v` falls back after the time `2 v / a`, where `a` is the
-//! acceleration. At rest, this time is zero and the number of events is infinite. Almost at rest, events are so
-//! frequent that time hardly advances.
+//! acceleration. For particles that are almost at rest, events are so frequent that time hardly advances.
 
 use crate::Vector;
 use crate::base::numbers::id;
@@ -12,7 +11,7 @@ use crate::model::{ParticleId, Scene, SpeciesId, SurfaceLaw};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Ground {
-    /// A wall of the box. The number is the axis; the flag is true for the upper wall.
+    /// A wall of the box: its axis, and true for the upper wall.
     Wall(u8, bool),
     Surface(String),
     Particle(ParticleId),
@@ -47,7 +46,6 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
             continue;
         }
         let radius = 0.5 * species.diameter;
-        // Scenes with more species than fit in 16 bits were rejected earlier.
         let row = u16::try_from(particle.species.0).unwrap_or(u16::MAX);
         let around = radius * (1.0 + ROUNDING);
         surfaces.for_each_near((&particle.position, around), row, surfaces.start_time(), |surface, position| {
@@ -105,7 +103,7 @@ fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     });
 }
 
-/// Records a particle in contact if it is at rest. `normal` points from the ground to the particle.
+/// Records a particle that touches the ground, if it is at rest. `normal` points from the ground to the particle.
 fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vector, ground: impl Fn() -> Ground) {
     let particle = &scene.particles[number];
     let species = &scene.species[particle.species.0 as usize];
@@ -176,7 +174,7 @@ mod tests {
 
     #[test]
     fn particles_rest_on_walls_surfaces_and_static_particles() {
-        // A particle at this x and at `z = 1` touches the slope, the plane `z = x - 15`.
+        // A particle at this x and at z = 1 touches the slope `z = x - 15`.
         let on_slope = 15.0 + 1.0 - libm::sqrt(0.5);
         let scene = scene(
             &[

@@ -128,7 +128,7 @@ pub(crate) struct Layout {
 }
 
 impl Surface {
-    /// Approximate number of spheres, at least half of the true number, to reject very large surfaces early.
+    /// Approximate number of spheres, at least half of the true number. Very large surfaces are rejected early.
     pub(crate) fn estimate(&self, spacing: f64) -> f64 {
         let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
         match self {
@@ -197,8 +197,7 @@ fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {
 }
 
 /// Circumradius of the holes in a grid of parallelograms with the edges `a` and `b`. The shorter diagonal `a - b`
-/// divides each parallelogram into two triangles. If the triangles are not obtuse, the result is the circumradius of a
-/// triangle, `R = |a| |b| |a - b| / (2 |a x b|)`.
+/// divides a parallelogram into two triangles. If they are not obtuse, `R = |a| |b| |a - b| / (2 |a x b|)`.
 fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     let b = if a.dot(b) < 0.0 { -b } else { *b };
     let diagonal = a - b;
@@ -207,8 +206,7 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     if diagonal.norm_squared() + a.norm_squared().min(b.norm_squared()) >= longest * longest {
         circumradius
     } else {
-        // Bound for shifted rows, `sqrt(d^2 + h^2) / 2`, with the edge `|b| >= h` in place of the distance `h` of the
-        // rows.
+        // Bound for shifted rows, `sqrt(d^2 + h^2) / 2`. The edge `|b|` is at least the distance `h` of the rows.
         0.5 * libm::hypot(a.norm(), b.norm())
     }
 }

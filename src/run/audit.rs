@@ -1,4 +1,4 @@
-//! Audit of a run: checks the conservation laws and the overlaps.
+//! Checks the conservation laws and the overlaps of a run.
 //!
 //! The dissipated energy and the supplied energy are added up during the run. The sum
 //! `kinetic + potential + dissipated - supplied` is therefore constant within round-off.
@@ -14,8 +14,7 @@ use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Overlap, Simulation};
 use crate::model::AuditPlan;
 
-/// Upper bound for the number of roundings in a physical event: in the positions, in `v . r`, `|r|^2` and their ratio,
-/// and in the new velocities.
+/// Upper bound for the number of roundings in a physical event.
 const ROUNDINGS: f64 = 32.0;
 
 /// Largest relative error that round-off explains after a number of events.
@@ -200,8 +199,7 @@ impl Ledger {
         }
     }
 
-    /// Starts a new momentum balance after a growth stage, because growth changes the speeds and thus the rounding
-    /// errors.
+    /// Starts a new momentum balance after a growth stage, because growth changes the speeds.
     pub fn start_again(&mut self, simulation: &Simulation) {
         if self.initial_momentum.is_some() {
             let momentum = simulation.energy().momentum;

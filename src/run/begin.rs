@@ -215,8 +215,8 @@ impl Run {
         drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
     }
 
-    /// Repeats an interrupted run up to the point of the interruption: to the physical event with the number `events`
-    /// since the start of the simulation, then to the time `time`.
+    /// Repeats an interrupted run up to the interruption. Runs to the physical event number `events`, counted from the
+    /// start of the simulation, and then to the time `time`.
     ///
     /// `watch` is called as in [`Self::execute`]. If it returns `Break`, the run ends at once.
     pub(crate) fn execute_up_to<R: Recorder>(

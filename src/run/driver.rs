@@ -50,10 +50,8 @@ pub(super) fn drive<R: Recorder>(
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Halt {
     Never,
-    /// Pause at a simulated time, or after a number of physical events since the start of the simulation, whichever
-    /// comes first.
+    /// Pause at a simulated time or at a total number of physical events, whichever comes first.
     At(Until),
-    /// Pause at the beginning of the final measurement.
     Measurement,
 }
 
@@ -94,7 +92,6 @@ pub(super) fn drive_in_steps<R: Recorder>(run: Run, time: f64, recorder: &mut R)
 struct Driver<'a> {
     simulation: Simulation,
     state: RunState,
-    /// Description of the system for the instruments; `None` without instruments.
     system: Option<SystemDescription>,
     /// Custom instruments whose measurement has not begun.
     registry: Registry,
@@ -104,15 +101,13 @@ struct Driver<'a> {
     started: Option<Instant>,
     /// Whether growth or an automatic equilibration has reached its goal, which ends the stage.
     is_over: bool,
-    /// Whether a pilot run is being simulated on a copy.
     is_pilot: bool,
     /// Point at which a pilot run pauses. The caller does not see this pause.
     pause: Until,
     halt: Halt,
     is_halted: bool,
-    /// Number of events, cell transitions and Andersen collisions at which a pilot run gives up.
+    /// A pilot run gives up after this number of events, cell transitions and Andersen collisions.
     patience: u64,
-    /// Number of engine steps until the next call of `watch`.
     steps: u64,
     most_steps: u64,
     blocked: Option<Blocked>,
@@ -157,7 +152,6 @@ impl Driver<'_> {
         self.finish(ending)
     }
 
-    /// Runs the current stage and all later stages, until the run ends or pauses.
     fn stages(&mut self) -> Result<Ending, Failed> {
         loop {
             if !self.state.has_begun {
@@ -347,7 +341,7 @@ mod tests {
         assert_eq!((bounces.ending, bounces.measurement.event_counts.wall), (Ending::Events, 100));
         let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
         assert_eq!(leaves.ending, Ending::Idle);
-        // The third disk passes the other two again and again, without a collision.
+        // The third disk passes the other two disks repeatedly, without a collision.
         let passes = finished(overlapping(Boundary::Periodic, [1.0, 0.0, 0.0]), limit(10), Some(0.01));
         assert_eq!(passes.ending, Ending::GaveUp);
     }

@@ -1,4 +1,4 @@
-//! Warns of runs that take longer than a user may expect.
+//! Warns about runs that take longer than a user may expect.
 
 use super::stage::{Settings, Stage};
 use crate::analysis::published::{contact_value, contact_value_of_disks};
@@ -9,32 +9,31 @@ use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
 /// Typical number of engine steps per second. A step is an event, a new velocity, or a test of a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
 
-/// Number of neighbours that can be tested in the wall time of one step.
+/// Number of neighbours that can be tested in the time of one step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// The cost of a thermostat, a barostat, shear flow or a moving surface is reported above this wall time `[seconds]`:
-/// 10 minutes.
+/// The cost of a thermostat, a barostat, shear flow or a moving surface is reported above this wall time `[seconds]`.
 const LONG: f64 = 600.0;
 
-/// The number of events is reported above this wall time `[seconds]`: 3 hours.
+/// The number of events is reported above this wall time `[seconds]`.
 const VERY_LONG: f64 = 10_800.0;
 
-/// The cost of a thermostat, a barostat or shear flow is reported only above this number of steps per event.
+/// The cost of a thermostat, a barostat or shear flow is reported if there are more steps per event than this.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
-/// Scenes with more neighbours per particle than this are reported, because their events are slow.
+/// Events are slow if a particle has more neighbours than this.
 const CROWD: f64 = 10_000.0;
 
 /// A reason why a run takes a long time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Burden {
-    /// Description of the reason, for the user.
+    /// Description for the user.
     pub cause: String,
     /// Estimated wall time `[seconds]`.
     pub seconds: f64,
 }
 
-/// Returns the reasons why a run takes much longer than a user may expect.
+/// Returns the reasons why a run takes longer than a user may expect.
 ///
 /// Event rates are estimated from Enskog's kinetic theory. The list is empty for a scene without moving particles.
 #[must_use]
@@ -54,7 +53,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             continue;
         }
         let seconds = pace.events * duration / STEPS_PER_SECOND;
-        // A user who limits the number of events knows this number.
+        // A user who limits the number of events knows the number.
         if seconds > VERY_LONG && by_time <= by_events {
             let cause = format!("a time of {duration} has about {:.0e} events", pace.events * duration);
             burdens.push(Burden { cause, seconds });
@@ -79,7 +78,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             burdens.extend(pace.burden(cause, pace.moving / barostat.interval, duration));
         }
         if let Some(rate) = scene.shear_rate {
-            // Contacts with images are predicted again whenever the images have slid by a quarter of the box.
+            // Contacts with images are predicted again after each slide by a quarter of the box.
             let slides = 4.0 * rate.abs() * scene.space.size.y / scene.space.size.x;
             let cause = format!("the periodic images slide past the box about {:.0e} times", 0.25 * slides * duration);
             burdens.extend(pace.burden(cause, slides * pace.at_sides, duration));
@@ -100,15 +99,15 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
     burdens
 }
 
-/// Number of search steps per period of a surface that oscillates or turns, for each particle near it.
+/// Number of search steps per period of an oscillating or turning surface, for each particle near the surface.
 const STEPS_OF_PERIOD: f64 = 16.0;
 /// Wall time of a search step `[seconds]`.
 const SEARCH_STEP: f64 = 1e-7;
 
-/// After this number of periods, the rounding error of the time is a thousandth of a period, which is too large.
+/// After this number of periods, the rounding error of the time is a thousandth of a period.
 const MOST_PERIODS: f64 = 1e-3 / f64::EPSILON;
 
-/// Reports surfaces that oscillate or turn so fast that the run is slow, or that the phase is lost in round-off.
+/// Reports surfaces that oscillate or turn too fast. The run is then slow, or round-off exceeds the phase.
 fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     let plan = &scene.run;
     let duration: f64 = Stage::all(plan).filter_map(|stage| stage.settings(plan).limit.time).sum();
@@ -137,7 +136,7 @@ fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     burdens
 }
 
-/// Event rate of a fluid from kinetic theory `[1 / time]`; `None` if particles fall, can leave, or are all at rest.
+/// Event rate of a fluid from kinetic theory `[1 / time]`; `None` if particles fall, can leave the box, or are at rest.
 pub(super) fn rate(scene: &Scene) -> Option<f64> {
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     let rate = if is_falling || !scene.space.is_closed() { 0.0 } else { Pace::of(scene).events };
@@ -157,9 +156,9 @@ fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
 
 struct Pace {
     moving: f64,
-    /// Events of all particles per simulated time `[1 / time]`.
+    /// Event rate of the whole system `[1 / time]`.
     events: f64,
-    /// Number of particles near the sides of a sheared box, along which the images slide.
+    /// Number of particles near the sides of a sheared box, where images slide past.
     at_sides: f64,
 }
 
@@ -196,9 +195,9 @@ impl Pace {
     }
 }
 
-/// Collision cross section, averaged over all pairs of moving particles `[length^(D - 1)]`. The cross section of the
-/// hard core is multiplied by Enskog's factor. Other steps of the potential are counted twice, because pairs pass them
-/// inwards and outwards.
+/// Mean collision cross section of all pairs of moving particles `[length^(D - 1)]`. The cross section of a hard core
+/// is multiplied by Enskog's factor. Other steps of the potential are counted twice, because pairs cross them inwards
+/// and outwards.
 fn section(scene: &Scene) -> f64 {
     let dimensions = scene.space.dimensions();
     let factor = enskog_factor(scene.packing_fraction(), dimensions);
@@ -225,8 +224,8 @@ fn section(scene: &Scene) -> f64 {
     of_pairs.sum()
 }
 
-/// Enskog factor, by which the collision rate exceeds the rate of a dilute gas. It equals the radial distribution
-/// function at contact. The packing fraction is limited to the densities of a fluid.
+/// Enskog factor: the collision rate divided by the rate of a dilute gas. It equals the radial distribution function at
+/// contact. Packing fractions above those of a fluid are reduced.
 fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     const DENSEST: [f64; 3] = [0.95, 0.8, 0.6];
     match dimensions {
@@ -236,8 +235,7 @@ fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Number of particles in the cells around a particle; `None` if the number is at most [`CROWD`]. Cells are as large as
-/// the longest interaction range.
+/// Number of particles in the cells around a particle, which are as large as the longest range; `None` up to [`CROWD`].
 fn crowd(scene: &Scene) -> Option<f64> {
     let range = scene.longest_range();
     let part = |k: usize| {

@@ -1,4 +1,4 @@
-//! Number of frames if the scene gives no frame interval.
+//! Number of frames of a run without a frame interval.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::base::numbers::trunc_to_u32;
 use crate::model::Scene;
 use crate::trajectory::extended_xyz::frame_bytes;
 
-/// Target number of frames in a measurement. There may be up to twice as many.
+/// Target number of frames in a measurement. The number of frames may be up to twice as large.
 const AIM: u32 = 20;
 
 /// Largest total size of all frames `[bytes]`. The last frame is always written.
@@ -16,12 +16,12 @@ pub(crate) const MOST_BYTES: f64 = 2e8;
 const REASON: &str = "limited to 200 MB, because output.frame_interval is not given";
 const REASON_BEYOND: &str = "only the last frame, because a single frame exceeds the limit of 200 MB that applies if output.frame_interval is not given";
 
-/// Limits the number of frames in each measured stage, to keep the files small.
+/// Limits the number of frames in each measured stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameLimit {
     /// Maximum number of frames; `None` if the scene gives the interval.
     most: Option<u32>,
-    /// Whether a single frame is larger than `MOST_BYTES`.
+    /// True if a single frame is larger than `MOST_BYTES`.
     is_beyond: bool,
 }
 
@@ -58,7 +58,7 @@ impl FrameLimit {
         AIM.min(self.between()).max(1)
     }
 
-    /// Returns the largest number of frames of a stage, including the first and the last frame.
+    /// Returns the largest number of frames of a stage.
     pub fn most(self, stage: Stage) -> f64 {
         let ends = u32::from(self.has_first()) + u32::from(self.has_last(stage));
         f64::from(self.between().saturating_add(ends).min(2 * AIM))
@@ -69,12 +69,12 @@ impl FrameLimit {
         self.most.map_or(AIM, |most| most.clamp(1, AIM))
     }
 
-    /// Returns why the size on disk limits the number of frames; `None` if it does not.
+    /// Explains why there are few frames; `None` if the size on disk does not limit the number.
     pub fn reason(self) -> Option<&'static str> {
         self.reason_of(self.between() < 2 * AIM)
     }
 
-    /// Returns why a replica exchange has fewer frames than the target; `None` if it has the target number.
+    /// Explains why a replica exchange has fewer frames than the target; `None` if the target is reached.
     pub fn reason_of_exchange(self) -> Option<&'static str> {
         self.reason_of(self.of_exchange() < AIM)
     }

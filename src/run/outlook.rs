@@ -7,15 +7,14 @@ use super::stage::{Settings, Stage};
 use crate::engine::Reason;
 use crate::model::{Scene, Until};
 
-/// Number of engine steps of a trial run, in total and between two records of the event count. The trial takes at most
-/// a few seconds.
+/// Engine steps of a trial run, and engine steps between two records of the event count. A trial takes a few seconds.
 const STEPS: u64 = 1_000_000;
 const STEPS_OF_PART: u64 = 10_000;
 
 /// A trial that advances too slowly is abandoned after this number of engine steps.
 const PATIENCE: u64 = 120_000;
 
-/// Trials of cooling systems may become faster by this factor, because events become rarer.
+/// A trial of a cooling system may become faster by this factor, because events become rarer.
 const MARGIN: f64 = 4.0;
 
 /// Rates that differ by less than this factor are considered equal.
@@ -24,7 +23,7 @@ const STEADY: f64 = 1.5;
 /// A trial that covers this fraction of the run is representative of the rest.
 const FAR: f64 = 0.125;
 
-/// Minimum number of events in an interval from which a rate is calculated.
+/// Minimum number of events for the calculation of a rate.
 const FEWEST: f64 = 30.0;
 
 /// Why the event rate of a run cannot be estimated.
@@ -80,7 +79,7 @@ fn loses_energy(scene: &Scene) -> bool {
         || walls.into_iter().any(|law| law.dissipates())
 }
 
-/// Duration of a run `[time]`; `None` if the scene does not give it, or if a thermostat or growth acts in a stage.
+/// Duration of a run `[time]`. `None` if the duration is unknown, or if a stage has a thermostat or growth.
 fn duration(scene: &Scene) -> Option<f64> {
     let plan = &scene.run;
     let of_stage = |Settings { limit, thermostat, growth, .. }: Settings| match limit {
@@ -88,7 +87,6 @@ fn duration(scene: &Scene) -> Option<f64> {
         _ => None,
     };
     let stages = Stage::all(plan).map(|stage| stage.settings(plan));
-    // Stages without an end condition are skipped.
     stages.filter(|settings| settings.has_end()).map(of_stage).sum()
 }
 
@@ -115,7 +113,6 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
         }
     }
     let (passed, events) = *course.last()?;
-    // Returns the number of events in the first record at or after `time`.
     let by = |time: f64| course.iter().find(|(now, _)| *now >= time).map(|(_, events)| *events);
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
@@ -170,7 +167,7 @@ mod tests {
         assert!((0.5e6..4.3e6).contains(&told), "{told}");
     }
 
-    /// Each of the two grains bounces once. Infinitely frequent bounces would occur only long after the run.
+    /// Each of the two grains bounces once. They would come to rest only long after the run.
     #[test]
     fn an_estimate_does_not_go_beyond_the_end_of_the_run() {
         let two = scene(
@@ -201,8 +198,7 @@ mod tests {
 
     #[test]
     fn slow_cooling_is_not_mistaken_for_a_steady_rate() {
-        // The trial covers only a small part of the cooling. The initial rate is twenty times too high for the whole
-        // run.
+        // The trial covers only a small part of the cooling. The initial rate is twenty times the mean rate.
         let slow = scene(
             "
             species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]

@@ -22,8 +22,7 @@ impl Run {
         self
     }
 
-    /// Sends the run of the first process to all other processes, and shares it between them. Custom instruments are
-    /// not sent.
+    /// Shares the run of the first process between all processes. Custom instruments are not sent.
     pub fn shared(run: Option<Self>, communicator: &Arc<dyn Communicator>) -> Option<Self> {
         let mut content = Vec::new();
         if let Some(run) = &run {

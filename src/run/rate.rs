@@ -8,16 +8,15 @@ use crate::model::Scene;
 /// Maximum number of moving particles in a trial. Such a trial takes a fraction of a second.
 pub(super) const MOST: usize = 3_000;
 
-/// Number of events in a trial: `EACH` per moving particle, but at least `LEAST`. The first half melts the initial
-/// lattice.
+/// Events per moving particle in a trial, and minimum number of all events. The first half melts the initial lattice.
 const EACH: u64 = 10;
 const LEAST: u64 = 1_000;
 
 /// Maximum number of engine steps (events, cell transitions and new predictions) in each of the two halves of a trial.
 const STEPS: u64 = 500_000;
 
-/// Maximum number of search steps in a trial, which take one or two seconds. Contacts with surfaces that oscillate or
-/// turn are found in search steps. A single engine step may need very many search steps.
+/// Maximum number of search steps in a trial, which take one or two seconds. An engine step may need very many search
+/// steps to find a contact with a surface that oscillates or turns.
 const SEARCH_STEPS: u64 = if cfg!(test) { 200_000 } else { 10_000_000 };
 
 /// Number of engine steps between two checks of the number of search steps.
@@ -27,7 +26,7 @@ const BETWEEN: u64 = 64;
 const FEWEST: u64 = 10;
 
 /// Estimates the number of events per simulated time `[1 / time]` in a short trial. If the scene has too many particles
-/// or the trial has too few events, the rate follows from kinetic theory. `None` if kinetic theory fails, too.
+/// or the trial has too few events, the rate follows from kinetic theory. Returns `None` if kinetic theory fails.
 ///
 /// The result does not depend on the speed of the machine.
 #[must_use]
@@ -105,7 +104,6 @@ mod tests {
             .unwrap()
     }
 
-    /// Measures the event rate in a long run, after the lattice has melted.
     fn measured(scene: Scene) -> f64 {
         let mut simulation = Simulation::without_plan(scene);
         simulation.advance(Until::events(20_000)).unwrap();

@@ -52,7 +52,7 @@ impl Stage {
         Self::listed(plan, 0)
     }
 
-    /// Returns the stages of a plan that are simulated, in order. Stages without an end condition are skipped.
+    /// Returns the stages of a plan that are simulated, in order.
     pub fn simulated(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         Self::all(plan).filter(|stage| stage.settings(plan).has_end())
     }

@@ -1,4 +1,4 @@
-//! State of a run, except its simulation.
+//! State of a run, without the simulation.
 
 use serde::{Deserialize, Serialize};
 
@@ -41,8 +41,7 @@ pub(super) const NEAR: f64 = 1e-9;
 /// Time of the first check for initial overlaps, relative to the crossing time of the box.
 const FIRST_CHECK: f64 = 1e-4;
 
-/// Interval until the next check for initial overlaps: a number of physical events or a simulated time, whichever comes
-/// first.
+/// Interval until the next check for initial overlaps, in events or in simulated time, whichever comes first.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct OverlapCheck {
     pub events: u64,
@@ -57,8 +56,8 @@ impl OverlapCheck {
     }
 }
 
-/// The next check of the run: a simulated time or a number of physical events, whichever comes first. It is stored in
-/// checkpoints, so that pauses do not shift the checks.
+/// The next check of the run, at a simulated time or at a number of physical events. It is stored in checkpoints, so
+/// that pauses do not shift the checks.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Aim {
     pub time: f64,
@@ -91,8 +90,7 @@ pub(super) struct Measurement {
     pub instruments: Instruments,
 }
 
-/// State of a run: its stage, sampling times, instruments and averages. A checkpoint consists of this state, the
-/// simulation, and the list of output files.
+/// State of a run, without the simulation and the list of output files. A checkpoint contains all three.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunState {
     pub(super) stage: Start,
@@ -114,7 +112,6 @@ pub struct RunState {
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
     pub(super) frames: FrameLimit,
-    /// Sampling times of the rows in a stage without measurement.
     pub(super) rows: Option<SamplingTimes>,
     pub(super) measurement: Option<Measurement>,
     /// Event counts at the start of the measurement.
@@ -122,7 +119,6 @@ pub struct RunState {
     pub(super) counts_before: EventCountsBySpecies,
     /// Wall time of the current measurement before the last interruption `[seconds]`.
     pub(super) earlier_seconds: f64,
-    /// Whether the current stage has been set up.
     pub(super) has_begun: bool,
     /// Time of the next scaling of the velocities; infinite if there is none.
     pub(super) next_scaling: f64,
@@ -205,7 +201,7 @@ impl RunState {
         }
     }
 
-    /// Returns the end time of the current stage and the time left. `None` if the end is farther away than round-off.
+    /// Returns the end time of the current stage and the time left. `None` unless the end is reached within round-off.
     pub(super) fn rest_of_stage(&self, simulation: &Simulation) -> Option<(f64, f64)> {
         let duration = self.stage.limit.time?;
         let (end, _) = self.stage.end();
@@ -213,7 +209,6 @@ impl RunState {
         (left <= NEAR * duration).then_some((end, left))
     }
 
-    /// Whether the last measurement has reached its limit, or no event is left.
     pub(super) fn has_ended(&self, simulation: &Simulation) -> bool {
         let (_, events) = self.stage.end();
         let is_there = simulation.event_counts().physical() >= events || self.rest_of_stage(simulation).is_some();
@@ -235,8 +230,7 @@ impl RunState {
         self.planned.filter(|_| self.stage.stage == Stage::Measurement).unwrap_or(self.stage.limit)
     }
 
-    /// Returns the simulated time and the number of physical events since the last measurement began; `None` before the
-    /// last measurement.
+    /// Returns the simulated time and the number of physical events of the last measurement, if it has begun.
     pub(crate) fn measured_so_far(&self, simulation: &Simulation) -> Option<(f64, u64)> {
         let is_measured = self.stage.stage == Stage::Measurement;
         let events = simulation.event_counts().physical().saturating_sub(self.stage.events);
@@ -262,7 +256,7 @@ impl RunState {
 }
 
 /// Shortest simulated time in which a particle crosses the box: at its initial speed, at the thermal speed, or in a
-/// fall from rest. Infinite if nothing moves. Limited to the time of [`MANY_COLLISIONS`] Andersen collisions.
+/// fall from rest. Infinite if nothing moves. The limit is the time of [`MANY_COLLISIONS`] Andersen collisions.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
@@ -282,5 +276,5 @@ fn crossing_time(scene: &Scene) -> f64 {
     (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_COLLISIONS / collisions)
 }
 
-/// Largest number of Andersen collisions between two checks of the run, which take a few hundredths of a second.
+/// Largest number of Andersen collisions between two checks. These collisions take a few hundredths of a second.
 const MANY_COLLISIONS: f64 = 1e4;

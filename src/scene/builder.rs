@@ -99,7 +99,6 @@ impl SceneBuilder {
         }
     }
 
-    /// Creates a builder from the parts of a scene.
     pub(crate) fn of_parts(parts: SceneParts) -> Self {
         let species = parts.species.iter().map(SpeciesDraft::of).collect();
         Self { size: Some(parts.space.size), species, parts, ..Self::new("") }
@@ -130,9 +129,9 @@ impl SceneBuilder {
         /// Sets the speed `[length / time]` of all particles in fills and chains without temperature and speed.
         /// Directions are random.
         ///
-        /// Particles of a species move in pairs in opposite directions. If their number is odd, three of them move at
-        /// 120 degrees to each other. The total momentum is therefore zero. A particle without partners keeps its
-        /// momentum: the only particle of a species, or the odd particle in one dimension.
+        /// Particles of a species move in pairs in opposite directions. In a species with an odd number of particles,
+        /// three particles move at 120 degrees to each other. The total momentum is therefore zero. A particle without
+        /// partners keeps its momentum: the only particle of a species, or the odd particle in one dimension.
         speed(speed: f64) => speed;
         /// Sets what the live page shows during a run.
         live(live: LivePlan) => parts.live;

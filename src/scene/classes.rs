@@ -8,8 +8,7 @@ use crate::scene::limits::positive;
 use crate::scene::unvalidated::{Fill, Group, InteractionDraft, LocatedGroup, Model, SpeciesDraft};
 use crate::scene::validate::measure;
 
-/// Maximum number of species in a scene with distributed diameters. Each of the `256 * 257 / 2` pairs may have an
-/// interaction, and interactions are numbered with 16 bits.
+/// Maximum number of species. Each of the `256 * 257 / 2` pairs may have an interaction, numbered with 16 bits.
 const MOST_SPECIES: usize = 256;
 
 #[derive(Debug)]

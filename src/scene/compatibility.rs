@@ -66,7 +66,6 @@ struct Subject<'a> {
 /// Config path of a feature (`None` for its first key), and the value for the error message.
 type Found = (Option<ConfigPath>, String);
 
-/// Finds a feature in a stage of a scene.
 type Search = fn(&Subject<'_>) -> Option<Found>;
 
 pub(super) struct Phase<'a> {
@@ -134,7 +133,6 @@ const fn feature(name: &'static str, keys: &'static [&'static str], found: Searc
     Feature { name, keys, found }
 }
 
-/// A feature that is named after its key.
 const fn key(keys: &'static [&'static str; 1], found: Search) -> Feature {
     feature(keys[0], keys, found)
 }

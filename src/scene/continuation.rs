@@ -31,7 +31,6 @@ pub(crate) struct LastRun {
     pub checkpoint: InputFile,
 }
 
-/// Particles at the end of a run.
 struct Left {
     particles: Vec<Particle>,
     images: Vec<[i32; 3]>,
@@ -84,7 +83,6 @@ impl SceneBuilder {
         next.starting_from(&last).map_err(|error| next.origins.located(error))
     }
 
-    /// Returns a builder whose missing parts are taken from the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
         (next.parts.start_time, next.parts.displacement) = (simulation.time(), simulation.displacement());
@@ -298,7 +296,7 @@ fn are_alike(a: &Potential, b: &Potential) -> bool {
     a.radii() == b.radii() && a.is_bond() == b.is_bond() && are_finite(a) == are_finite(b)
 }
 
-/// Whether the discontinuities of each interaction are the same as in the earlier run. Pairs then keep their states.
+/// Whether each interaction has the same discontinuities as in the earlier run. If so, pairs keep their states.
 fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds: &[Bond]) -> Vec<bool> {
     let in_run: HashMap<&str, usize> = run.species.iter().enumerate().map(|(k, it)| (it.name.as_str(), k)).collect();
     let mut is_kept = vec![true; interactions.len()];
@@ -324,7 +322,7 @@ fn has_same_periods(one: &Space, other: &Space) -> bool {
     periodic(one) == periodic(other)
 }
 
-/// Whether walls and diameters are unchanged, so that no particle overlaps a wall.
+/// Whether walls and diameters are unchanged. If so, no particle overlaps a wall.
 fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
     let diameters: HashMap<&str, f64> = run.species.iter().map(|it| (it.name.as_str(), it.diameter)).collect();
     let walls = |space: &Space| [0, 1, 2].map(|axis| space.walled_sides(axis));
@@ -332,7 +330,7 @@ fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
         && walls(space) == walls(&run.space)
 }
 
-/// Differences between a scene and a run that affect the dynamics, in words.
+/// Names the differences between a scene and a run that affect the dynamics.
 fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
     let is_driven_by_walls = scene.has_thermal_walls();
     let differences = [

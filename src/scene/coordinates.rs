@@ -21,7 +21,6 @@ use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 use crate::trajectory::frame::FrameParticle;
 use crate::trajectory::{Frame, compressed};
 
-/// A frame from which a scene starts, with further data from its source.
 #[derive(Debug)]
 struct Start<'f> {
     frame: Cow<'f, Frame>,
@@ -32,12 +31,10 @@ struct Start<'f> {
     comment: usize,
 }
 
-/// Source of a frame: a file, or a program.
 #[derive(Debug, Clone)]
 struct Origin {
     at: ConfigPath,
     path: Option<PathBuf>,
-    /// Name of the interaction for the bonds of the frame, if given in the scene.
     bond: Option<String>,
 }
 
@@ -216,7 +213,6 @@ pub(super) fn unchanged(
     Err(SceneError::new(at.key("checksum"), kind))
 }
 
-/// The error is a line number and a message.
 fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     let open = || compressed::unpacked(text).map_err(|error| (1, error.to_string()));
     let lines = || open().map_or(1, |text| BufReader::new(text).split(b'\n').map_while(Result::ok).count().max(1));

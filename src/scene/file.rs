@@ -1,7 +1,7 @@
 //! The format of a scene file.
 //!
-//! The comments of the fields become the descriptions in [`schema`](fn@crate::scene::schema), which editors show. Each
-//! comment states the meaning of the key for a user, with its unit.
+//! The comments of the fields are the descriptions in [`schema`](fn@crate::scene::schema), which editors show. Each
+//! comment explains the key to a user, with the unit.
 
 mod diameter;
 mod drive;
@@ -44,7 +44,8 @@ pub(crate) struct SceneFile {
     /// Name of the run folder: up to 100 letters, digits, `-` and `_`; the name of the scene file if not given.
     #[schemars(regex(pattern = SCENE))]
     pub name: Option<String>,
-    /// Text about the scene in Markdown, for the page of `carom live`; the first comment in the file if not given.
+    /// Text about the scene in Markdown, for the page of `carom live`. If not given, the first comment in the file is
+    /// used.
     pub description: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]
@@ -53,19 +54,19 @@ pub(crate) struct SceneFile {
     /// Simulated time at the start `[time]`.
     #[schemars(extend("default" = 0.0))]
     pub start_time: Option<f64>,
-    /// Whether particles may overlap at the start. Overlaps never grow deeper, and disappear unless gravity or wells
+    /// Whether particles may overlap at the start. Overlaps never become deeper. They disappear unless gravity or wells
     /// hold the particles together.
     pub allow_invalid_start: bool,
-    /// Start from the last state of another run, instead of from particles in the scene.
+    /// Start from the last state of another run. The scene then has no particles of its own.
     pub start: Option<StartFile>,
     /// The box and its sides.
     pub space: Option<SpaceFile>,
     /// Gravity, and the contact time of the TC model.
     pub dynamics: Option<DynamicsFile>,
-    /// Species of particles, at least one. If not given, a scene with `start` takes them from the earlier run.
+    /// Species of particles, at least one. A scene with `start` takes them from the earlier run if none are given.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// Interactions of species and of bonds. If not given, a scene with `start` takes them from the earlier run.
+    /// Interactions of species and of bonds. A scene with `start` takes them from the earlier run if none are given.
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
     pub particle: Vec<ParticleFile>,
@@ -77,7 +78,7 @@ pub(crate) struct SceneFile {
     pub fill: Vec<FillFile>,
     /// Surfaces made of static particles.
     pub mesh: Vec<MeshFile>,
-    /// Surfaces besides the walls. If not given, a scene with `start` takes them from the earlier run.
+    /// Surfaces besides the walls. A scene with `start` takes them from the earlier run if none are given.
     pub surface: Option<Vec<SurfaceFile>>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
@@ -87,7 +88,7 @@ pub(crate) struct SceneFile {
     pub stage: Vec<StageFile>,
     /// Settings of the run, such as its length.
     pub run: Option<RunFile>,
-    /// Replica exchange between several temperatures or distances, instead of a single run.
+    /// Replica exchange between temperatures or distances, instead of a single run.
     pub exchange: Option<ExchangeFile>,
     /// Measurements.
     pub measure: MeasureFile,
@@ -112,8 +113,8 @@ impl SceneFile {
 pub(crate) struct StartFile {
     /// Folder of the run, relative to the folder of the scene.
     pub from: String,
-    /// Checksum of the checkpoint of the other run: `crc32:` and eight hexadecimal digits. The new run adds it to its
-    /// copy of the scene.
+    /// Checksum of the other run's checkpoint: `crc32:` and eight hexadecimal digits. The new run adds the checksum to
+    /// its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
@@ -122,7 +123,7 @@ pub(crate) struct StartFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DynamicsFile {
-    /// Acceleration of every moving species without an acceleration of its own `[length / time^2]`.
+    /// Acceleration of every moving species that has no acceleration of its own `[length / time^2]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub gravity: Option<[f64; 3]>,
     /// Contact time of the TC model `[time]`. If not given, the model is off.
@@ -139,7 +140,7 @@ pub(crate) struct SpeciesFile {
     pub name: String,
     /// Diameter or distribution of diameters `[length]`.
     pub diameter: DiameterFile,
-    /// Mass `[mass]`, required for moving species. With distributed diameters, it is the mass at the mean diameter.
+    /// Mass `[mass]`, required for moving species. If diameters are distributed, this is the mass at the mean diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
     /// Whether the particles of the species never move.
@@ -147,8 +148,8 @@ pub(crate) struct SpeciesFile {
     pub is_static: bool,
     /// Constant acceleration `[length / time^2]`; gravity if not given.
     pub acceleration: Option<[f64; 3]>,
-    /// Moment of inertia about any axis through the centre `[mass length^2]`. If not given, it is that of a uniform
-    /// sphere, `2/5 m R^2`, or of a uniform disk in two dimensions, `m R^2 / 2`.
+    /// Moment of inertia about an axis through the centre `[mass length^2]`. The default is `2/5 m R^2`, as for a
+    /// uniform sphere. In two dimensions it is `m R^2 / 2`, as for a uniform disk.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub moment_of_inertia: Option<f64>,
 }
@@ -168,12 +169,12 @@ pub(crate) struct AuditFile {
     pub overlap: Option<f64>,
 }
 
-/// `[run]`: length of the run, which ends at `until_time` or `until_events`, whichever comes first.
+/// `[run]`: the run, which ends at `until_time` or `until_events`, whichever comes first.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RunFile {
-    /// With `auto`, the equilibration ends when no observable drifts, but at the latest after `equilibration_time` or
-    /// `equilibration_events`.
+    /// With `auto`, the equilibration ends when all observables are stationary, but after `equilibration_time` or
+    /// `equilibration_events` at the latest.
     #[schemars(extend("enum" = AUTOMATIC))]
     pub equilibration: Option<String>,
     /// Duration simulated before the measurement `[time]`.
@@ -196,24 +197,26 @@ pub(crate) struct RunFile {
     pub thermostat: Option<ThermostatFile>,
     /// Barostat during equilibration and measurement; none if not given. It needs a thermostat of the kind `andersen`.
     pub barostat: Option<BarostatFile>,
-    /// Number of threads of the run; 1 if not given. `auto` uses one thread per core, or fewer if there are few
-    /// particles. The results do not depend on this number.
+    /// Number of threads; 1 if not given. `auto` uses one thread per core, or fewer for few particles. The results do
+    /// not depend on this number.
     pub threads: Option<ThreadsFile>,
 }
 
-/// `[output]`: what to write, in intervals of simulated time.
+/// `[output]`: what to write, and how often in simulated time.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct OutputFile {
     /// Time between two rows of `thermo.csv`, in all stages `[time]`. If not given, each stage gets about 200 rows.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thermo_interval: Option<f64>,
-    /// Time between two frames of `trajectory.xyz` `[time]`; if not given, about 20 frames of at most 200 MB in total.
+    /// Time between two frames of `trajectory.xyz` `[time]`. If not given, about 20 frames are written, at most 200 MB
+    /// in total.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frame_interval: Option<f64>,
     /// Whether every physical event is written to `contacts.csv`.
     pub contacts: bool,
-    /// Whether every event is written to the folder `events` with positions and velocities, one file for each column.
+    /// Whether every event is written to the folder `events`, with positions and velocities. Each column has its own
+    /// file.
     pub events: bool,
     /// Formats to which the trajectory is converted at the end of the run.
     #[schemars(extend("items" = json!({ "type": "string", "enum": Format::ALL.map(Format::name) }), "default" = json!([])))]
@@ -226,8 +229,8 @@ pub(crate) struct OutputFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CountFile {
-    /// Unique name of the column: up to 100 letters, digits, blanks and any of `_ - + . ( )`, the first a letter or
-    /// digit.
+    /// Unique name of the column: up to 100 letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter
+    /// or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
     /// Lower corner of a box `[length]`.
@@ -236,18 +239,18 @@ pub(crate) struct CountFile {
     pub upper: Option<[f64; 3]>,
     /// STL or OBJ file of a closed mesh, instead of a box, relative to the folder of the scene.
     pub path: Option<String>,
-    /// Largest distance at which vertices of the file are merged, as a fraction of the largest extent of the mesh; none
-    /// are merged if not given.
+    /// Vertices closer than this fraction of the mesh's largest extent are merged. If not given, no vertices are
+    /// merged.
     #[schemars(range(min = 0, max = 0.01))]
     pub weld: Option<f64>,
     /// Factor by which the mesh is scaled before its rotation.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
-    /// Axis and angle in degrees of the rotation of the mesh, after its scaling.
+    /// Axis and angle in degrees of the mesh's rotation, after scaling.
     pub rotation: Option<RotationFile>,
     /// Displacement of the mesh after its rotation `[length]`.
     pub translation: Option<[f64; 3]>,
-    /// Checksum that the mesh file must have: `crc32:` and eight hexadecimal digits. A run adds it to its copy of the
+    /// Checksum of the mesh file: `crc32:` and eight hexadecimal digits. A run adds the checksum to its copy of the
     /// scene.
     pub checksum: Option<String>,
 }

@@ -17,11 +17,11 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
-/// Maximum number of lattice sites in the bounding box of a region, unless at least a tenth of the sites are used. A
-/// fill with this number takes a few seconds and about a gigabyte of memory.
+/// Maximum number of lattice sites in the bounding box of a region, unless at least a tenth of the sites are used. With
+/// this number of sites, a fill takes a few seconds and about a gigabyte of memory.
 const MOST_SITES: f64 = 2e7;
 
-/// Relative tolerance between the mean of two diameters and the contact distance.
+/// Relative round-off when the mean of two diameters is compared with a contact distance.
 const ROUNDING: f64 = 1e-12;
 
 /// A fill with a known number of particles of each species.
@@ -43,7 +43,7 @@ impl Filling {
         Ok(filling)
     }
 
-    /// Number of particles of a fill; an upper bound with `as_many_as_fit`.
+    /// Number of particles of a fill. With `as_many_as_fit`, it is an upper bound.
     pub(crate) fn count(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<u64, SceneError> {
         let (species, space) = (placing.species, placing.space);
         if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {
@@ -79,7 +79,6 @@ impl Filling {
         Ok(count)
     }
 
-    /// Returns the species of each particle, grouped by species.
     pub(crate) fn kinds(&self) -> Vec<SpeciesId> {
         self.shares.iter().flat_map(|&(species, count)| std::iter::repeat_n(species, count)).collect()
     }
@@ -88,7 +87,7 @@ impl Filling {
         self.shares.iter().filter(|(_, count)| *count > 0).map(|(species, _)| *species)
     }
 
-    /// Returns positions on a lattice. Rejects sites closer than a contact distance, unless overlaps are allowed.
+    /// Returns positions on a lattice. Rejects sites at less than the contact distance, unless overlaps are allowed.
     pub(crate) fn on_lattice(
         &self,
         lattice: Lattice,
@@ -151,8 +150,7 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
     Ok(shares)
 }
 
-/// Upper bound of the number of particles that fit without overlaps: the volume of the region divided by the mean
-/// volume of the impenetrable cores.
+/// Upper bound of the number of particles: the volume of the region divided by the mean volume of a core.
 fn most_that_fit(
     room: f64,
     shares: &[(SpeciesId, f64)],

@@ -1,4 +1,4 @@
-//! Particles that a program passes to a scene, instead of a coordinate file.
+//! Particles that a program passes to a scene.
 
 use std::collections::HashMap;
 
@@ -12,50 +12,50 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{WriteError, write_frame};
 use crate::trajectory::frame::FrameParticle;
 
-/// Particles that a program passes to a scene, treated like the particles of a `[[file]]`. Their ids follow the ids of
-/// single particles and precede the ids of files.
+/// Particles that a program passes to a scene, like the particles of a `[[file]]`. Their ids are after the ids of
+/// single particles and before the ids of files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GivenParticles {
-    /// Name of the particles in error messages, instead of the path of a file.
+    /// Name of the particles in error messages.
     pub name: String,
     /// The particles, their bonds and their box.
     pub frame: Frame,
-    /// Whether a scene without a given size takes its box from the frame.
+    /// Whether the frame has a box, which the scene uses if it has no size.
     pub has_box: bool,
-    /// Whether the frame has radii, which must then equal the radii of the species.
+    /// Whether the frame has radii. They must equal the radii of the species.
     pub has_radii: bool,
     /// Whether the positions have only x and y. The z axis must then be flat.
     pub is_plane: bool,
-    /// Name of the interaction for all bonds; `None` if the interactions are named in the frame.
+    /// Name of the interaction of all bonds; `None` if the frame names the interactions.
     pub bond: Option<String>,
 }
 
-/// How the record of a scene stores the particles from a program.
+/// How the record of a scene stores particles from a program.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum KeptParticles<'a> {
     /// The particles are in a file with this name and content, next to the record.
     InFile(&'a str, &'a [u8]),
-    /// The particles are tables in the record, and no other file is needed.
+    /// The particles are tables in the record.
     InTables(&'a GivenParticles),
 }
 
 impl GivenParticles {
-    /// Uses the particles and bonds of a frame, but not its box and radii.
+    /// Uses the particles and bonds of a frame, but not the box and the radii.
     #[must_use]
     pub fn new(name: &str, frame: Frame) -> Self {
         Self { name: name.to_owned(), frame, has_box: false, has_radii: false, is_plane: false, bond: None }
     }
 
-    /// Content of an extended XYZ file that gives the same particles, bit for bit.
+    /// Content of an extended XYZ file with the same particles, bit for bit.
     ///
     /// # Errors
     /// [`WriteError`] if the scene was not made from these particles.
     pub fn file_for(&self, scene: &Scene) -> Result<Vec<u8>, WriteError> {
         let known: HashMap<&str, u32> =
             scene.species.iter().zip(0..).map(|(species, number)| (species.name.as_str(), number)).collect();
-        // Species that no particle uses may be missing from the scene.
+        // Unused species may be missing from the scene.
         let numbers: Vec<u32> =
             self.frame.species.iter().map(|it| known.get(it.name.as_str()).copied().unwrap_or(u32::MAX)).collect();
         let in_scene = |particle: &FrameParticle| {
@@ -82,7 +82,7 @@ impl GivenParticles {
         Ok(content)
     }
 
-    /// Position of a particle in a scene. Positions with only x and y get the z of the flat axis.
+    /// Position of a particle in a scene. Without a z coordinate, z is the coordinate of the flat axis.
     pub(super) fn placed(&self, position: Vector, space: &Space) -> Vector {
         if self.is_plane { Vector::new(position.x, position.y, space.lower.z) } else { position }
     }
@@ -111,7 +111,7 @@ impl GivenParticles {
         text
     }
 
-    /// Adds the box passed by the program, if any, to the tables of a scene without a size and a fill.
+    /// Adds the box passed by the program, if any, to the tables of a scene that has neither a size nor a fill.
     pub(super) fn put_box(&self, scene: &Scene, table: &mut Table) {
         let has_fill = table.get("fill").and_then(Value::as_array).is_some_and(|fills| !fills.is_empty());
         let space = table.entry("space").or_insert_with(|| Value::Table(Table::new()));
@@ -164,7 +164,7 @@ position = [0.5, 0.5, 0.5]
 until_time = 1.0
 "#;
 
-    /// Two beads. The second bead is beyond a periodic side of the box.
+    /// Two beads. The second bead is outside a periodic side of the box.
     fn given() -> GivenParticles {
         let particle = |id: u32, x: f64| FrameParticle {
             id: ParticleId(id),

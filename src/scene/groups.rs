@@ -1,5 +1,5 @@
-//! Places the particles of a scene, group by group. Groups without random positions come first, so that random groups
-//! fill the remaining space. Ids follow the order of the groups in the scene.
+//! Places the particles of a scene, group by group. Groups with random positions are placed last and fill the remaining
+//! space. Ids follow the order of the groups in the scene.
 
 mod placing;
 
@@ -25,7 +25,7 @@ pub(crate) struct Groups {
     pub particles: Vec<Particle>,
     pub bonds: Vec<(Bond, ConfigPath)>,
     pub static_surfaces: Vec<StaticSurface>,
-    /// Id of the first particle of each group, and the config path of the group. Empty if the particles have no groups.
+    /// First particle and config path of each group. Empty if the particles have no groups.
     pub starts: Vec<(usize, ConfigPath)>,
 }
 
@@ -55,7 +55,7 @@ impl Groups {
                         placing.chains(index, chain, &placed.at, interactions, occupancy.as_mut())?
                     }
                 };
-                // The number of particles of a static surface is known only now, so the total is checked again.
+                // The number of particles of a static surface was unknown before, so the total is checked again.
                 total += parts[index].len() as u64;
                 affordable(total, &placed.at)?;
             }
@@ -135,7 +135,7 @@ impl Groups {
     }
 }
 
-/// Checks particles with given positions, and wraps them into the box across periodic sides.
+/// Checks particles with given positions, and wraps the positions into the box.
 fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
     let named = |name: &String| species.iter().position(|candidate| candidate.name == *name);
     let known: Vec<Option<usize>> = listed.names.iter().map(named).collect();

@@ -1,4 +1,4 @@
-//! The interaction table: named and per-species interactions become potentials of pairs of species.
+//! The interaction of each pair of species.
 
 use std::collections::HashMap;
 
@@ -16,8 +16,8 @@ use crate::scene::unvalidated::{InteractionDraft, Model};
 /// Maximum number of steps of a stepped potential. More steps are probably a typing error.
 pub(crate) const MOST_STEPS: usize = 10_000;
 
-/// Maximum number of species and of interactions, which are numbered with 16 bits. An `[[interaction]]` needs a number
-/// for each of its contact distances.
+/// Maximum number of species and of interactions, which have 16-bit numbers. An `[[interaction]]` needs a number for
+/// each of its contact distances.
 pub(crate) const MOST_KINDS: usize = 1 << 16;
 
 /// Interactions of a scene. An `[[interaction]]` becomes several interactions if its contact distances differ.
@@ -26,8 +26,7 @@ pub(crate) struct Interactions<'a> {
     pub species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
-    /// Interaction of each pair of species. `Some(None)` is the potential `none`. Pairs without an interaction in the
-    /// scene have no entry.
+    /// Interaction of each pair of species, if any. `Some(None)` is the potential `none`.
     table: SpeciesPairs<Option<InteractionId>>,
 }
 
@@ -107,7 +106,7 @@ impl<'a> Interactions<'a> {
             return refuse(at.key("potential"), "without a hard core in a rough interaction", expected);
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
-        // A stepped Lennard-Jones potential has one more radius, at its core.
+        // A stepped Lennard-Jones potential has an additional radius at its core.
         if steps > MOST_STEPS + 1 {
             let expected = format!("a number of radii from 1 to {}", MOST_STEPS + 1);
             let at = ConfigPath::entry("interaction", index).key("radii");
@@ -188,8 +187,8 @@ impl<'a> Interactions<'a> {
         meeting.filter_map(|(_, id)| Some(self.get(id?).potential.range())).fold(0.0, f64::max)
     }
 
-    /// Rejects a scene in which two species can meet but have no interaction. `counts` is the number of particles of
-    /// each species.
+    /// Rejects a scene in which two species can meet without an interaction. `counts` are the particles of each
+    /// species.
     pub(crate) fn check_complete(&self, counts: &[usize]) -> Result<(), SceneError> {
         let present: Vec<usize> = (0..counts.len()).filter(|&species| counts[species] > 0).collect();
         for (k, &a) in present.iter().enumerate() {

@@ -19,7 +19,7 @@ const BYTES_PER_PAIR: u64 = 64;
 /// Maximum number of species with particles. The event loop numbers them with 16 bits.
 const MOST_ROWS: u64 = 1 << 16;
 
-/// Rejects a number of particles beyond the memory of the machine or the ids of the engine, before any allocation.
+/// Rejects more particles than the memory of the machine or the ids of the engine allow.
 pub(crate) fn affordable(particles: u64, at: &ConfigPath) -> Result<(), SceneError> {
     affordable_with(particles, memory::total(), at)
 }
@@ -56,7 +56,7 @@ fn check(value: f64, is_good: bool, expected: &str, at: ConfigPath) -> Result<f6
     if is_good { Ok(value) } else { refuse(at, shortest(value), expected) }
 }
 
-/// Expected value in an error message: the kind of number, or the range if only the range is violated.
+/// Returns the expected value for a message: the range if only the range is violated, otherwise the kind of number.
 fn instead(is_of_kind: bool, kind: &'static str, range: &'static str) -> &'static str {
     if is_of_kind { range } else { kind }
 }
@@ -101,7 +101,7 @@ pub(crate) fn restitution(value: f64, at: ConfigPath) -> Result<f64, SceneError>
     check(value, (0.0..=1.0).contains(&value), "a number from 0 to 1", at)
 }
 
-/// Checks the numbers of a contact law. `at` is the table of its keys.
+/// Checks the numbers of a contact law.
 pub(crate) fn contact_law(law: &ContactLaw, at: &ConfigPath) -> Result<(), SceneError> {
     restitution(law.restitution, at.key("restitution"))?;
     let Some(Roughness { tangential_restitution: tangential, friction }) = law.roughness else { return Ok(()) };
@@ -123,7 +123,7 @@ pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Checks a spin: static particles do not turn, and in two dimensions particles turn about the flat axis only.
+/// Checks a spin. Static particles have no spin. In two dimensions, spins are along the flat axis.
 pub(crate) fn spin(spin: &Vector, species: &Species, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(spin, at)?;
     let wrong = |k: &usize| spin[*k] != 0.0 && (species.is_static() || !space.turns_about(*k));

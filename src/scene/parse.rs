@@ -43,7 +43,7 @@ pub(super) struct Keys<'k> {
 }
 
 impl<'k> Keys<'k> {
-    /// Finds the kind `word`, the value of the key `what`. Rejects unknown kinds, and keys that only other kinds have.
+    /// Finds the kind with the name `word`. Rejects unknown kinds, and keys that only other kinds allow.
     pub fn of_kind(
         kinds: &Kinds,
         what: &'static str,
@@ -62,7 +62,7 @@ impl<'k> Keys<'k> {
         Ok((word, keys))
     }
 
-    /// Rejects keys that are given but allowed only for other kinds. `known` are the keys that this kind allows.
+    /// Rejects keys that this kind does not allow. The allowed keys are `known`.
     pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
         match self.all.iter().copied().find(|key| self.has(key) && !known.contains(key)) {
             None => Ok(()),
@@ -198,14 +198,14 @@ fn parse_output(output: OutputFile, directory: &Path) -> Result<(OutputPlan, Vec
     Ok((plan, inputs))
 }
 
-/// Returns the contact law of a table. Without the keys of rough contacts, it is smooth.
+/// Returns the contact law of a table. Contacts are smooth without the keys of rough contacts.
 fn contact_law(restitution: Option<f64>, tangential: Option<f64>, friction: Option<f64>) -> ContactLaw {
     let law = ContactLaw::smooth(restitution.unwrap_or(1.0));
     let law = tangential.map_or(law, |tangential| law.with_tangential_restitution(tangential));
     friction.map_or(law, |friction| law.with_friction(friction))
 }
 
-/// Parses a species. Also returns the classes of its diameters if they are distributed.
+/// Parses a species. Also returns the size classes if the diameter has a distribution.
 fn parse_species(species: SpeciesFile, at: &ConfigPath) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
     let SpeciesFile { name, diameter, mass, is_static, acceleration, moment_of_inertia } = species;
     let (diameter, classes) = match diameter {

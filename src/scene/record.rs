@@ -21,8 +21,8 @@ const HEADER: &str = "\
 impl Scene {
     /// Returns TOML from which this scene can be read again in any folder.
     ///
-    /// The scene was read from `path` with `overrides`. The TOML contains the overrides, and the name and limits of the
-    /// scene. Relative paths of coordinate files and runs become absolute, with checksums. Comments are lost.
+    /// The scene was read from `path` with `overrides`. The record contains the overrides, the name and the limits of
+    /// the scene. Relative paths of files and runs become absolute, and checksums are added. Comments are lost.
     ///
     /// # Errors
     /// The errors of [`Scene::from_file_with`], if the file has changed.
@@ -94,7 +94,7 @@ impl Scene {
         Ok(format!("{HEADER}{text}{listed}"))
     }
 
-    /// Returns the text of the tables, to be appended to the record.
+    /// Adds the particles to the table, or returns text with tables to be appended to the record.
     fn put_particles(&self, given: KeptParticles<'_>, table: &mut Table) -> Result<String, SceneError> {
         match given {
             KeptParticles::InFile(name, content) => {

@@ -37,7 +37,7 @@ fn check_box(region: &Region, space: &Space, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Whether a coordinate is beyond a side of the box; always false along an axis that is open on both sides.
+/// Returns true if a coordinate is beyond a side of the box. An axis that is open on both sides has no sides.
 fn is_outside(value: f64, axis: usize, space: &Space, rounding: f64) -> bool {
     let (lower, upper) = (space.lower[axis] - rounding, space.upper()[axis] + rounding);
     space.boundary[axis] != Boundary::OPEN && !(lower..=upper).contains(&value)

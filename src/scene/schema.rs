@@ -65,7 +65,7 @@ pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
     table.iter().map(|(word, _)| *word).collect()
 }
 
-/// Returns a rule of the schema for each kind of a table. The rule forbids all keys that only other kinds allow.
+/// Returns a rule of the schema for each kind of a table. The rule forbids the keys of other kinds.
 pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])]) -> Vec<Value> {
     let rule = |&(word, known): &(&'static str, &[&'static str])| {
         let others = table.iter().flat_map(|(_, keys)| *keys).filter(|other| !known.contains(other));
@@ -88,7 +88,7 @@ fn plain(schema: &mut Schema) {
     }
 }
 
-/// Removes null from the types and the default of a property. A key that is not given is absent in TOML, not null.
+/// Removes null from the types and the default of a property, because TOML has no null.
 fn given(property: &mut Map<String, Value>) {
     // Lists of tables are empty by default, so the schema omits this default.
     let has_tables = property.get("items").is_some_and(|items| items["type"] == "object");

@@ -20,9 +20,9 @@ use crate::scene::file::SceneFile;
 struct Override {
     key: String,
     value: String,
-    /// Position of the override in the whole text: the file, followed by all overrides.
+    /// Position of the override in the text of the file and all overrides.
     start: usize,
-    /// The text `v=value` after spaces, so that the value has the same position as in the whole text.
+    /// The text `v=value` after spaces, which give the value its position in the whole text.
     padded: String,
 }
 
@@ -36,7 +36,7 @@ impl Override {
     fn parsed(&self) -> Spanned<DeValue<'_>> {
         if let Ok(document) = DeTable::parse(&self.padded) {
             let mut table = document.into_inner().into_iter();
-            // A value with further keys is a string.
+            // A text that would set further keys is a string.
             if let (Some((_, value)), None) = (table.next(), table.next()) {
                 return value;
             }
@@ -73,7 +73,6 @@ impl Source {
         Self { name: name.to_owned(), text: Arc::new(text), overrides }
     }
 
-    /// Reads the text, with the overrides, as a scene file.
     pub(crate) fn read(&self) -> Result<SceneFile, SceneError> {
         let tree = self.tree()?;
         if tree.get_ref().is_empty() {
@@ -130,8 +129,8 @@ impl Source {
         BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()
     }
 
-    /// Splits a key into its parts, and replaces names of entries by indices. Different keys of the same value then
-    /// have equal parts.
+    /// Splits a key into parts, with an index in place of the name of an entry. Different keys of a value then have
+    /// equal parts.
     pub(crate) fn place(&self, key: &str) -> Vec<String> {
         let tree = self.tree().ok();
         let mut parts = key.split('.').map(|part| part.trim().to_owned());
@@ -253,8 +252,8 @@ fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     found.map_or(0..0, Spanned::span)
 }
 
-/// Converts an error message of TOML or serde to the kind of a scene error. In a message about an unknown key, the
-/// first word in backticks is the unknown key, and the others are the known keys.
+/// Converts an error message of TOML or serde. In a message about an unknown key, the first word in backticks is the
+/// unknown key, and the other words in backticks are the known keys.
 fn kind_of(message: &str, text: &str) -> SceneErrorKind {
     if message.starts_with("unknown field") {
         let mut words = message.split('`').skip(1).step_by(2).map(str::to_owned);

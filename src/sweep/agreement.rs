@@ -19,8 +19,8 @@ pub struct Agreement {
     pub without_size: Option<f64>,
     /// Number of means, which is also the number of degrees of freedom.
     pub freedom: usize,
-    /// Number of means that were left out because the system is in the other phase. If the compressibility factor is
-    /// published for both phases, the nearer value determines the phase.
+    /// Number of means that were left out because the system is not in the published phase. If the compressibility
+    /// factor is published for two phases, the nearer value determines the phase.
     pub other_phase: usize,
     /// Whether the published values refer to a crystal.
     pub is_of_crystal: bool,
@@ -43,8 +43,8 @@ impl Agreement {
 }
 
 impl Results {
-    /// Compares a quantity with published values. `quantity` is an index in [`Results::quantities`]. Labels with fewer
-    /// than two means are left out.
+    /// Compares a quantity with published values. The argument `quantity` is an index into [`Results::quantities`].
+    /// Labels with fewer than two means are left out.
     #[must_use]
     pub fn agreements(&self, quantity: usize) -> Vec<Agreement> {
         let Some(name) = self.quantities.get(quantity).map(|it| &it.name) else { return Vec::new() };

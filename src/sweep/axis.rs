@@ -154,7 +154,6 @@ fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     Ok(values)
 }
 
-/// Arguments: the whole text, the part before the dots, and the part after them.
 fn range(text: &str, low: &str, rest: &str) -> Result<Vec<String>, AxisError> {
     let owned = || text.to_owned();
     let mut parts = rest.split('/').map(str::trim);

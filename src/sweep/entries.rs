@@ -1,4 +1,4 @@
-//! Numbers that vary inside lists and tables of the scene. Each has its own column in the tables of the sweep.
+//! Numbers that vary inside lists and tables of the scene. Each number has a column in the tables of the sweep.
 
 use std::collections::BTreeMap;
 
@@ -24,13 +24,13 @@ impl Entry {
         &self.name
     }
 
-    /// Key of the scene that contains the number.
+    /// Key of the value in the scene, such as `dynamics.gravity`.
     #[must_use]
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// Returns the number at a point of the sweep, if the value at the point contains the number.
+    /// Returns the number at a point of the sweep; `None` if the value at this point lacks the number.
     #[must_use]
     pub fn of(&self, point: &Point) -> Option<f64> {
         let (_, value) = point.settings().iter().find(|(key, _)| *key == self.key)?;

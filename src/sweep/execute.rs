@@ -19,7 +19,7 @@ use crate::run::{Ending, Finished, Progress, Run, RunError};
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {
-    /// The run had already ended.
+    /// The run had ended before this sweep was executed.
     Kept,
     /// The run was executed to its end.
     Done,
@@ -31,7 +31,7 @@ pub enum Fate {
     Interrupted,
 }
 
-/// A share of the points for one task of a job array: every N-th point.
+/// The points for one task of a job array: every N-th point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Share {
     /// Number of this share, from 1.
@@ -44,7 +44,7 @@ impl Share {
     /// All points.
     pub const ALL: Self = Self { number: 1, of: 1 };
 
-    /// Whether the share contains a point, given by its index from 0.
+    /// Returns true if the share contains the point with this index. Indices start at 0.
     #[must_use]
     pub fn has(&self, place: usize) -> bool {
         place % self.of.max(1) + 1 == self.number
@@ -60,15 +60,14 @@ pub struct Orders<'o> {
     pub share: Share,
     /// Wall time between two checkpoints of a run.
     pub checkpoint_every: Duration,
-    /// A run is interrupted once its files exceed this size `[bytes]`.
+    /// A run is interrupted when its files exceed this size `[bytes]`.
     pub most_bytes: f64,
     /// Creates the text of `report.txt` for a finished run.
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
-    /// Adds custom instruments to a run by [`Run::instrument`]. It is called in the thread of the run. A resumed run
-    /// needs the same instruments.
+    /// Adds custom instruments to a run by [`Run::instrument`]. This function is called in the thread of the run. A
+    /// resumed run needs the same instruments.
     pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
-    /// Names of the custom instruments. A run that began with other instruments is rejected without changes to its
-    /// folder.
+    /// Names of the custom instruments. A run with other instruments is rejected.
     pub instrument_names: &'o [String],
 }
 
@@ -83,11 +82,10 @@ pub enum News<'n> {
 }
 
 impl SweepFolder {
-    /// Runs the unfinished points of a share. Returns the outcomes, each with the index of its point in
-    /// [`Sweep::points`]. An interrupted run continues from its last checkpoint with the same results as an
-    /// uninterrupted run.
+    /// Runs the unfinished points of a share. Returns each outcome with the index of the point in [`Sweep::points`]. An
+    /// interrupted run continues from its last checkpoint, and has the same results as an uninterrupted run.
     ///
-    /// Calls `watch` with the index of a point, from all threads. If `watch` returns [`ControlFlow::Break`], the run is
+    /// Calls `watch` from all threads, with the index of a point. If `watch` returns [`ControlFlow::Break`], the run is
     /// interrupted and no further runs start. Points that have not started have no outcome.
     ///
     /// # Errors
@@ -130,8 +128,8 @@ impl SweepFolder {
         Ok(fates)
     }
 
-    /// Runs one point, if it is unfinished, and returns its outcome, like [`Self::execute`]. Ignores `jobs` and
-    /// `share`. If several processes request the point, only one of them runs it.
+    /// Runs one point, if it is unfinished, and returns the outcome. Ignores `jobs` and `share`. If several processes
+    /// request the same point, only one process runs it.
     ///
     /// # Errors
     /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
@@ -175,7 +173,7 @@ impl SweepFolder {
                         folder.keep_scene(&record)?;
                         return finish(folder, Run::without_start(scene), orders, watch);
                     }
-                    // Another process has finished this run since its state was checked.
+                    // Another process has finished this run in the meantime.
                     Err(OutputError::Finished(_)) => return Ok(Fate::Kept),
                     Err(OutputError::Unfinished(_)) => {}
                     Err(error) => return Err(error),
@@ -188,7 +186,7 @@ impl SweepFolder {
 
     /// Returns the outcome of a finished run, and completes missing conversions.
     fn over(&self, point: &Point, path: &Path) -> Result<Fate, OutputError> {
-        // A run that was continued outside the sweep has no record of its failure in the folder of the sweep.
+        // If a run was continued outside the sweep, the folder of the sweep has no record of its failure.
         let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));
         let made = Folder::convert_missing(path)?;
         Ok(match made.failures.first() {

@@ -1,4 +1,4 @@
-//! The folder of a sweep: the file `sweep.toml`, a folder for each point, and the tables.
+//! The folder of a sweep: `sweep.toml`, a folder for each point, and the tables.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -22,7 +22,7 @@ const SWEEP: &str = "sweep.toml";
 
 const SCENE: &str = "scene.toml";
 
-/// Folder with the reasons for failures: one file per point, named after the folder of the point.
+/// Folder with one file per failed point, which contains the reason and has the name of the point's folder.
 const FAILURES: &str = "failures";
 
 const HEADER: &str = "\
@@ -66,7 +66,7 @@ impl Sweep {
         let file = SweepFile::read(path)?;
         let set: Vec<(&str, &str)> = file.set.iter().filter_map(|pair| pair.split_once('=')).collect();
         let scene = path.parent().unwrap_or(Path::new("")).join(&file.scene);
-        // The scene is a copy in the folder of the sweep. The copy moves with the folder.
+        // The scene is a copy in the folder of the sweep, and moves with this folder.
         let is_kept = file.checksum.is_some() && file.scene == SCENE && path.file_name() == Some(OsStr::new(SWEEP));
         let sweep = if is_kept {
             Self::of_text(read_text(&scene)?, scene, &set, file.axes()?)?
@@ -104,8 +104,8 @@ pub struct SweepFolder {
 
 impl SweepFolder {
     /// Creates the folder of a sweep, or opens an existing folder with the same scene text, overrides and keys. If the
-    /// keys have other values, existing runs are kept, and the tables show only the points of `sweep`. If different
-    /// sweeps open a new folder at once, only one of them succeeds.
+    /// values of the keys differ, existing runs are kept, and the tables show only the points of `sweep`. If different
+    /// sweeps open a new folder at the same time, only one call succeeds.
     ///
     /// # Errors
     /// [`SweepError::Occupied`] if the folder contains other files, [`SweepError::Changed`] or [`SweepError::Other`] if
@@ -135,7 +135,7 @@ impl SweepFolder {
                 break false;
             }
             let mut entries = fs::read_dir(&self.path).map_err(OutputError::write(&self.path))?.flatten();
-            // Another process may have created `sweep.toml` since the first check.
+            // Another process may have created `sweep.toml` in the meantime.
             if entries.any(|entry| !is_draft(&entry.file_name())) && !record.exists() {
                 return Err(SweepError::Occupied(self.path.clone()));
             }
@@ -150,7 +150,7 @@ impl SweepFolder {
         if !is_new {
             let then = SweepFile::read(&record)?;
             self.refuse_other(sweep, &then, &now)?;
-            // Keeps the checksums of earlier inputs, even if the sweep no longer contains their runs.
+            // Keeps the checksums of inputs whose runs are no longer in the sweep.
             for (path, checksum) in then.inputs {
                 now.inputs.entry(path).or_insert(checksum);
             }
@@ -218,7 +218,7 @@ impl SweepFolder {
         self.path.join(point.folder())
     }
 
-    /// An interrupted run counts as unfinished, even if it has a summary.
+    /// An interrupted run is unfinished, even if it has a summary.
     pub(super) fn state_of(&self, point: &Point) -> Result<FolderState, OutputError> {
         let path = self.of(point);
         let state = Folder::state_of(&path)?;
@@ -235,13 +235,13 @@ impl SweepFolder {
         self.path.join(FAILURES).join(format!("{}.txt", point.folder()))
     }
 
-    /// Records why a run has failed, or deletes the record if there is no message.
+    /// Records why a run has failed. Deletes the record if there is no message.
     pub(super) fn keep_failure(&self, point: &Point, message: Option<&str>) -> Result<(), SweepError> {
         let path = self.failure_file(point);
         refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
         let Some(message) = message else {
             remove(&path)?;
-            // The folder remains if it contains records of other failures.
+            // The folder remains if other runs have failed.
             let _ = fs::remove_dir(self.path.join(FAILURES));
             return Ok(());
         };

@@ -23,7 +23,7 @@ const BAROSTAT: &str = "barostat";
 #[derive(Debug, Clone)]
 pub struct Sweep {
     scene: PathBuf,
-    /// Whether the scene has its own file. Otherwise, its text is kept in the folder of the sweep.
+    /// Whether the scene comes from a file. Otherwise, the folder of the sweep contains the text of the scene.
     has_file: bool,
     text: String,
     set: Vec<(String, String)>,
@@ -71,8 +71,8 @@ impl Sweep {
         Self::of(scene, true, text, set, axes)
     }
 
-    /// Creates a sweep of a scene without a file. The folder of the sweep keeps the text. `name` is used in messages,
-    /// and relative paths in the text start at its folder.
+    /// Creates a sweep of a scene without a file. The text is stored in the folder of the sweep. `name` is the path of
+    /// the scene in messages. Relative paths in the text are relative to the folder of this path.
     ///
     /// # Errors
     /// The errors of [`Sweep::new`], except errors of reading the file.
@@ -108,7 +108,7 @@ impl Sweep {
         if let Some(key) = self.keys().into_iter().chain(set).find(|key| !known.insert(*key)) {
             return Err(SweepError::Twice(key.to_owned()));
         }
-        // A later setting must not override an earlier one.
+        // A later setting must not override an earlier setting.
         let set: Vec<(&str, &str)> = self.set.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
         let keys: Vec<&str> = set.iter().map(|(key, _)| *key).chain(self.keys()).collect();
         let places = Scene::places(&self.text, &set, &keys);
@@ -239,14 +239,13 @@ impl Sweep {
         Scene::inputs_named(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// Checks the sweep before files are created: keys and types at all points, and one complete scene. Returns this
-    /// scene.
+    /// Checks the keys and types at all points, and one complete scene. Returns the scene.
     ///
     /// # Errors
     /// [`SweepError::Scene`] with the first error, [`SweepError::SameRuns`] if the seed varies without effect.
     pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
-        // An axis may have one invalid end, so the first or the last point must be valid.
+        // One end of an axis may be invalid, so only the first or the last point must be valid.
         let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
         let (point, scene) = match self.scene_at(first) {
             Ok(scene) => (first, scene),
@@ -269,8 +268,8 @@ impl Sweep {
         Ok(())
     }
 
-    /// Expected size of the files of all runs, if the runs resemble `scene` `[bytes]`. The size is accurate within a
-    /// factor of two. If the size of some files is unknown, it is a lower bound.
+    /// Expected size of all files `[bytes]`, if all runs resemble `scene`. The estimate is accurate within a factor of
+    /// two. If the size of some files is unknown, the estimate is a lower bound.
     #[must_use]
     pub fn expected_bytes(&self, scene: &Scene) -> f64 {
         SizeEstimate::of(scene, foreseen_rate(scene).ok()).bytes * self.points.len() as f64

@@ -13,8 +13,7 @@ use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
 
-/// Quantities that come first in tables, in this order; quantities in `LAST` come last. The density is measured only
-/// with a barostat.
+/// First quantities in tables, in this order. The density is measured only with a barostat.
 const FIRST: [&str; 10] = [
     "number_density",
     "compressibility_factor",
@@ -30,7 +29,6 @@ const FIRST: [&str; 10] = [
 const LAST: [&str; 7] =
     ["temperature", "pressure_xx", "pressure_yy", "pressure_zz", "pressure_xy", "pressure_xz", "pressure_yz"];
 
-/// Returns the rank of a quantity in the order of tables.
 fn rank(name: &str, has_stages: bool) -> usize {
     if has_stages && name == "temperature" {
         return 0;
@@ -120,8 +118,8 @@ pub struct StageResult {
 pub struct Group {
     /// Indices of the points of the group in [`Sweep::points`].
     pub places: Vec<usize>,
-    /// Number of completed runs that repeat another run bit for bit, and do not count in the means. Without a random
-    /// start or a heat bath, all runs of the group are identical.
+    /// Number of completed runs that repeat another run bit for bit. Repeated runs do not count in the means. Without a
+    /// random start or a heat bath, all runs of the group are identical.
     pub repeats: usize,
     /// Means of the measured stages, then of the last measurement.
     pub measurements: Vec<StageMeans>,
@@ -156,7 +154,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads the results so far from the folder of a sweep. A point with unreadable files has failed.
+    /// Reads the results so far from the folder of a sweep. Points with unreadable files have failed.
     #[must_use]
     pub fn read(folder: &SweepFolder, sweep: &Sweep) -> Self {
         let mut quantities = Vec::new();
@@ -184,7 +182,7 @@ impl Results {
         self.groups.iter().flat_map(|group| group.measurements.iter().map(move |means| (group, means)))
     }
 
-    /// Number of completed runs that repeat other runs bit for bit, and do not count in the means.
+    /// Number of completed runs that repeat other runs bit for bit. Repeated runs do not count in the means.
     #[must_use]
     pub fn repeats(&self) -> usize {
         self.groups.iter().map(|group| group.repeats).sum()
@@ -224,7 +222,6 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<MeasuredQ
     }
 }
 
-/// Returns why a run is not sound; `None` if its summary contains no fault.
 pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
     let faults = || (!summary.faults.is_empty()).then(|| summary.faults.join("; "));
     summary.trouble.clone().or_else(faults)
@@ -281,17 +278,15 @@ fn stages(points: &[PointResult]) -> Vec<String> {
     stages
 }
 
-/// Returns the results of all instruments, and the means of other observables.
 fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,
     measured: &Measured,
 ) -> Vec<(MeasuredQuantity, Value)> {
-    // The pressure tensor measures the collision rate too, as `core_rate`.
+    // The pressure tensor measures the collision rate under the name `core_rate`.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
     let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
-    // Known observables come first, in a fixed order. Observables of later versions follow.
     let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
     let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
@@ -332,8 +327,7 @@ fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: 
             }
         }
         let means = stages.iter().map(|stage| means_of(stage, &done, quantities));
-        // Without completed runs, the stages of a state point are unknown. The state point then has an entry for each
-        // stage of the sweep.
+        // Without completed runs, the state point has an entry for each stage of the sweep.
         group.measurements = means.filter(|means| means.runs > 0 || done.is_empty()).collect();
     }
     groups
@@ -357,7 +351,7 @@ fn pooled(values: &[Value]) -> Option<Pooled> {
     let squares = values.iter().map(|value| value.error.map(|error| error * error)).sum::<Option<f64>>();
     let scatter = values.iter().map(|value| (value.mean - mean) * (value.mean - mean)).sum::<f64>();
     let scatter = (scatter / (number * (number - 1.0))).sqrt();
-    // Values of conserved quantities differ by round-off, which is not scatter.
+    // Conserved quantities differ by round-off, which is not scatter.
     let scatter = if scatter <= ROUNDING * mean.abs() { 0.0 } else { scatter };
     mean.is_finite().then(|| Pooled {
         mean,

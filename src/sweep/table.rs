@@ -136,7 +136,6 @@ fn is_partial(results: &Results, quantity: usize) -> bool {
 fn columns(sweep: &Sweep, results: &Results) -> String {
     let mut text = String::from("column,unit,meaning\n");
     for (name, key) in sweep.short_names().iter().zip(sweep.keys()) {
-        // Writing to a string cannot fail.
         let _ = writeln!(text, "{},,{}", quoted(name), quoted(&format!("the key {key} of the scene")));
     }
     for entry in sweep.entries() {

@@ -124,8 +124,7 @@ mod tests {
             for cut in [5, 40, packed.len() / 2, packed.len() - 3] {
                 assert!(read(&packed[..cut]).is_err(), "{cut}");
             }
-            // A changed byte must not cause a panic. The file has a checksum, so reading fails or the text is
-            // unchanged.
+            // The file has a checksum, so reading a changed file fails or the text is unchanged.
             for k in 0..60 {
                 let mut changed = packed.clone();
                 let at = 4 + k * 7_919 % (packed.len() - 4);

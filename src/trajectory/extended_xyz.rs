@@ -25,11 +25,11 @@
 //! | `surfaces` | whether each surface of the scene is present; absent if all always are |
 //!
 //! The species is in the column `type`, because ASE accepts only chemical symbols in a column called `species`. The
-//! reader accepts both names. `map_shift`, which OVITO calls *Periodic Image*, counts the periods that a particle has
-//! travelled since the start. The unwrapped position is the position plus these multiples of the vectors of `Lattice`.
-//! The column `masses` is for ASE; the value is 0 for static particles.
+//! reader accepts both names. `map_shift` is *Periodic Image* in OVITO: the number of periods that a particle has
+//! travelled along each vector of `Lattice` since the start. The unwrapped position is the position plus these
+//! multiples of the vectors. The column `masses` is for ASE; the value is 0 for static particles.
 //!
-//! Numbers have the fewest digits that preserve all bits. The reader accepts the columns in any order and requires only
+//! Numbers have as many digits as all bits need. The reader accepts the columns in any order and requires only
 //! positions. A file without `Properties` is read as plain XYZ, with a name and three coordinates per line.
 
 mod comment;
@@ -53,8 +53,7 @@ pub(crate) use write::{FrameWriter, Heading};
 
 use super::{Frame, compressed};
 
-/// Length of the longest accepted line `[bytes]`, enough for about five million bonds. The limit saves memory if a file
-/// is binary.
+/// Length of the longest accepted line `[bytes]`, enough for five million bonds. A binary file may be a single line.
 const LONGEST_LINE: u64 = 1 << 26;
 
 /// A frame selected from a trajectory.
@@ -62,12 +61,12 @@ const LONGEST_LINE: u64 = 1 << 26;
 pub struct Pick {
     /// The frame.
     pub frame: Frame,
-    /// Whether the file ends in the middle of a later frame, for example because the run was killed.
+    /// True if the file ends in the middle of a later frame, for example because the run was killed.
     pub is_truncated: bool,
 }
 
 /// Reads the frame nearest to `time` `[time]` from a trajectory file, or the last frame if `time` is `None`. If two
-/// frames are equally near, the earlier one in the file is returned. At most two frames are in memory.
+/// frames are equally near, the earlier frame in the file is returned.
 ///
 /// # Errors
 /// [`ReadError::Open`] if the file cannot be opened, [`ReadError::NoFrame`] if the file contains no frame,

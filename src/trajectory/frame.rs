@@ -68,7 +68,7 @@ const TAKEN: [&str; 46] = [
 pub struct FrameSpecies {
     /// Name, unique in the frame.
     pub name: String,
-    /// Whether particles of this species never move.
+    /// Whether the species never moves.
     pub is_static: bool,
     /// Mass of the particles, infinite for a static species `[mass]`; `None` if the trajectory file lacks it.
     pub mass: Option<f64>,
@@ -77,7 +77,7 @@ pub struct FrameSpecies {
 /// A particle in a frame: id, species, radius, position and velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FrameParticle {
-    /// Id of the particle, which is the same in all output.
+    /// Id, which is the same in all output.
     pub id: ParticleId,
     /// Index into [`Frame::species`].
     pub species: SpeciesId,
@@ -85,7 +85,7 @@ pub struct FrameParticle {
     pub position: Vector,
     /// Velocity `[length / time]`.
     pub velocity: Vector,
-    /// Half the diameter of the particle `[length]`.
+    /// Half of the diameter `[length]`.
     pub radius: f64,
 }
 
@@ -100,10 +100,9 @@ pub struct Frame {
     pub lower: Vector,
     /// Edge lengths of the box `[length]`; 0 along flat axes.
     pub size: Vector,
-    /// Whether each axis is periodic: a particle that leaves on one side enters on the other.
+    /// Whether each axis is periodic. A particle that leaves on one side enters on the opposite side.
     pub periodic: [bool; 3],
-    /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]` `[length]`. It is 0 without
-    /// shear.
+    /// Displacement along x of the next image of the box along y, due to shear, in `(-L_x / 2, L_x / 2]` `[length]`.
     pub displacement: f64,
     /// Species of the particles.
     pub species: Vec<FrameSpecies>,
@@ -116,12 +115,12 @@ pub struct Frame {
     /// Index of the interaction of each bond in `bond_names`; empty if a file lacks it.
     pub bond_kinds: Vec<u32>,
     /// Number of periods that each particle has travelled along each axis, see [`Frame::unwrapped`]. Empty if a file
-    /// lacks it.
+    /// lacks these numbers.
     #[doc(alias = "image flags")]
     pub images: Vec<[i32; 3]>,
     /// Additional scalars of the particles, such as the bond order.
     pub scalars: Vec<Scalar>,
-    /// Whether each surface of the scene is present at this time; empty if all are present.
+    /// Whether each surface of the scene is present at this time. Empty if all surfaces are present.
     pub surfaces: Vec<bool>,
 }
 
@@ -170,7 +169,7 @@ impl Frame {
         }
     }
 
-    /// Returns the names of the interactions of all bonds, and the index of each bond into the names. Both lists are
+    /// Returns the names of the interactions of all bonds, and the index of each bond's interaction. Both lists are
     /// empty if an interaction has no name.
     #[must_use]
     pub fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
@@ -191,7 +190,7 @@ impl Frame {
     }
 
     /// Unwrapped position of the particle with index `place` `[length]`. The vectors of the box are `(L_x, 0, 0)`,
-    /// `(displacement, L_y, 0)` and `(0, 0, L_z)`. Without image numbers, returns the position in the box.
+    /// `(displacement, L_y, 0)` and `(0, 0, L_z)`. If [`Frame::images`] is empty, returns the position in the box.
     #[must_use]
     pub fn unwrapped(&self, place: usize) -> Vector {
         let position = self.particles[place].position;
@@ -204,7 +203,7 @@ impl Frame {
     pub(crate) fn wrapped(&self, position: &Vector) -> Vector {
         let mut position = *position;
         if self.displacement != 0.0 {
-            // A shift by a period along y also displaces a position along x.
+            // In a sheared box, a shift by a period along y changes x.
             position.x -= self.displacement * ((position.y - self.lower.y) / self.size.y).floor();
         }
         Vector::from_fn(|k, _| {
@@ -217,7 +216,7 @@ impl Frame {
         })
     }
 
-    /// Whether the box has no extent along an axis.
+    /// Returns true if the box has no extent along an axis.
     #[must_use]
     pub fn is_flat(&self, axis: usize) -> bool {
         self.size[axis] == 0.0
@@ -239,7 +238,7 @@ impl Frame {
         nearest_image(separation, &self.space().periods(), self.displacement)
     }
 
-    /// Extent of flat axes for readers that reject a box without volume: the largest diameter, or 1.
+    /// Extent of the box along flat axes, for readers that reject a box without volume: the largest diameter, or 1.
     pub(super) fn thickness(&self) -> f64 {
         Self::thickness_for(self.particles.iter().map(|particle| particle.radius))
     }
@@ -249,7 +248,7 @@ impl Frame {
         if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }
     }
 
-    /// Corners of the box `[length]`. The box extends by half the largest diameter to either side of flat axes.
+    /// Corners of the box `[length]`. Along flat axes, the box extends by half the largest diameter to either side.
     pub(crate) fn thickened(&self) -> (Vector, Vector) {
         let half = 0.5 * self.thickness();
         let extent = |axis: usize| if self.is_flat(axis) { (-half, half) } else { (0.0, self.size[axis]) };
@@ -258,20 +257,20 @@ impl Frame {
         (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
     }
 
-    /// Whether every output format can use this name for a scalar.
+    /// Returns true if every output format accepts this name for a scalar.
     pub(super) fn is_name_of_scalar(name: &str) -> bool {
         let is_word = name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_');
         !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())
     }
 
-    /// The mass of each particle, if all masses are known. It is 0 for static particles, so that sums stay finite.
+    /// The mass of each particle, if all masses are known. Static particles have the mass 0, so sums stay finite.
     pub(crate) fn masses(&self) -> Option<Vec<f64>> {
         let mass = |particle: &FrameParticle| self.species.get(particle.species.0 as usize)?.mass;
         let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };
         self.particles.iter().map(|particle| mass(particle).map(finite)).collect()
     }
 
-    /// Whether a particle is of a static species.
+    /// Returns true for a particle of a static species.
     #[must_use]
     pub fn is_static(&self, particle: &FrameParticle) -> bool {
         self.species.get(particle.species.0 as usize).is_some_and(|species| species.is_static)

@@ -9,7 +9,6 @@ pub(super) struct Row {
     pub value: String,
     /// Whether `value` is a ratio. Its divisor is given in `how`.
     pub is_relative: bool,
-    /// Reason why the verdict is missing.
     pub why: Option<String>,
     /// Limit above which the audit fails; may be empty.
     pub limit: String,
@@ -71,8 +70,7 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
     let (overlap, invalid) = (&summary.overlap, summary.events.in_invalid_state);
     let is_judged_by_rounding = overlap.limit.is_none() && overlap.initial == 0;
     let limit = overlap.limit.map_or_else(|| "round-off".to_owned(), |limit| format!("{limit:.1e}"));
-    // Without a limit, an overlap may not exceed the round-off of coordinates. If particles overlap at the start, there
-    // is no verdict.
+    // Without a limit, round-off decides. If particles overlap at the start, there is no verdict.
     let is_sound = |depth: f64, number: u64| match overlap.limit {
         Some(limit) => Some(depth <= limit),
         None => is_judged_by_rounding.then_some(number == 0),

@@ -54,8 +54,7 @@ pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     if of(true).is_empty() { moving } else { format!("{moving}; static: {}", of(true)) }
 }
 
-/// Returns the potential of the moving particles, such as `hard ` or `square-well `, with a space at the end. The text
-/// is empty if the particles have several potentials.
+/// Returns the potential of the moving particles, such as `hard ` with a space; empty for several potentials.
 #[must_use]
 pub fn kind_of_potential(scene: &Scene) -> &'static str {
     let kind = |potential: &Potential| match potential.energies() {

@@ -1,4 +1,4 @@
-//! Results of a run as text, the content of `report.txt`.
+//! Results of a run as text for `report.txt`.
 
 use std::fmt::Write;
 
@@ -21,7 +21,7 @@ const MOST_NUMBERS: usize = 48;
 
 const MOST_RATES: usize = 12;
 
-/// Returns the results of a run: system, end of the run, means and audit.
+/// Returns the results of a run: the system, the end of the run, means and the audit.
 #[must_use]
 pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;
@@ -72,8 +72,7 @@ pub fn text(finished: &Finished) -> String {
     lines.text()
 }
 
-/// Describes numbers of events, such as `12 core, 3 wall`. The order of `counts` is core, capture, release, bounce,
-/// wall.
+/// Describes numbers of core, capture, release, bounce and wall events, such as `12 core, 3 wall`.
 #[must_use]
 pub fn kinds(counts: [u64; 5], shown: fn(u64) -> String) -> String {
     let kinds = ["core", "capture", "release", "bounce", "wall"].into_iter().zip(counts);
@@ -116,7 +115,6 @@ pub struct Lines(String);
 impl Lines {
     /// Adds a line with a name and its value.
     pub fn pair(&mut self, name: &str, value: &str) {
-        // Writing to a string cannot fail.
         let _ = writeln!(self.0, "{name:<32}{value}");
     }
 

@@ -19,7 +19,7 @@ struct Dynamics {
     gravity: Option<[f64; 3]>,
 }
 
-/// Reads `dynamics.gravity` from the scene file beside a trajectory `[length / time^2]`; `None` without gravity.
+/// Reads `dynamics.gravity` from the scene file of a trajectory `[length / time^2]`; `None` without gravity.
 pub(super) fn gravity_beside(trajectory: &Path) -> Option<Vector> {
     let text = fs::read_to_string(Folder::scene_of(trajectory.parent().unwrap_or(Path::new("")))).ok()?;
     let scene: Scene = toml::from_str(&text).ok()?;

@@ -137,8 +137,7 @@ pub struct WrittenMovie {
 /// Progress of a movie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovieProgress {
-    /// Whether the images of the movie are being drawn. Earlier steps scan the trajectory, and draw trial images for
-    /// the colours of a GIF.
+    /// Whether the images are being drawn. Before, the trajectory is scanned, and the colours of a GIF are chosen.
     pub is_drawing: bool,
     /// Number of frames scanned, trial images drawn, or images written.
     pub frames: u64,
@@ -275,7 +274,6 @@ impl Reel<'_> {
             crew: at_once,
             is_stopped: &is_stopped,
         };
-        // Calls `watch` after each image, and while the next image is drawn.
         let (watch, done) = (RefCell::new(watch), Cell::new(0));
         let ask = |written: usize| {
             done.set(written);

@@ -66,15 +66,14 @@ use stroke::{Edge, Pen};
 
 pub(super) const BYTES_PER_PIXEL: u64 = 40;
 
-/// Opacities of box edges, of box edges in front of the box, and of surface edges. `FINE` is the relative width of
-/// surface edges.
+/// Edges in front of the box are fainter than other edges of the box. Edges of surfaces are fainter and thinner.
 const BOX_OPACITY: f32 = 0.6;
 const NEAR_OPACITY: f32 = 0.22;
 const FINE_OPACITY: f32 = 0.4;
 const FINE: f32 = 0.7;
 
-/// Draws a frame of a trajectory, with the surfaces and gravity of the scene beside the file. The frame is the one
-/// nearest to a time `[time]`, or the last one. An incomplete last frame is ignored.
+/// Draws the frame of a trajectory nearest to a time `[time]`, or the last frame. The surfaces and gravity are those of
+/// the scene beside the file. An incomplete last frame is ignored.
 ///
 /// # Errors
 /// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a

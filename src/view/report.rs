@@ -1,7 +1,7 @@
 //! The page of a run for a browser: the scene, the audit, the results, and the moving particles.
 //!
 //! The page is one file without external references, and needs no network. Only `summary.json` is required. The page
-//! names other files that are missing or damaged. The same files always give the same bytes.
+//! names other files that are missing or damaged.
 //!
 //! ```no_run
 //! use carom::io::Existing;
@@ -48,7 +48,6 @@ use inputs::Inputs;
 
 pub(super) const STYLE: &str = include_str!("report/page.css");
 
-/// Script of the figures.
 const FIGURES: &str = concat!(include_str!("report/save.js"), include_str!("report/figures.js"));
 
 /// Maximum size of a trajectory file for a small page `[bytes]`. The page contains about a third of this size.
@@ -64,7 +63,7 @@ pub struct Page {
     pub notes: Vec<String>,
 }
 
-/// Makes the page of a run from its files. Memory is limited to two frames and the page, about 40 MB.
+/// Makes the page of a run from its files. Memory is limited to two frames and a page of about 40 MB.
 ///
 /// # Errors
 /// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`] if
@@ -127,7 +126,6 @@ fn document(inputs: &Inputs) -> String {
     shell(&summary.scene, &heading, &notes(&inputs.notes), &sections)
 }
 
-/// A section has an id, a title and a body.
 fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, String)]) -> String {
     let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
     let body: String = sections
@@ -167,7 +165,6 @@ fn scene(inputs: &Inputs) -> String {
     }
 }
 
-/// `what` continues the sentence "From this text and seed".
 fn scene_text(what: &str, text: &str) -> String {
     format!(
         "<p>From this text and seed {what}.</p>\n\

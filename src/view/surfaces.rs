@@ -16,8 +16,8 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::{Pose, Timeline};
 use crate::trajectory::Frame;
 
-/// A surface that extends farther than this beyond the particles and the box is cut off, so that particles stay large.
-/// In units of the longest edge of the box around everything else.
+/// Surfaces that extend farther than this beyond the displayed region do not enlarge the region, so that particles stay
+/// large. The distance is relative to the longest edge of the region.
 const REACH: f64 = 0.5;
 
 /// Surfaces to draw.
@@ -27,7 +27,7 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// Makes surfaces of meshes.
+    /// Creates a surface from each mesh. Meshes without area are left out.
     #[must_use]
     pub fn of<'m>(meshes: impl IntoIterator<Item = &'m TriangleMesh>) -> Self {
         Self { skins: meshes.into_iter().map(Skin::of).filter(|skin| !skin.triangles.is_empty()).collect() }
@@ -41,7 +41,7 @@ impl Surfaces {
         Self::of_run(folder, meshes.collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// Makes surfaces of the meshes of a run. Reads the index and the motions of each surface from the folder.
+    /// Creates surfaces from the meshes of a run. Reads the index and the motions of each surface from the folder.
     pub(super) fn of_run(folder: &Path, meshes: Vec<(PathBuf, TriangleMesh)>) -> Result<Self, ViewError> {
         let list = listed_surfaces(folder).map_err(|(path, source)| ViewError::SurfaceFile { path, source })?;
         let skin = |(file, mesh): (PathBuf, TriangleMesh)| {
@@ -92,7 +92,7 @@ impl Surfaces {
     }
 
     /// Returns the corners of the bounding boxes of all surfaces that must be completely visible. The arguments are the
-    /// corners of the box around everything else.
+    /// corners of the displayed region without surfaces.
     pub(super) fn framed(&self, [lower, upper]: [Vector; 2]) -> Vec<Vector> {
         let room = REACH * (upper - lower).max();
         let is_near =

@@ -7,7 +7,6 @@ use serde::Deserialize;
 
 pub const FOLDER: &str = "tests/bad_scenes";
 
-/// A scene with one mistake, and the expected error.
 pub struct Case {
     pub scene: String,
     pub line: usize,
@@ -76,7 +75,6 @@ fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The valid scenes in `base`, by name.
 pub fn bases() -> BTreeMap<String, String> {
     let paths = std::fs::read_dir(Path::new(FOLDER).join("base")).unwrap().map(|entry| entry.unwrap().path());
     paths.map(|path| (path.file_stem().unwrap().to_str().unwrap().to_owned(), read(&path))).collect()

@@ -49,8 +49,7 @@ ROW = """(() => {
   return count ? sum / count : -1;
 })()"""
 
-# Waits until no drawing is due for three frames in a row. One frame is not enough, because resizing requests another
-# drawing.
+# Waits until no drawing is due for three frames in a row, because resizing requests another drawing.
 DRAWN = """new Promise((done) => {
   let still = 0;
   const look = () => {

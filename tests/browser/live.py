@@ -11,8 +11,7 @@ from pathlib import Path
 
 from devtools import Browser, Failure, expect, find
 
-# Counts animation frames and measures the longest time between two frames. Records when the simulated time first
-# changes.
+# Counts frames, measures the longest time between two frames, and records when the simulated time first changes.
 WATCH = """
 window.watched = { frames: 0, longest: 0, moved: undefined, shown: undefined };
 (() => {

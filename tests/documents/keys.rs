@@ -24,7 +24,7 @@ fn tables(heading: &str) -> Vec<String> {
     if names.is_empty() { vec![String::new()] } else { names }
 }
 
-/// Returns the documented keys by path. Each has its description and its line number.
+/// Returns the documented keys by path, each with its description and its line number.
 fn documented() -> BTreeMap<String, (Key, String, usize)> {
     let page = Page::of("docs/scene.md");
     let mut keys = BTreeMap::new();
@@ -58,7 +58,7 @@ fn documented() -> BTreeMap<String, (Key, String, usize)> {
     keys
 }
 
-/// Adds the keys of a schema by path. Each has its own schema and is marked if it is required.
+/// Adds the keys of a schema by path, each with its schema, and with true if the key is required.
 fn expected(schema: &Value, path: &str, keys: &mut BTreeMap<String, (Value, bool)>) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten().filter(|(_, rules)| rules.is_object())
     {

@@ -64,7 +64,7 @@ fn plain(path: &Path) -> String {
     parts.join("/")
 }
 
-/// Returns the lines of code blocks without a language and of inline code, each with its position.
+/// Returns the lines of inline code and of code blocks without a language, with their positions.
 fn lines() -> Vec<(String, String)> {
     let mut lines = Vec::new();
     for page in pages() {
@@ -149,7 +149,6 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     for page in pages() {
         for (line, code) in page.spans() {
             let path = code.split_whitespace().next().unwrap_or_default();
-            // Paths of modules may start in `src`.
             let is_module =
                 (path.ends_with(".rs") || LAYERS.iter().any(|layer| path.starts_with(layer))) && !path.contains("::");
             if is_module || FOLDERS.iter().any(|folder| path.starts_with(folder)) {

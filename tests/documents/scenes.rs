@@ -29,7 +29,6 @@ temperature = 1.0
 until_events = 100
 "#;
 
-/// Replaces tables of the base scene with tables of the fragment.
 fn completed(fragment: &str) -> Table {
     let mut scene: Table = BASE.parse().unwrap();
     let fragment: Table = fragment.parse().unwrap();

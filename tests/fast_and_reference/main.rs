@@ -17,8 +17,7 @@ mod surfaces;
 
 use surfaces::{motions, surfaces};
 
-/// Number of events compared in each scene. Each collision multiplies rounding errors by about ten, the ratio of the
-/// mean free path to the radius. Each of at least eight particles has at most about ten collisions.
+/// Number of events compared in each scene. Each collision multiplies rounding errors by about ten.
 const EVENTS: usize = 40;
 
 /// Tolerance for times and positions. Round-off grows from 1e-15 to about 1e-7 during the compared events.
@@ -44,7 +43,7 @@ struct Recipe {
     bonds: usize,
     contact_time: Option<f64>,
     box_length: f64,
-    /// Selects the surfaces. Boxes with periodic axes have no surfaces.
+    /// Selects the surfaces.
     surfaces: usize,
     motion: usize,
 }
@@ -70,7 +69,7 @@ const PLAIN: Recipe = Recipe {
 fn recipe() -> impl Strategy<Value = Recipe> {
     (
         (0..1_000_000_u64, 8..24_u64, 0..6_usize, prop::array::uniform3(0..3_usize), any::<bool>()),
-        // Products of these numbers are rounded, because the numbers are not powers of two.
+        // These numbers are not powers of two, so their products are rounded.
         (0.3..1.6_f64, prop::array::uniform2((-1.5..1.5_f64).prop_map(f64::exp))),
         (
             (prop::sample::select(vec![1.0, 0.9, 0.5]), prop::option::weighted(0.4, roughness())),
@@ -217,7 +216,6 @@ fn pair(event: &Event) -> (u32, Option<u32>) {
     }
 }
 
-/// Converts the kind of an event to the type of the reference engine.
 fn kind(event: &Event) -> Option<reference::EventKind> {
     match event.kind {
         EventKind::Pair(Outcome::Core) => Some(reference::EventKind::Pair(reference::Outcome::Core)),
@@ -243,13 +241,11 @@ fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     events
 }
 
-/// A comparison ends before the first contact with a smaller normal velocity `v`. The positions in the two engines may
-/// differ by [`TOLERANCE`], so the times of the contact may differ by `TOLERANCE / v`. In equilibrium, a fraction `v^2
-/// / 2` of all events is slower than `v`.
+/// A comparison ends before the first contact with a smaller normal velocity `v`. The contact time may be wrong by
+/// [`TOLERANCE`] divided by `v`.
 const SLOWEST: f64 = 1e-3;
 
-/// A comparison is cut short if two events are too close in time to be ordered, or if a contact is slower than
-/// [`SLOWEST`].
+/// A comparison is cut short if round-off may decide the order of two events, or at a contact slower than [`SLOWEST`].
 struct Compared {
     events: usize,
     is_cut_short: bool,
@@ -289,12 +285,11 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
 
 const CASES: u32 = 400;
 
-/// Smallest total number of compared events. The maximum is 16,000. Twelve runs compared 15,480 events on average, with
-/// a standard deviation of 110. The limit is five expected standard deviations of 120 below this average.
+/// Smallest total number of compared events. It is five standard deviations below the average of twelve runs, 15,480.
 const FEWEST: usize = 14_880;
 
-/// Largest number of comparisons that rounding may cut short. The average is 6 of 400, always at a collapse on a wall
-/// or at the end of a bond. The limit is five Poisson standard deviations above the average, `6 + 5 sqrt(6)`.
+/// Largest number of comparisons that rounding may cut short. It is five Poisson standard deviations above the average
+/// of 6. All of these scenes collapse on a wall or at the end of a bond.
 const MOST_CUT_SHORT: usize = 18;
 
 #[test]

@@ -10,8 +10,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
 
-/// A change of the population. The field `after` is the time since the previous change. The simulation may be saved and
-/// restored, or its number of domains may change.
+/// A change of the population, at a time `after` the previous change.
 #[derive(Debug, Clone)]
 struct Change {
     after: f64,

@@ -3,7 +3,6 @@ use carom::model::{MotionKind, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::scene::SurfaceDraft;
 use nalgebra::Rotation3;
 
-/// Returns no motion, one motion, or several motions in sequence.
 pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
     let always = |kind| vec![SurfaceMotion { from: 0.0, until: f64::INFINITY, kind }];
     let flies =
@@ -25,7 +24,7 @@ pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
     }
 }
 
-/// Returns surfaces around the box. They stop particles that leave through open sides.
+/// Returns surfaces around the box, which stop particles that leave through open sides.
 pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(0.5 * length);
     let sphere = |radius: f64, is_inside| SurfaceShape::Sphere { centre: middle, radius, is_inside };
@@ -52,7 +51,7 @@ pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft>
                 SurfaceShape::Plane { point: middle - normal.normalize() * length, normal }
             })
             .collect(),
-        // A cuboid around the box, with three bars and a sphere inside. Particles also hit edges and round surfaces.
+        // A cuboid around the box, with three bars and a sphere inside.
         _ => {
             let at = |x: f64, y: f64, z: f64| middle + Vector::new(x, y, z) * length;
             let bar = |a: Vector, b: Vector| SurfaceShape::Capsule { ends: [a, b], radius: 0.1 * length };

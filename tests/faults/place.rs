@@ -62,7 +62,7 @@ until_time = 20.0
 frame_interval = 5.0
 "#;
 
-/// The way in which a call fails (`shim.c`).
+/// The kind of fault (`shim.c`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Kill,
@@ -104,7 +104,7 @@ impl Place {
         for (seed, out) in [("1", "one"), ("2", "two"), ("3", "cut"), ("3", "whole"), ("1", "long")] {
             place.done(&place.template, &run(seed, out));
         }
-        // A run that starts with the later end would differ, because sampling times depend on the end.
+        // A new run with the later end would have other sampling times, because sampling times depend on the end.
         place.done(&place.template, &words("run -q --resume long --until-time 3.0"));
         place.cut();
         fs::write(place.template.join("one/notes.txt"), "my notes").unwrap();

@@ -7,7 +7,7 @@ use super::place::{Files, Place};
 pub struct Scenario {
     pub name: &'static str,
     pub command: &'static str,
-    /// Paths of files that may change begin with one of these strings.
+    /// Files may change if their paths begin with one of these strings.
     pub touches: &'static [&'static str],
     /// Checks the files directly after the fault.
     pub kept: fn(&Files, &Files, &str),
@@ -52,7 +52,7 @@ pub const SCENARIOS: [Scenario; 12] = [
         command: "run scene.toml -q --seed 2 --out one --force --checkpoint-every 0.001",
         touches: &["one/"],
         kept: |before, after, what| {
-            // The existing run stays complete until the new run is complete. Then a note marks the replacement.
+            // The old run stays complete until the new run is complete. A note then marks the replacement.
             let is_noted = String::from_utf8_lossy(&after["one/.carom"]).contains("replacement complete");
             if !is_noted && !is_new(after, "one", "two") {
                 for (name, bytes) in of(before, "one").filter(|(name, _)| *name != ".carom") {

@@ -1,5 +1,4 @@
-//! The verifier and the reference engine check the engine, so they may import only what is listed here. The verifier
-//! uses parts of the reference engine.
+//! The verifier and the reference engine check the engine, so they may import only what is listed here.
 
 use super::imports::{Visitor, of_sources};
 

@@ -1,4 +1,4 @@
-//! Finds all paths in the sources. Paths start at the root of the crate.
+//! Finds all paths in the sources, starting at the root of the crate.
 
 use proc_macro2::{TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -9,11 +9,11 @@ use syn::visit::{self, Visit};
 #[derive(Debug)]
 pub struct Used {
     pub file: String,
-    /// Paths from the root of the crate, such as `engine::audit::Meeting`. Paths into other crates are left out.
+    /// Paths such as `engine::audit::Meeting`. Paths into other crates are left out.
     pub paths: BTreeSet<String>,
 }
 
-/// Returns the paths in all sources below `src`. Unit tests may import everything, so they are left out.
+/// Returns the paths in all sources below `src`, except for unit tests, which may import everything.
 pub fn of_sources() -> Vec<Used> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::new();
@@ -55,7 +55,6 @@ pub struct Visitor {
     /// The path of the current module in the crate.
     module: Vec<String>,
     pub paths: BTreeSet<String>,
-    /// Modules of unit tests.
     tests: BTreeSet<Vec<String>>,
 }
 
@@ -72,7 +71,7 @@ impl Visitor {
         let mut base = self.module.clone();
         let mut rest = names;
         match names.first().map(String::as_str) {
-            // The program names the library `carom`.
+            // In the program, the library has the name `carom`.
             Some("crate" | "carom") => base.clear(),
             Some("self" | "super") => {}
             _ => return,
@@ -187,7 +186,7 @@ impl<'ast> Visit<'ast> for Visitor {
     /// The path in `pub(in path)` is not an import.
     fn visit_visibility(&mut self, _: &'ast syn::Visibility) {}
 
-    /// The arguments of a macro are not parsed. Paths are found in the tokens.
+    /// Macro arguments are not parsed, so paths are found in the tokens.
     fn visit_macro(&mut self, call: &'ast syn::Macro) {
         self.add_tokens(call.tokens.clone());
         visit::visit_macro(self, call);

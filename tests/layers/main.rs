@@ -7,7 +7,7 @@ use imports::Visitor;
 use std::fs;
 use std::path::Path;
 
-/// From the bottom up. Each layer uses only the layers before it.
+/// The layers from the bottom up.
 const LAYERS: [&str; 16] = [
     "base",
     "physics",
@@ -54,7 +54,7 @@ fn layer_of_file(file: &str) -> Option<&str> {
     }
 }
 
-/// Returns the first path that a file uses from a higher layer, or from no known layer.
+/// Returns the first path that a file uses from a higher or unknown layer.
 fn upwards<'a>(file: &str, paths: impl IntoIterator<Item = &'a String>) -> Option<&'a String> {
     let own = rank(layer_of_file(file)?).unwrap();
     paths.into_iter().find(|path| rank(layer(path)).is_none_or(|other| other > own))

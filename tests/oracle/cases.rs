@@ -88,7 +88,6 @@ fn zeros(random: &mut Random, falling: bool) -> State {
     s
 }
 
-/// Separations with exact lengths.
 const EXACT_LENGTHS: [([f64; 3], f64); 6] = [
     ([1.0, 0.0, 0.0], 1.0),
     ([3.0, 4.0, 0.0], 5.0),
@@ -111,7 +110,7 @@ fn contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let mut velocity = random.vector() * random.scale(-8.0, 2.0);
     if random.chance(0.3) {
-        // Removes the velocity along the line of centres. If this line is an axis, nothing is rounded.
+        // Removes the velocity along the line of centres.
         velocity -= position * (velocity.dot(&position) / position.norm_squared());
     }
     let acceleration = random.vector() * random.scale(-4.0, 2.0);

@@ -12,8 +12,7 @@ use crate::witness::witness;
 /// The condition of a root is the largest shift of the root by round-off, in ulp. Farther from the root, every computed
 /// value of `f` has the right sign. The error of a search is therefore at most the condition plus the final width of
 /// the bracket. This width is 4 ulp in Algorithm 1, and 2 ulp in other searches. The closed forms of Algorithms 2 and 3
-/// and of the plane have three roundings. Each rounding adds at most one ulp, so the error is at most the condition
-/// plus 3 ulp.
+/// and of the plane have three roundings of at most one ulp each.
 pub fn largest_ratio(algorithm: Algorithm) -> f64 {
     if matches!(algorithm, Algorithm::General(_)) { 4.0 } else { 3.0 }
 }

@@ -57,7 +57,7 @@ pub fn first_fall(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     if f.degree() == 0 {
         return None;
     }
-    // By Budan's theorem, this is the number of roots after `after`, or larger by an even number.
+    // Number of later roots, possibly plus an even number (Budan's theorem).
     let most = if after.sign() == 0 { f.variations() } else { f.around(after).variations() };
     let upper = Dyadic::power_of_two(f.bound_of_roots());
     if most == 0 || *after >= upper {

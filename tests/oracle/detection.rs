@@ -45,8 +45,7 @@ impl Algorithm {
         }
     }
 
-    /// Returns whether the algorithm requires (`true`) or excludes (`false`) a relative acceleration. `None` allows
-    /// both.
+    /// `Some(true)` requires a relative acceleration, and `Some(false)` excludes it.
     pub fn takes_acceleration(self) -> Option<bool> {
         match self {
             Self::InertialPositive | Self::InertialNegative => Some(false),
@@ -82,7 +81,6 @@ impl Algorithm {
         }
     }
 
-    /// Returns the exact overlap function for this algorithm.
     pub fn overlap(self, state: &State) -> Overlap {
         match self {
             Self::Plane => {
@@ -114,7 +112,6 @@ pub fn quartic(state: &State) -> Quartic {
     Quartic::new(&relative(state), &state.acceleration, state.distance * state.distance)
 }
 
-/// Returns the distance from the plane of contact, and the first two time derivatives of this distance.
 fn height(state: &State) -> [f64; 3] {
     [state.position.x - state.distance, state.velocity.x, state.acceleration.x]
 }

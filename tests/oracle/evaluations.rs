@@ -9,7 +9,6 @@ use carom::physics::overlap::Quartic;
 use roots::{Convergency, Roots, find_root_brent, find_roots_cubic, find_roots_quartic};
 use std::cell::Cell;
 
-/// Evaluations by each method, with an entry for each root.
 #[derive(Debug, Default)]
 pub struct Evaluations {
     pub ours: Vec<f64>,

@@ -6,7 +6,6 @@ use carom::physics::overlap::Side;
 /// Unit round-off: half the distance from 1 to the next floating-point number.
 const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// The relative state that a detection function receives.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     pub position: Vector,
@@ -50,7 +49,7 @@ impl Overlap {
         Polynomial::new(&self.coefficients)
     }
 
-    /// Returns a polynomial in the box. Coefficient `k` is shifted by `signs[k]`, from -1 to 1, times `rounding[k]`.
+    /// Returns a polynomial in the box. Coefficient `k` is shifted by `signs[k] rounding[k]`, with signs from -1 to 1.
     pub fn shifted(&self, signs: &[f64]) -> Polynomial {
         Polynomial::new(&self.moved(signs))
     }
@@ -72,8 +71,8 @@ impl Overlap {
 }
 
 /// Roundings of each coefficient in Algorithms 2 and 3. A dot product of three terms has one multiplication and two
-/// additions. `R2` has one more rounding for the subtraction of `s^2`. The discriminant `D = B^2 - V2 R2` has two
-/// rounded products. They count as half a rounding of `B` and one rounding of `R2`.
+/// additions. `R2` has one more rounding for the subtraction of `s^2`. The discriminant `D = B^2 - V2 R2` rounds two
+/// products, which adds half a rounding of `B` and one rounding of `R2`.
 pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
 
 /// Roundings of each coefficient in Algorithms 4 to 6. The coefficients `r.r - s^2` and `a.r + V2` have 4 roundings,
@@ -81,14 +80,14 @@ pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
 /// `t^4`. The factor 3 in `f'` adds one rounding to the coefficient of `t^3`.
 pub const ROUNDINGS_OF_QUARTIC: [u32; 5] = [4 + 1, 3 + 3, 4 + 5, 3 + 8, 3 + 8];
 
-/// Roundings of each coefficient in Algorithm 1. Compared with Algorithms 4 to 6, Horner's rule starts from zero, and
-/// three further derivatives round their integer factors once.
+/// Roundings of each coefficient in Algorithm 1. It has more roundings than Algorithms 4 to 6: Horner's rule starts
+/// from zero, and the integer factors of three more derivatives are rounded.
 pub const ROUNDINGS_OF_GENERAL: [u32; 5] = [4 + 1, 3 + 3, 4 + 5 + 1, 3 + 7 + 2, 3 + 10 + 3];
 
 /// Roundings of each coefficient for a plane. In `D = v^2 - 2 a h`, each product is rounded once.
 const ROUNDINGS_OF_PLANE: [u32; 3] = [1, 1, 1];
 
-/// Compensates for the rounding of the bounds.
+/// Covers the rounding of the bounds.
 const SLACK: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 fn boxes(sizes: &[f64], roundings: &[u32]) -> Vec<f64> {

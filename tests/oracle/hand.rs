@@ -17,7 +17,7 @@ fn with_roots(roots: &[f64], scale: f64) -> Polynomial {
     Polynomial::new(&c)
 }
 
-/// Asserts that the next event has this kind and this time, to one part in 2^100.
+/// Asserts the kind and the time of the next event, to one part in 2^100.
 fn expect_later(f: &Polynomial, kind: Kind, at: f64) {
     match next_event(f) {
         Verdict::Later(found, crossing) => {
@@ -53,7 +53,7 @@ fn taylor_coefficients_are_the_derivatives() {
     let f = with_roots(&[1.0, 2.0, 4.0], 0.25);
     let x = Dyadic::from(1.5);
     let around = f.around(&x);
-    // The number 1.5 is 3 / 2, so the expansion is in units of 1/2.
+    // The expansion is in units of 1/2, because 1.5 is 3 / 2.
     assert_eq!(Dyadic { mantissa: around.coefficients[0].clone(), exponent: around.exponent }, f.value(&x));
     let slope = Dyadic { mantissa: around.coefficients[1].clone(), exponent: around.exponent + 1 };
     assert_eq!(slope, f.derivative().value(&x));
@@ -77,7 +77,7 @@ fn sturm_counts_distinct_roots_between_any_two_numbers() {
             assert_eq!(chain.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), distinct.len());
         }
     }
-    // The polynomial `t^4 + 1` has no roots.
+    // `t^4 + 1` has no roots.
     let none = Chain::new(&Polynomial::from_floats(&[1.0, 0.0, 0.0, 0.0, 1.0]));
     assert_eq!(none.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), 0);
 }
@@ -129,7 +129,7 @@ fn deepening_or_turning_point_is_the_event_of_an_invalid_state() {
     // A polynomial that touches zero from below has an event at the double root.
     expect_later(&with_roots(&[1.0, 1.0], -1.0), Kind::TurningPoint, 1.0);
     expect_later(&with_roots(&[1.0, 1.0, 5.0, 5.0], -1.0), Kind::TurningPoint, 1.0);
-    // At t = 1, `f = -(t-1)^3 (t-5)` has a saddle but no turning point. The event is at t = 5.
+    // At t = 1, `f = -(t-1)^3 (t-5)` has a saddle point, which is no turning point. The event is at t = 5.
     expect_later(&with_roots(&[1.0, 1.0, 1.0, 5.0], -1.0), Kind::Root, 5.0);
 }
 

@@ -1,4 +1,4 @@
-//! States in which roots coincide exactly. All numbers are small binary fractions.
+//! States with roots that coincide exactly. All numbers are small binary fractions.
 
 use super::cases::{if_falling, state, touching};
 use super::exact::State;
@@ -14,11 +14,11 @@ fn axes(random: &mut Random, r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f6
     state(r, v, a, distance)
 }
 
-/// A pair that touches the contact sphere with a tangential velocity, from inside or outside. Some pairs miss the
-/// contact sphere by one floating-point number.
+/// A pair at the contact distance, with a velocity perpendicular to the line of centres. Some pairs miss the contact
+/// distance by one floating-point number.
 pub fn grazing(random: &mut Random, falling: bool) -> State {
     let (there, distance) = touching(random);
-    // The velocity is exactly tangential if the separation has small integer components.
+    // With small integer components, the cross product is exact.
     let across = there.cross(&Vector::new(integer(random, 3), integer(random, 3), 1.0));
     let time = integer(random, 8);
     let strength = random.power_of_two(-3, 3) * random.sign() / distance;
@@ -38,7 +38,7 @@ pub fn pendulum_start(random: &mut Random, falling: bool) -> State {
     axes(random, [length, 0.0, 0.0], [0.0, speed, 0.0], [0.0, 0.0, acceleration], distance)
 }
 
-/// A pair with `a.v = 0` and `a.r + v^2 = 0`, so `f'` has no linear and no quadratic term.
+/// A pair with `a.v = 0` and `a.r + v^2 = 0`, so `f'` has neither a linear nor a quadratic term.
 pub fn cube(random: &mut Random, falling: bool) -> State {
     let (x, w) = (integer(random, 8) * 0.5, integer(random, 4) * 0.5);
     let g = if falling { random.power_of_two(-4, 4) } else { 0.0 };
@@ -47,13 +47,13 @@ pub fn cube(random: &mut Random, falling: bool) -> State {
     axes(random, [x, 0.0, z], [w, 0.0, 0.0], [0.0, 0.0, -g], distance)
 }
 
-/// Returns a length that is equal or close to the given length, and whether it is equal.
+/// Returns a length near the given length, and true if the two lengths are equal.
 fn around(random: &mut Random, length: f64) -> (f64, bool) {
     let same = random.chance(0.2);
     (if same { length } else { length * random.between(0.3, 1.7) }, same)
 }
 
-/// A motion along a line that stops at the centre. At this time, `f'` has a triple root.
+/// A motion along a line that stops at the centre, where `f'` has a triple root.
 pub fn triple_root(random: &mut Random, falling: bool) -> State {
     let (time, scale) = (integer(random, 6) * 0.5, random.power_of_two(-6, 6) * random.sign());
     let curve = if falling { scale } else { 0.0 };
@@ -61,8 +61,7 @@ pub fn triple_root(random: &mut Random, falling: bool) -> State {
     axes(random, [scale * time * time, 0.0, 0.0], [-2.0 * scale * time, 0.0, 0.0], [2.0 * curve, 0.0, 0.0], distance)
 }
 
-/// The derivative `f'` has a double root at `p` and a simple root at `q`. It is proportional to `t^3 + e2 t^2 + e1 t +
-/// e0`.
+/// `f'` has a double root at `p` and a simple root at `q`. It is proportional to `t^3 + e2 t^2 + e1 t + e0`.
 pub fn double_root(random: &mut Random, falling: bool) -> State {
     if !falling {
         return grazing(random, false);
@@ -78,19 +77,18 @@ pub fn double_root(random: &mut Random, falling: bool) -> State {
     axes(random, [x, 0.0, z], [w, 0.0, vz], [0.0, 0.0, 1.0], distance)
 }
 
-/// The contact distance is so small that the contact is between two adjacent floating-point times.
+/// The contact distance is so small that the time of the contact is between two adjacent floating-point numbers.
 pub fn close_roots(random: &mut Random, falling: bool) -> State {
     let time = random.power_of_two(-2, 4);
     let size = f64::EPSILON * random.power_of_two(-2, 2);
     let speed = integer(random, 4);
     let g = if falling { integer(random, 4) * 0.25 } else { 0.0 };
-    // At the time `time`, the centres coincide.
     let (position, velocity) = (-speed * time + 0.5 * g * time * time, speed - g * time);
     axes(random, [position, 0.0, 0.0], [velocity, 0.0, 0.0], [g, 0.0, 0.0], size)
 }
 
-/// A grain that rests on another grain or hangs on a bond. The distance is the contact distance, or an adjacent
-/// floating-point number.
+/// A grain that rests on another grain or hangs on a bond. The distance of the grains is the contact distance, or an
+/// adjacent floating-point number.
 pub fn resting(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let g = random.sign() * random.power_of_two(-6, 6);
@@ -103,7 +101,7 @@ pub fn resting(random: &mut Random, falling: bool) -> State {
     state(position, velocity, if_falling(falling, position * g), distance)
 }
 
-/// A pair that leaves a contact and returns. Detection must not return the root at time zero.
+/// A pair that leaves a contact and returns. The root at time zero is no event.
 pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let speed = random.scale(-12.0, 1.0);
@@ -114,7 +112,6 @@ pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
     state(position, up * (speed * random.sign()) + aside, if_falling(falling, up * (g * random.sign())), distance)
 }
 
-/// A motion with constant acceleration along an axis through the centre.
 pub fn straight_throw(random: &mut Random, falling: bool) -> State {
     let a = if falling { random.between(-2.0, 2.0) } else { 0.0 };
     let (x, v) = (random.between(-3.0, 3.0), random.between(-2.0, 2.0));

@@ -9,7 +9,7 @@ use super::polynomial::Polynomial;
 pub struct Distance {
     /// The exact time minus the computed time.
     pub error: f64,
-    /// The larger shift of the root if round-off moves `f` up or down.
+    /// Largest shift of the root if round-off moves `f` up or down.
     pub condition: f64,
 }
 
@@ -23,7 +23,7 @@ impl Distance {
 /// Larger distances are treated as infinite [ulp].
 const FARTHEST: f64 = 1e40;
 
-/// Returns the difference between `time` and a crossing. Values of `crossing.f` may be wrong by `rounding`. The
+/// Returns the difference between `time` and a crossing. `rounding` is the largest error of `crossing.f`. The
 /// polynomial is expanded exactly around `time`, so nearby roots lose no digits by cancellation.
 pub fn distance(crossing: &Crossing, time: f64, rounding: f64) -> Distance {
     let at = Dyadic::from(time);

@@ -1,4 +1,4 @@
-//! States for which a detection function or its test was once wrong.
+//! Regression tests of contact detection. For each state, a detection function or its test was once wrong.
 
 use crate::compare::{Judgement, compare};
 use crate::detection::Algorithm;

@@ -7,7 +7,6 @@ use super::sturm::Chain;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// `f` falls through zero.
     Root,
     /// `f` stops rising at a value that is not positive.
     TurningPoint,
@@ -20,7 +19,7 @@ pub enum Verdict {
     None,
 }
 
-/// Returns the infimum of the times `t >= 0` at which `f(t) <= 0` and `f` falls just after `t`.
+/// Returns the first time `t >= 0` at which `f(t) <= 0` and `f` falls just after `t`.
 pub fn next_event(f: &Polynomial) -> Verdict {
     let now = Dyadic::zero();
     if f.sign_at(&now) > 0 {

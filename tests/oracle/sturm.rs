@@ -8,7 +8,7 @@ use num_bigint::BigInt;
 /// a multiple root.
 pub struct Chain {
     elements: Vec<Polynomial>,
-    /// The greatest common divisor of the polynomial and its derivative. Its roots are the multiple roots.
+    /// The greatest common divisor of the polynomial and its derivative. Roots of the divisor are multiple roots.
     pub common: Polynomial,
 }
 
@@ -43,10 +43,9 @@ pub fn common_factor(a: &Polynomial, b: &Polynomial) -> Polynomial {
     remainders(a, b).pop().expect("the polynomial itself")
 }
 
-/// Returns the sequence `f, g, -(f mod g), ...` down to the last nonzero element. Each element has an arbitrary
-/// positive factor. The degree of `g` must not exceed the degree of `f`. With subresultants (Brown and Traub 1971),
-/// each pseudo-remainder is divided by a known factor to keep coefficients short. Sturm's theorem needs the signs of
-/// these factors.
+/// Returns the sequence `f, g, -(f mod g), ...` down to the last nonzero element, up to positive factors. The degree of
+/// `g` must not exceed the degree of `f`. To keep coefficients short, each pseudo-remainder is divided by a known
+/// factor (subresultants, Brown and Traub 1971). The signs of these factors are tracked for Sturm's theorem.
 fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
     let (mut a, mut b) = (f.coefficients.clone(), g.coefficients.clone());
     // Up to positive factors, two successive elements are `sign_a a` and `sign_b b`.
@@ -81,7 +80,6 @@ fn signed(c: &[BigInt], sign: i32) -> Polynomial {
     Polynomial::of_integers(c.iter().map(|c| c * sign).collect(), 0)
 }
 
-/// Returns `lc(b)^(deg a - deg b + 1) a mod b`, where `lc(b)` is the leading coefficient of `b`.
 fn pseudo_remainder(a: &[BigInt], b: &[BigInt]) -> Vec<BigInt> {
     divide(a, b).1
 }

@@ -92,8 +92,7 @@ fn species_of_unequal_mass_share_the_energy_evenly() {
         }
         light / all
     }));
-    // Both species have half of the particles. Conservation of momentum removes degrees of freedom from a species in
-    // proportion to its share of the mass: (600 - 3 / 17) / (1200 - 3).
+    // Conservation of momentum removes three degrees of freedom. The light species has 1/17 of the mass and loses 3/17.
     shares.assert_is((600.0 - 3.0 / 17.0) / 1197.0, 0.004, "energy of the light half");
 }
 

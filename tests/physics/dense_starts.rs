@@ -132,7 +132,7 @@ fn mixtures_and_disks_start_dense() {
 
 #[test]
 fn dense_start_depends_on_cores_not_on_diameters() {
-    // Only cores exclude particles. Their diameters are 0.8 for A and A, and 1.05 for A and B. Pairs of B have no core.
+    // Core diameters are 0.8 for A and A, and 1.05 for A and B. Pairs of B have no core.
     let well = |core| Potential::square_well(core, 1.5, 1.0).unwrap();
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -180,7 +180,6 @@ fn starts_with_walls_or_other_particles_are_filled_one_by_one() {
     };
     refused(equal(100, 0.5, Arrangement::Random).boundary(walls));
     refused(equal(100, 0.5, Arrangement::Random).particle("A", Vector::zeros(), Vector::zeros()));
-    // At a lower density, particles can be placed one by one.
     assert!(equal(100, 0.3, Arrangement::Random).boundary(walls).build().is_ok());
 }
 
@@ -207,10 +206,9 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
     let all = scene(random().as_many_as_fit()).build().unwrap();
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
-    // Another fill first places 30 particles.
+    // The first fill places 30 particles.
     let two = scene(random().count(30)).fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
-    // Cores may be smaller than diameters.
     let small = SceneBuilder::new("cores")
         .space(Space::periodic_cube(6.0))
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
@@ -218,7 +216,7 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
         .fill(random().as_many_as_fit())
         .build()
         .unwrap();
-    // Packing fractions of 0.3 to 0.385, for spheres of diameter 0.5 in a volume of 216.
+    // The packing fraction is between 0.3 and 0.385.
     assert!((990..1271).contains(&small.particles().len()), "{}", small.particles().len());
 }
 

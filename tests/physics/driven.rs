@@ -135,8 +135,7 @@ fn thermostats_that_can_do_nothing_are_refused() {
     refused(disks.fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
 }
 
-/// Returns pressures of an inelastic gas with a rescaling thermostat. The tensor is averaged over blocks of length
-/// `block`.
+/// Returns pressures of an inelastic gas with a rescaling thermostat. `block` is the interval of the tensor averages.
 fn scaled_gas(block: f64) -> Vec<(String, f64)> {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.25 };
     let tensor = plan::PressureTensor { interval: Some(block) };
@@ -155,7 +154,7 @@ fn scaled_gas(block: f64) -> Vec<(String, f64)> {
 
 #[test]
 fn pressure_includes_rescaling_whatever_the_block_length() {
-    // Both runs average over the same time. They only add the terms in a different order.
+    // The runs differ only in the order of additions.
     let [few, many] = [5.0, 0.1].map(scaled_gas);
     assert!(few.len() > 1);
     for ((name, few), (_, many)) in few.iter().zip(&many) {
@@ -190,7 +189,7 @@ pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diamete
 
 #[test]
 fn sheared_box_misses_no_contact() {
-    // In the fast shear, images slide by a diameter between two contacts.
+    // At the higher shear rate, periodic images slide by a diameter between two contacts.
     for rate in [0.1, 3.0] {
         let mut simulation = Simulation::without_plan(fluid("shear", 256, 0.35).shear(rate).build().unwrap());
         let scene = simulation.scene().clone();
@@ -203,7 +202,6 @@ fn sheared_box_misses_no_contact() {
             assert!((snapshot.displacement - within).abs() < 1e-12, "{} {within}", snapshot.displacement);
         }
         assert!(simulation.event_counts().core > 5_000);
-        // Shear only heats.
         let energy = simulation.energy();
         let supplied = simulation.event_counts().supplied.total();
         assert!(energy.thermal > 1.5 * 255.0 && supplied > 0.0);
@@ -352,11 +350,10 @@ fn passages_after_the_last_sample_are_counted() {
         .measure(MeasurementPlan { flows: vec![gate], ..MeasurementPlan::default() })
         .run(RunPlan { limit: Until::time(30.2), ..RunPlan::default() });
     let finished = finish(scene.build().unwrap());
-    // The particles cross the gate at the times 0.5 + 3 k and 2 + 3 k. Each of them crosses it ten times before 30.2.
+    // The particles cross the gate at the times 0.5 + 3 k and 2 + 3 k. Each particle crosses it ten times before 30.2.
     assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
 }
 
-/// Returns the times and particles of the first collisions with a heat bath.
 fn bath_collisions(scene: SceneBuilder, temperature: f64) -> Vec<(u64, u32)> {
     let mut simulation = Simulation::without_plan(scene.build().unwrap());
     let bath = Thermostat::Andersen { temperature, rate: 2.0, axes: [true; 3] };

@@ -62,7 +62,7 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
     let fluid = |seed| {
         spheres(seed, hard(), 1.0, 108, Amount::PackingFraction(0.4)).run(lasting(5.0, 20.0, None)).build().unwrap()
     };
-    // In runs of a quarter of this length, the errors of crystals are a quarter too large.
+    // In runs of a quarter of this length, the errors of crystals are 25 % too large.
     let crystal = |seed| {
         spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54)).run(lasting(3.0, 40.0, None)).build().unwrap()
     };
@@ -114,9 +114,8 @@ fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
         .unwrap()
 }
 
-/// These standard errors were once wrong in short runs. The errors of the virial of a crystal, of the pressure on walls
-/// and of the stress across a slit were up to four times too large, because fluctuations cancel over time. Errors of
-/// free times were too large by a factor of 2, and errors of diffusion were too small by up to a factor of 2.
+/// These standard errors were once wrong by up to a factor of 4 in short runs. Fluctuations of the virial and of
+/// stresses cancel over time, so their errors were too large.
 #[test]
 fn standard_errors_of_short_runs_match_the_scatter_over_seeds() {
     let hard = || Potential::hard_sphere(1.0).unwrap();

@@ -1,4 +1,4 @@
-//! Replica exchange of a square-well pair and a chain of four beads, with exactly known populations.
+//! Replica exchange of a square-well pair and of a chain of four beads. All populations are known exactly.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -19,7 +19,7 @@ fn scene(builder: SceneBuilder, seed: u64, temperatures: &[f64], interval: f64, 
     in_ensemble(ExchangeEnsemble::Canonical, builder.seed(seed), temperatures, interval, [50, attempts])
 }
 
-/// Returns a scene with replica exchange. The attempts are for equilibration and measurement.
+/// Returns a scene with replica exchange, with `attempts` swap attempts for the equilibration and for the measurement.
 pub fn in_ensemble(
     ensemble: ExchangeEnsemble,
     builder: SceneBuilder,
@@ -45,7 +45,7 @@ pub fn results_and_curves(scene: Scene) -> (ExchangeResults, ThermalCurves) {
     (results, energies.curves(&exchange))
 }
 
-/// Returns the mean and the variance of the energy, and the logarithm of the partition function. Level `k` has the
+/// Returns the mean energy, the variance of the energy and the logarithm of the partition function. Level `k` has the
 /// energy `-k DEPTH` and the volume `volumes[k]` in configuration space.
 fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
     let weights: Vec<f64> = (0..).zip(volumes).map(|(k, it)| it * (DEPTH * f64::from(k) / temperature).exp()).collect();
@@ -55,7 +55,6 @@ fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
     [mean(1), mean(2) - mean(1) * mean(1), sum.ln()]
 }
 
-/// Compares curves with the exact curves. Returns the largest deviation in standard errors.
 pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f64]) -> f64 {
     let highest = curves.points.last().unwrap().temperature;
     let [top_mean, _, top_log] = moments(volumes, highest);
@@ -68,14 +67,13 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
         let entropy = log_ratio + (mean / t - top_mean / highest) / particles;
         let expected = [mean / particles, heat_capacity(t), entropy, -log_ratio];
         for ((name, measured), expected) in point.quantities().into_iter().zip(expected) {
-            // At the highest temperature, quantities relative to this temperature are exactly zero.
+            // Free energy and entropy are relative to the highest temperature, so they are exactly zero there.
             if t == highest && expected == 0.0 {
                 assert_eq!(measured.mean, 0.0, "{name}");
                 continue;
             }
             let deviation = deviation(measured, expected);
-            // For two particles, 80 seeds had two deviations above 3 standard errors and one above 4. The mean
-            // deviation was at most 0.2, with a standard deviation of 0.9.
+            // With 80 seeds, one deviation for two particles was above 4 standard errors.
             assert!(deviation.abs() < 4.0, "{name} at {t}: {measured:?}, expected {expected}");
             largest = largest.max(deviation.abs());
         }
@@ -138,7 +136,7 @@ fn two_particles_in_a_well_have_their_exact_populations() {
         ];
         assert!(deviations.iter().all(|it| it.abs() < 3.0), "{temperature}: {deviations:?}");
     }
-    // If only the colder replica is bound, the Metropolis probability decides. Other exchanges are always accepted.
+    // If only the colder replica is bound, the Metropolis criterion decides. Otherwise, the swap is always accepted.
     for (pair, neighbours) in TEMPERATURES.windows(2).zip(&results.neighbours) {
         let [cold, hot] = [bound(pair[0]), bound(pair[1])];
         let expected = 1.0 - cold * (1.0 - hot) * (1.0 - (-DEPTH * (1.0 / pair[0] - 1.0 / pair[1])).exp());
@@ -159,7 +157,7 @@ fn population_errors_match_the_scatter_over_seeds() {
         }
     }
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    // The mean of 64 independent squared deviations would be 1 +- sqrt(2 / 64).
+    // For 64 independent deviations, the mean square would be 1 +- sqrt(2 / 64).
     assert!((mean - 1.0).abs() < 0.5, "{mean}");
 }
 
@@ -186,11 +184,11 @@ fn gauss(n: u32) -> Vec<(f64, f64)> {
 /// Longest bond. The cores of the beads have the diameter 1.
 const BOND: f64 = 1.2;
 
-/// Returns the configuration space volumes of a chain with 0 to 3 pairs in wells, in arbitrary units.
+/// Returns the configuration space volumes with 0, 1, 2 and 3 pairs in wells, in arbitrary units.
 ///
 /// The bonds have the lengths `r_1`, `r_2`, `r_3`. The squared distances `s`, `t` between second neighbours are linear
-/// in the cosines of the angles between bonds. The volume element is therefore `r_1 r_3 dr_1 dr_2 dr_3 ds dt dphi`. The
-/// squared distance between the ends is `A + B cos(phi)`. The arc cosine gives the fraction of angles below a limit.
+/// in the cosines of the bond angles. The volume element is therefore `r_1 r_3 dr_1 dr_2 dr_3 ds dt dphi`. The squared
+/// distance between the ends is `A + B cos(phi)`.
 pub fn volumes(points: u32) -> [f64; 4] {
     let (rule, well) = (gauss(points), LAMBDA * LAMBDA);
     let on = |from: f64, to: f64| -> Vec<(f64, f64)> {
@@ -236,8 +234,7 @@ pub fn chain_of_four() -> SceneBuilder {
     })
 }
 
-/// Largest allowed deviation of twenty quantities, in standard errors. Standard errors are themselves estimates. Of
-/// 1,024 deviations, the largest were 4.2 and 5.9.
+/// Largest allowed deviation in standard errors. The largest two of 1,024 deviations were 4.2 and 5.9.
 const LIMIT: f64 = 4.5;
 
 #[test]
@@ -255,7 +252,6 @@ fn chain_of_four_has_the_exact_populations() {
         let depth = |wells: u32| DEPTH * f64::from(wells);
         let weights: Vec<f64> = (0..4).zip(&volumes).map(|(n, it)| it * (depth(n) / temperature).exp()).collect();
         let sum: f64 = weights.iter().sum();
-        // The chain is a single molecule, and its centre of mass may be anywhere.
         let compressibility = results.temperatures[place].observables["compressibility_factor"];
         assert!(deviation(compressibility, 0.25).abs() < LIMIT, "{temperature}: {compressibility:?}");
         for (wells, weight) in (0..4).zip(&weights) {
@@ -283,7 +279,7 @@ fn curve_errors_match_the_scatter_over_seeds() {
             *square += deviation(it, expected).powi(2);
         }
     }
-    // The mean of 24 independent squared deviations would be 1 +- sqrt(2 / 24).
+    // For 24 independent deviations, the mean square would be 1 +- sqrt(2 / 24).
     let means = squares.map(|sum| sum / seeds as f64);
     assert!(means.iter().all(|mean| (0.4..1.9).contains(mean)), "{means:?}");
 }
@@ -299,8 +295,9 @@ fn temperature_without_energy_changes_gets_a_warning() {
     assert!(warnings.iter().any(|it| it.starts_with("equilibrium is not shown")), "{warnings:?}");
 }
 
-/// Returns the mean squared radius of gyration and end-to-end distance of three beads. They are integrals over the bond
-/// lengths `r_1`, `r_2` and the squared distance `s` of the ends. The volume element is `r_1 r_2 dr_1 dr_2 ds`.
+/// Returns the mean squared radius of gyration and end-to-end distance of three beads. The integration variables are
+/// the bond lengths `r_1`, `r_2` and the squared distance `s` of the ends. The volume element is
+/// `r_1 r_2 dr_1 dr_2 ds`.
 fn squares_of_three(temperature: f64) -> [f64; 2] {
     let rule: Vec<(f64, f64)> = gauss(12).into_iter().map(|(x, w)| (1.0 + (BOND - 1.0) * x, w)).collect();
     let (well, boost) = (LAMBDA * LAMBDA, (DEPTH / temperature).exp());
@@ -328,7 +325,6 @@ fn chain_of_three_has_exact_gyration_and_end_to_end_distances() {
         .interaction(InteractionDraft::new(Potential::square_well(1.0, LAMBDA, DEPTH).unwrap()).between("bead", "bead"))
         .interaction(InteractionDraft::new(Potential::bond(1.0, BOND).unwrap()).named("bond"));
     let builder = (0..3).fold(builder, |builder, bead| {
-        // The chain crosses a periodic side of the box.
         let builder =
             builder.particle("bead", Vector::new((5.5 + 1.1 * f64::from(bead)) % 7.0, 4.0, 4.0), Vector::zeros());
         if bead > 0 { builder.bond([bead - 1, bead], "bond") } else { builder }

@@ -1,4 +1,4 @@
-//! Systems of few particles, in which the difference between `N` and `N - 1` is visible.
+//! Systems of few particles, where `N` and `N - 1` differ noticeably.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -40,9 +40,9 @@ fn compressibility(count: u64, edge: f64, events: u64) -> Estimate {
 
 #[test]
 fn two_spheres_in_a_small_cube_have_their_exact_pressure() {
-    // The first particle may be anywhere in the volume V. It excludes the second from the volume v = 4 pi / 3. The
-    // partition function is Q = V (V - v), if the cube is longer than two diameters. Then P / T = d ln Q / dV = 1 / V +
-    // 1 / (V - v), and Z = P V / (2 T).
+    // The first particle may be anywhere in the volume V. It excludes the second particle from the volume v = 4 pi / 3.
+    // If the cube is longer than two diameters, the partition function is Q = V (V - v). Then P / T = d ln Q / dV = 1 /
+    // V + 1 / (V - v), and Z = P V / (2 T).
     let (volume, excluded) = (27.0, 4.0 * PI / 3.0);
     let exact = 0.5 * (1.0 + volume / (volume - excluded));
     assert!((exact - 1.09181).abs() < 1e-5);
@@ -59,13 +59,13 @@ fn few_spheres_have_the_pressure_of_a_monte_carlo_simulation() {
         let expected = MonteCarlo::new(count, edge).compressibility(sweeps);
         let error = libm::hypot(z.standard_error.unwrap(), expected.error);
         println!("N = {count}: {z:?}, {expected:?}, {:+.2} sigma", (z.mean - expected.mean) / error);
-        // Counting one particle too many would change Z by (Z - 1) / N, more than five standard errors.
+        // Counting one particle too many would change Z by (Z - 1) / N.
         assert!(error < (expected.mean - 1.0) / (5.0 * count as f64), "{count}: {error}");
         assert!((z.mean - expected.mean).abs() < 3.0 * error, "{count}: {z:?}, {expected:?}");
     }
 }
 
-/// Metropolis Monte Carlo simulation of hard spheres in a periodic cube. It uses no code of the engine.
+/// Metropolis Monte Carlo simulation of hard spheres in a periodic cube, without code of the engine.
 struct MonteCarlo {
     edge: f64,
     positions: Vec<[f64; 3]>,
@@ -73,7 +73,6 @@ struct MonteCarlo {
 }
 
 impl MonteCarlo {
-    /// Starts on a face-centred cubic lattice.
     fn new(count: u64, edge: f64) -> Self {
         let cells = (1..).find(|n| 4 * n * n * n >= count).unwrap();
         let step = edge / cells as f64;
@@ -116,8 +115,8 @@ impl MonteCarlo {
         }
     }
 
-    /// Counts the pairs in shells near contact, relative to an ideal gas. A parabola extrapolates these ratios to
-    /// contact: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
+    /// Counts the pairs in shells near contact, and divides by the numbers of an ideal gas. A parabola extrapolates
+    /// these ratios to `g(1)` at contact: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
     fn compressibility(mut self, sweeps: u64) -> Mean {
         const SHELLS: usize = 10;
         const WIDTH: f64 = 0.01;
@@ -191,7 +190,6 @@ fn measured_temperature_equals_the_requested_one() {
         let scene = disks(boundary, None);
         let first = Observer::new(&scene).row(&Simulation::without_plan(scene.clone())).temperature.unwrap();
         let temperature = observed(scene, "temperature");
-        // The temperature is a sum of 40 terms, rounded about a thousand times with random signs.
         let is_one = |value: f64| (value - 1.0).abs() < 1e-13;
         assert!(is_one(first) && is_one(temperature.mean), "{boundary:?}: {first} {temperature:?}");
     }

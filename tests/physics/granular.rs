@@ -1,4 +1,4 @@
-//! Inelastic contacts: Haff's law, inelastic collapse, and the TC model, which prevents a collapse.
+//! Inelastic contacts: Haff's law, inelastic collapse, and the TC model, which prevents collapse.
 
 use crate::measure::Mean;
 use carom::Vector;
@@ -22,9 +22,9 @@ fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
 
 #[test]
 fn a_granular_gas_cools_by_haffs_law() {
-    // Haff's law is T = T0 exp(-(1 - e^2) s / 3) after s contacts per particle. The velocity distribution deviates from
-    // Maxwell's by a2 = 16 (1 - e)(1 - 2 e^2) / (81 - 17 e + 30 e^2 (1 - e)). This changes the rate by a2 / 4 (van
-    // Noije and Ernst, Granular Matter 1, 57, 1998).
+    // Haff's law is T = T0 exp(-(1 - e^2) s / 3) after s contacts per particle. The deviation from Maxwell's
+    // distribution, a2 = 16 (1 - e)(1 - 2 e^2) / (81 - 17 e + 30 e^2 (1 - e)), changes the rate by the fraction a2 / 4
+    // (van Noije and Ernst, Granular Matter 1, 57, 1998).
     for e in [0.95_f64, 0.9] {
         let a2 = 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (81.0 - 17.0 * e + 30.0 * e * e * (1.0 - e));
         let rate = (1.0 - e * e) / 3.0 * (1.0 + a2 / 4.0);
@@ -33,7 +33,7 @@ fn a_granular_gas_cools_by_haffs_law() {
         let (particles, per_block) = (simulation.moving() as f64, 686);
         simulation.advance(Until::events(5 * per_block)).unwrap();
         let mut last = simulation.energy().kinetic;
-        // Measures before clusters form.
+        // The measurement ends before clusters form.
         let slopes: Vec<f64> = (1..=15)
             .map(|block| {
                 simulation.advance(Until::events((5 + block) * per_block)).unwrap();
@@ -61,7 +61,6 @@ fn counted_dissipation_equals_the_energy_loss() {
     assert!((sum - lost).abs() < bound + 20_000.0 * f64::EPSILON * start);
 }
 
-/// The outer spheres fly towards the middle sphere.
 fn three_on_a_line(restitution: f64, contact_time: Option<f64>) -> Simulation {
     drifting_line(restitution, contact_time, 0.0)
 }
@@ -92,9 +91,9 @@ fn three_spheres_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
         let mut simulation = three_on_a_line(below, None);
         let arrest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         println!("e = {below}: {} contacts, {arrest}", simulation.event_counts().core);
-        // Each contact leaves only a fraction of the relative speed, which soon is below 1e-16.
+        // Each contact leaves only a fraction of the relative speed, which falls below 1e-16 after a few contacts.
         assert!(simulation.event_counts().core < 100);
-        // The outer spheres start 1 and 1.5 from the middle sphere, and approach it at speeds of about 1.
+        // The outer spheres start at distances of 1 and 1.5 from contact, with speeds of about 1.
         assert!(arrest.time > 1.0 && arrest.time < 3.0, "{arrest}");
         assert!(matches!(arrest.standstill, Standstill::Speed { .. }), "{arrest}");
         assert!(arrest.to_string().contains("inelastic collapse"), "{arrest}");
@@ -118,7 +117,7 @@ fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
         let at_rest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         let mut moving = drifting_line(0.05, None, speed);
         let arrest = moving.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
-        // Round-off of velocities grows with the drift velocity, so a moving line collapses slightly earlier.
+        // Larger velocities have larger round-off, so a drifting line collapses slightly earlier.
         assert!((arrest.time - at_rest.time).abs() < 1e-9 * speed.abs(), "{at_rest}, {arrest}");
     }
 }
@@ -179,7 +178,7 @@ fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
         .unwrap_err()
         .arrest()
         .unwrap();
-    // A ball that falls from a height of 1 under gravity of 1 is at rest after sqrt(2) (1 + e) / (1 - e).
+    // A ball that falls from a height of 1 under a gravity of 1 comes to rest after sqrt(2) (1 + e) / (1 - e).
     assert!((arrest.time - 3.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{arrest}");
     assert_eq!((arrest.particle.0, arrest.partner), (0, None));
     let mut held = Simulation::without_plan(ball.contact_time(1e-3).build().unwrap());

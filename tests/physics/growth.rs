@@ -1,4 +1,4 @@
-//! Diameters grow to requested packing fractions and pressures without overlaps.
+//! Diameters grow to target packing fractions and pressures without overlaps.
 
 use carom::model::potential::Potential;
 use carom::model::{Growth, GrowthTarget, RunPlan, StagePlan, Thermostat, Until};
@@ -75,12 +75,12 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
     assert!((0.60..0.66).contains(&fraction), "{fraction}");
 }
 
-/// The growth stage averages the pressure over the last `5 N` contacts of `N` spheres. The relative error of this
+/// The growth stage averages the pressure over the last `5 N` contacts of `N` spheres. The relative error of the
 /// average is `sqrt(1.27 / (5 N))`, because impulses are Rayleigh distributed and the contact rate fluctuates.
 ///
-/// Between two checks, each sphere has ten contacts in a time of `10 sqrt(pi) sigma / (6 (Z - 1))` at temperature 1.
+/// Between two checks, each sphere has ten contacts in the time `10 sqrt(pi) sigma / (6 (Z - 1))` at temperature 1.
 /// Near jamming, growth during this time raises `Z` by a fraction of `3 rate`. The final `Z` may be too high by 1.5
-/// times this fraction. Half of it is the lag of the average, and all of it a late check.
+/// times this fraction, because the average lags behind and the last check may be late.
 #[test]
 fn growth_ends_at_the_pressure_that_was_asked_for() {
     let (target, rate, count, contacts) = (50.0, 0.005, 500, 20_000);

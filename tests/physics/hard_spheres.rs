@@ -42,8 +42,8 @@ fn mklm(packing_fraction: f64) -> f64 {
     terms.iter().map(|&(power, factor)| factor * x.powi(power)).sum()
 }
 
-/// Asserts that `Z - 1 = G sqrt(pi) / (2 D)` at temperature 1 in `D` dimensions, with the compressibility factor `Z`
-/// and the collision rate `G`. For `N` particles, the error of this relation is less than `1 / (4 D N)`.
+/// Asserts that `Z - 1 = G sqrt(pi) / (2 D)` at temperature 1 in `D` dimensions. `Z` is the compressibility factor and
+/// `G` is the collision rate. For `N` particles, the error of this relation is less than `1 / (4 D N)`.
 fn assert_contacts_are_maxwellian(fluid: &Fluid) {
     let ratio = fluid.mean(|b| {
         let excess = b.virial / (fluid.dimensions * fluid.particles * b.temperature * b.time);
@@ -57,7 +57,6 @@ fn assert_contacts_are_maxwellian(fluid: &Fluid) {
 fn spheres_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
     assert!((mklm(0.40) - 6.94546).abs() < 1e-5);
     for packing_fraction in [0.10, 0.30, 0.45] {
-        // The finite number of particles lowers the pressure by half a standard error.
         let amount = Amount::PackingFraction(packing_fraction);
         let mut simulation = hard_spheres(BULK, Lattice::FaceCentredCubic, 1372, amount);
         let fluid = Fluid::measure(&mut simulation, 200_000, 40, 25_000);
@@ -89,7 +88,7 @@ fn disks_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
     for (eta, z) in [(0.3_f64, 2.06369), (0.5, 4.10516)] {
         let series = 1.0 + eta * eta / 8.0 + eta.powi(3) / 18.0 - 4.0 * eta.powi(4) / 21.0;
         assert!((series / (1.0 - eta).powi(2) - z).abs() < 1e-5);
-        // A fixed number N of particles lowers Z - 1 by a fraction of about 1 / N, half a standard error.
+        // In a system of N particles, Z - 1 is lower by a fraction of about 1 / N.
         let mut simulation = hard_spheres(PLANE, Lattice::Hexagonal, 4096, Amount::PackingFraction(eta));
         let fluid = Fluid::measure(&mut simulation, 200_000, 40, 100_000);
         fluid.compressibility().assert_is(z, 0.003 * z, "Z");
@@ -101,9 +100,9 @@ fn disks_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
 
 #[test]
 fn rods_on_a_ring_have_the_exact_number_of_contacts() {
-    // Equal rods exchange their velocities. The velocities move like points on a ring of length L - N sigma. Two of
-    // them meet floor or ceil(|v_i - v_j| t / (L - N sigma)) times, with the impulse |v_i - v_j|. At the density rho =
-    // 1/2, Tonks's mean is Z = 1 / (1 - rho sigma) = 2.
+    // Equal rods exchange their velocities, which move like points on a ring of length L - N sigma. Two velocities meet
+    // floor or ceil(|v_i - v_j| t / (L - N sigma)) times, with the impulse |v_i - v_j|. At the density rho = 1/2,
+    // Tonks's result is Z = 1 / (1 - rho sigma) = 2.
     let (count, time) = (50, 20_000.0);
     let mut simulation = hard_spheres(LINE, Lattice::Line, count, Amount::NumberDensity(0.5));
     let velocities: Vec<f64> = simulation.scene().particles().iter().map(|p| p.velocity.x).collect();
@@ -128,7 +127,7 @@ fn rods_on_a_ring_have_the_exact_number_of_contacts() {
     let kinetic = simulation.energy().kinetic;
     let z = 1.0 + event_counts.virial.total() / (2.0 * kinetic * time);
     assert!((z - 2.0).abs() < 0.01, "{z}");
-    // With Maxwell's velocities, each rod would have 2 rho / ((1 - rho) sqrt(pi)) contacts per unit of time.
+    // With Maxwell's velocity distribution, each rod would have 2 rho / ((1 - rho) sqrt(pi)) contacts per unit of time.
     let rate = 2.0 * event_counts.core as f64 / (count as f64 * time);
     assert!((rate - 2.0 / PI.sqrt()).abs() < 0.1, "{rate}");
 }

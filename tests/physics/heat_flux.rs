@@ -38,7 +38,7 @@ fn plates(size: [f64; 3]) -> Space {
 
 #[test]
 fn collisionless_gas_carries_the_exact_heat_flux() {
-    // Particles leave a wall of temperature T with a mean energy of (D + 1) T / 2. Their mean time to the other wall is
+    // A particle leaves a wall of temperature T with a mean energy of (D + 1) T / 2. The mean time to the other wall is
     // sqrt(pi m / (2 T)) per unit of length.
     let temperatures = [2.0_f64, 0.7];
     for size in [[9.0, 0.0, 0.0], [9.0, 5.0, 0.0], [9.0, 5.0, 6.0]] {
@@ -70,7 +70,6 @@ fn collisionless_gas_carries_the_exact_heat_flux() {
     }
 }
 
-/// Hard spheres between plates. The mass is not a power of two.
 fn gas(temperatures: [Option<f64>; 2]) -> SceneBuilder {
     SceneBuilder::new("gas")
         .space(plates([12.0, 10.0, 10.0]))
@@ -141,7 +140,7 @@ fn heat_through_all_walls_equals_the_energy_change() {
     let (counts, change) = (simulation.event_counts(), simulation.energy().kinetic - start);
     let heat = counts.wall_heat.map(|walls| walls.map(|wall| wall.total()));
     println!("{heat:?}, {in_pairs} in pairs, {change}");
-    // Each total is about ten thousand, with about 30,000 rounded terms.
+    // Each total is about ten thousand, and has about 30,000 rounded terms.
     let round_off = 1e-9;
     for (heat, expected) in heat.iter().flatten().zip(at_walls.iter().flatten()) {
         assert!((heat - expected).abs() < round_off, "{heat} {expected}");
@@ -163,8 +162,8 @@ fn each_wall_of_a_line_dissipates_by_its_own_restitution() {
         .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0))
         .run(RunPlan { limit: Until::time(20.0), ..RunPlan::default() });
     let finished = finish(&scene);
-    // The particle travels 7.5 to the upper wall at speed 2, 10 to the lower wall at speed 1, and then continues at
-    // 0.9. The run ends before a third contact.
+    // The particle travels 7.5 to the upper wall at speed 2, then 10 to the lower wall at speed 1. It continues at
+    // speed 0.9, and the run ends before a third contact.
     let [lower, upper] = ["lower_x", "upper_x"].map(|wall| flux(&finished, wall).unwrap().mean);
     let energy = |speed: f64| 0.5 * 0.7 * speed * speed;
     assert!((upper * 20.0 - (energy(1.0) - energy(2.0))).abs() < 1e-13, "{upper}");

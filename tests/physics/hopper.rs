@@ -4,7 +4,7 @@ use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 
-/// Deepest overlap that rounding can explain. Positions are below 128, and a distance depends on six of them.
+/// Deepest overlap due to rounding. Positions are below 128, and a distance depends on six coordinates.
 const ROUND_OFF: f64 = 10.0 * 64.0 * f64::EPSILON;
 
 fn ledger_error(simulation: &Simulation, start: f64) -> f64 {
@@ -30,7 +30,7 @@ fn every_grain_ends_in_the_container() {
     assert!(simulation.energy().kinetic < 1e-3 * start.potential);
     assert_eq!((simulation.event_counts().in_invalid_state, simulation.event_counts().turning_point), (0, 0));
     assert!(simulation.event_counts().deepest_overlap < ROUND_OFF);
-    // Each event rounds the energies of two grains a few times. A grain has at most m g h = 76.
+    // Each event rounds the energies of two grains a few times. The energy of a grain is at most m g h = 76.
     let bound = simulation.event_counts().physical() as f64 * 8.0 * 2.0 * 76.0 * f64::EPSILON;
     assert!(ledger_error(&simulation, start.kinetic + start.potential) < bound);
 }

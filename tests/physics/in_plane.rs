@@ -1,4 +1,4 @@
-//! Two dimensions: static disks confine particles, and speeds follow Maxwell's distribution.
+//! Two dimensions: static disks confine particles, and speeds have Maxwell's distribution.
 
 use std::ops::ControlFlow;
 
@@ -76,8 +76,7 @@ fn rings_rectangles_and_lines_confine_particles() {
 #[test]
 fn leaky_spacings_and_joints_are_reported_and_do_leak() {
     let centre = at(10.0, 10.0);
-    // Between two disks that are 1.6 apart, a particle is 0.8 away from both centres. Small disks need 0.75, large
-    // disks 1.
+    // Halfway between two disks, both centres are 0.8 away. Small disks need 0.75, large disks need 1.
     let ring = |spacing| held(vec![surface(Surface::Ring { centre, radius: 5.0 }, Some(spacing))]);
     let leaks = ring(1.6).build().unwrap().leaks();
     assert_eq!(leaks.iter().map(|leak| leak.species.as_str()).collect::<Vec<_>>(), ["small"]);
@@ -109,7 +108,7 @@ fn equal_speeds_relax_to_maxwells_distribution_at_constant_energy() {
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(finished.audit.faults(), []);
     let temperature = finished.observable("temperature").unwrap().mean;
-    // All particles start with the speed v, so the temperature is N m v^2 / (D (N - 1)).
+    // The particles start with the same speed v, so the temperature is N m v^2 / (D (N - 1)).
     assert!((temperature / (151.0 * 0.7 * 1.69 / 300.0) - 1.0).abs() < 1e-12, "{temperature}");
     let curve = finished.measured.curve("speeds").unwrap();
     let (last, width) = (&curve.series[1], 2.0 * curve.variables[0].values[0]);

@@ -40,7 +40,7 @@ fn space(edge: f64, dimensions: usize) -> Space {
     space
 }
 
-/// Returns the mean and the variance of a volume with this probability density above `least`, by Simpson's rule.
+/// Returns the mean and the variance of a volume by Simpson's rule. The integrals start at the volume `least`.
 fn moments(least: f64, width: f64, density: impl Fn(f64) -> f64) -> [f64; 2] {
     const STEPS: u32 = 40_000;
     let sums = (0..=STEPS).fold([0.0; 3], |sums, k| {

@@ -16,8 +16,7 @@ impl Mean {
         Self { mean, error: (variance / n).sqrt() }
     }
 
-    /// Asserts that the mean agrees with theory within four standard errors. By chance, one of 16,000 means does not.
-    /// The standard error must be below `resolution`.
+    /// Asserts agreement with theory within four standard errors. The standard error must be below `resolution`.
     #[track_caller]
     pub fn assert_is(&self, expected: f64, resolution: f64, what: &str) {
         let Self { mean, error } = *self;
@@ -46,7 +45,7 @@ pub struct Fluid {
 
 impl Fluid {
     /// Runs `equilibration` events, then measures `count` blocks of `events` each. Calls `observe` for every measured
-    /// event with the number of its block.
+    /// event, with the number of the block.
     pub fn measure_with(
         simulation: &mut Simulation,
         equilibration: u64,

@@ -47,8 +47,7 @@ fn gravity_of_each_stage_acts_in_turn() {
     assert!(finished.simulation.event_counts().supplied.total() != 0.0);
 }
 
-/// A piston halves the height `L` above the floor that the centres of balls can reach. Returns the relative changes of
-/// `v_z L`.
+/// A piston halves the height `L` that the centres of balls can reach. Returns the relative changes of `v_z L`.
 fn changes(speed: f64) -> Vec<f64> {
     let walls = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(1.0)), upper: Face::Open };
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, walls], ..Space::periodic_cube(10.0) };
@@ -69,7 +68,7 @@ fn changes(speed: f64) -> Vec<f64> {
     let before = simulation.snapshot();
     simulation.advance(Until::time(motion.until + 1.0)).unwrap();
     let after = simulation.snapshot();
-    // The centre of a ball of radius 0.3 can move by 10 - 0.6 = 9.4 at first, and by 9.4 - 4.7 at the end.
+    // Balls have a radius of 0.3, so `L` is 10 - 0.6 = 9.4 at first, and 9.4 - 4.7 at the end.
     let change = |(a, b): (&Vector, &Vector)| b.z.abs() * (9.4 - 4.7) / (a.z.abs() * 9.4) - 1.0;
     before.velocities.iter().zip(&after.velocities).map(change).collect()
 }

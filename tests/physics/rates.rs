@@ -1,4 +1,4 @@
-//! Rates of events per particle. A contact counts for each particle that can move.
+//! Event rates per particle. A contact counts once for each of its particles that can move.
 
 use std::ops::ControlFlow;
 

@@ -58,7 +58,7 @@ fn a_ball_bounces_off_a_rough_floor_as_in_the_textbook() {
                 assert!((v.x - radius * w.y).abs() < 1e-15, "the ball rolls");
             }
         }
-        // A ball that rolls at the speed of its surface feels no tangential impulse.
+        // A ball that rolls on the floor feels no tangential impulse.
         let simulation = ball(is_wall, [e, 0.5, 0.2], Vector::new(1.4, 0.0, -vn), Vector::new(0.0, 2.0, 0.0));
         let [v, w] = [simulation.snapshot().velocities[0], simulation.snapshot().spins[0]];
         assert!((v - Vector::new(1.4, 0.0, e * vn)).norm() < 1e-15 && (w.y - 2.0).abs() < 1e-15, "{v} {w}");
@@ -67,8 +67,8 @@ fn a_ball_bounces_off_a_rough_floor_as_in_the_textbook() {
 
 #[test]
 fn a_ball_takes_over_the_speed_of_a_rough_turning_drum() {
-    // A ball inside a cylinder that turns about its axis. Without sliding and with b = 0, the surfaces move alike after
-    // the contact.
+    // A ball inside a cylinder that turns about its axis. With b = 0, the surfaces have equal velocities after the
+    // contact.
     let (frequency, radius) = (0.03, 0.5);
     let turn = MotionKind::Rotation { point: Vector::zeros(), axis: Vector::y(), frequency };
     let cylinder = SurfaceShape::Cylinder { point: Vector::zeros(), axis: Vector::y(), radius: 4.0, is_inside: true };
@@ -98,7 +98,7 @@ fn a_ball_takes_over_the_speed_of_a_rough_turning_drum() {
     assert!(event.torques[0].norm() > 0.05 && event.dissipated > 0.0);
     let gained = simulation.energy().total() - before;
     assert!((gained - event.energy_step + event.dissipated).abs() < 1e-14, "{gained} {event:?}");
-    // The ledger balances over many contacts, and the verifier agrees with each of them.
+    // Energy is conserved over many contacts, and the verifier accepts each contact.
     simulation.advance(Until::events(300)).unwrap();
     let counts = simulation.event_counts();
     let ledger = simulation.energy().total() + counts.dissipated.total() - counts.supplied.total();
@@ -107,7 +107,7 @@ fn a_ball_takes_over_the_speed_of_a_rough_turning_drum() {
     assert!(proof.is_proven(), "{:?}", proof.end);
 }
 
-/// A cluster of unlike spheres in open space, which fly at each other and spin.
+/// A cluster of spinning spheres that fly at each other in open space.
 fn cluster(law: impl Fn(InteractionDraft) -> InteractionDraft) -> Scene {
     let mut scene = SceneBuilder::new("cluster")
         .space(Space { boundary: OPEN, ..Space::periodic_cube(20.0) })
@@ -115,7 +115,7 @@ fn cluster(law: impl Fn(InteractionDraft) -> InteractionDraft) -> Scene {
         .species(SpeciesDraft::new("B").mass(0.6).diameter(0.7).moment_of_inertia(0.041))
         .interaction(law(hard()).between("A", "A"))
         .interaction(law(hard()).between("A", "B"))
-        // The spheres are not additive.
+        // The contact distance differs from the mean of the diameters.
         .interaction(law(hard()).between("B", "B").diameter(0.9));
     for k in 0..27_u32 {
         let at = |n: u32| 6.0 + 2.2 * f64::from(n % 3);
@@ -205,8 +205,8 @@ fn gas(is_flat: bool, law: impl Fn(InteractionDraft) -> InteractionDraft) -> Sim
 
 #[test]
 fn a_perfectly_rough_gas_has_equal_energy_in_all_degrees_of_freedom() {
-    // With `f` translational and `g` rotational degrees of freedom of each particle, the mean ratio of the energies is
-    // `g / f`, except for the `f` components of the conserved momentum.
+    // Particles have `f` translational and `g` rotational degrees of freedom. The mean ratio of the energies is `g /
+    // f`, corrected for the `f` components of the conserved momentum.
     for (is_flat, count, f, g) in [(false, 500.0, 3.0, 3.0), (true, 256.0, 2.0, 1.0)] {
         let mut simulation = gas(is_flat, |draft| draft.tangential_restitution(1.0));
         let energy = simulation.energy().total();
@@ -219,18 +219,17 @@ fn a_perfectly_rough_gas_has_equal_energy_in_all_degrees_of_freedom() {
             .collect();
         let expected = g * count / (g * count + f * (count - 1.0));
         Mean::of(shares).assert_is(expected, 0.01, &format!("share of rotation, flat: {is_flat}"));
-        // Round-off changes the energy by less than a unit in the last place per event and particle.
         assert!((simulation.energy().total() / energy - 1.0).abs() < 1e-12);
     }
 }
 
 #[test]
 fn a_rough_granular_gas_cools_with_the_ratio_of_temperatures_from_kinetic_theory() {
-    // Without sliding, kinetic theory for Maxwell distributions gives dT/dt = -A T + B R T and dR/dt = B T - C R, in
-    // units of the collision rate, for the translational temperature T and the rotational temperature R, with
-    // q = 2/5, eta = q (1 + b) / (2 q + 2), A = (1 - e^2) / 4 + eta (1 - eta), B = eta^2 / q, C = eta / q (1 - eta / q)
-    // (Huthmann and Zippelius, Phys. Rev. E 56, R6275, 1997; Luding et al., Phys. Rev. E 58, 3416, 1998). The ratio
-    // R / T tends to the positive root of B r^2 + (C - A) r - B = 0.
+    // Kinetic theory without sliding (Huthmann and Zippelius, Phys. Rev. E 56, R6275, 1997; Luding et al., Phys. Rev. E
+    // 58, 3416, 1998): the translational temperature T and the rotational temperature R change with dT/dt = -A T + B R
+    // and dR/dt = B T - C R, in units of the collision rate. Here q = 2/5, eta = q (1 + b) / (2 q + 2), A = (1 - e^2) /
+    // 4 + eta (1 - eta), B = eta^2 / q, C = eta / q (1 - eta / q). The ratio r = R / T tends to the positive root of B
+    // r^2 + (C - A) r - B = 0.
     let q = 0.4;
     for (e, b) in [(0.95_f64, 0.5_f64), (0.9, 0.0)] {
         let eta = q * (1.0 + b) / (2.0 * q + 2.0);
@@ -271,7 +270,7 @@ fn sheared_rough_spheres_keep_the_energy_balance() {
 
 #[test]
 fn a_static_rough_sphere_and_a_wall_of_rough_law_agree() {
-    // A huge static sphere is nearly a plane. The spin after the bounce agrees to the ratio of the radii.
+    // A huge static sphere is nearly a plane. The error of the spin is of the order of the ratio of the radii.
     let scene = SceneBuilder::new("ball")
         .space(Space { boundary: OPEN, ..Space::periodic_cube(10.0) })
         .species(SpeciesDraft::new("ball").mass(1.3).diameter(1.4))

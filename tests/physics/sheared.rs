@@ -12,10 +12,10 @@ use carom::scene::{Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, S
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 
-/// Returns the distances between two particles in the box, for all images that may be the nearest.
+/// Returns the distances between particle `i` and the images of particle `j` that may be the nearest.
 fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, j: usize) -> impl Iterator<Item = f64> {
     let apart = snapshot.positions[i] - snapshot.positions[j];
-    // If the shift is less than a period, two images on either side along x are enough.
+    // The shift is less than a period, so two images on either side along x are enough.
     let slid = (rate * size.y * snapshot.time) % size.x;
     let images = (-2..=2).flat_map(|a| (-1..=1).flat_map(move |b| (-1..=1).map(move |c| [a, b, c])));
     images.filter(|[_, _, c]| size.z > 0.0 || *c == 0).map(move |image| {
@@ -24,7 +24,7 @@ fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, 
     })
 }
 
-/// Positions are up to 20, times up to 10, and speeds of images up to 100.
+/// Images move by up to 1000, with a round-off of about 1e-13.
 const ROUND_OFF: f64 = 1e-11;
 
 pub fn boxes() -> [Space; 3] {
@@ -174,7 +174,7 @@ fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2])
 
 #[test]
 fn overlap_across_sliding_sides_is_always_found() {
-    // The particles overlap across the sliding side. The image has the velocity of the particle.
+    // The particles overlap across the sliding side. The image of each particle moves with the other particle.
     let half = Vector::new(0.5 * 0.5 * 24.0, 0.0, 0.0);
     let positions = [Vector::new(5.0, 23.7, 5.0), Vector::new(5.0, 0.3, 5.0)];
     let mut simulation = pair_at_the_sides(0.5, positions, [half, -half]);
@@ -188,9 +188,8 @@ fn overlap_across_sliding_sides_is_always_found() {
 
 #[test]
 fn contact_is_found_after_many_images_have_slid_past() {
-    // The particles are half a diameter apart along y, so they can touch when their distance along z is less than
-    // sqrt(3/4), after a time of 0.92. Images slide past at intervals of 24 / 120 = 0.2. The first image after 0.92
-    // collides.
+    // The particles can touch after a time of 0.92, when their distance along z is less than sqrt(3/4). Images slide
+    // past at intervals of 24 / 120 = 0.2, and the first image after 0.92 collides.
     for place in 0..8 {
         let z = 6.0 + 0.25 * f64::from(place);
         let positions = [Vector::new(12.0, 0.25, z), Vector::new(12.0, 23.75, z + 1.05)];
@@ -261,7 +260,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
         .measured
     };
     let (rest, sheared) = (measured(None), measured(Some(0.05)));
-    // In a mean free time of 0.1, the shear strain grows by 0.005. The effects are proportional to its square.
+    // The shear strain in a mean free time is only 0.005, and the effects are of second order.
     for name in ["diffusion_coefficient", "contact_value_A_A", "neighbours", "q6", "mean_free_time"] {
         let [a, b] = [&rest, &sheared].map(|measured| {
             let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
@@ -269,7 +268,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             (number.mean.unwrap(), error)
         });
         let error = a.1.hypot(b.1);
-        // Standard errors have an uncertainty of 1/8, so the limit is 4.5 instead of 4.
+        // The standard errors are uncertain by 1/8, so the limit is 4.5 instead of 4.
         assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
     }
     let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
@@ -292,7 +291,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             let shells = if name == "structure_factor" { 0.2 * one.0 } else { 0.0 };
             worst = worst.max(((one.0 - other.0).abs() - shells) / one.1.hypot(other.1).max(1e-3));
         }
-        // This is the largest of about a hundred differences. In a few bins, correlated samples have no standard error.
+        // The largest of about a hundred differences. A few bins have no standard error.
         assert!(worst < 6.0 && 10 * known > 9 * a.series[0].values.len(), "{name}: {worst} {known}");
     }
 }

@@ -53,7 +53,7 @@ fn a_body_in_a_periodic_box_returns_after_its_length_over_its_speed() {
     let now = simulation.snapshot();
     assert_eq!(now.velocities[0], start.1);
     assert_eq!(now.images[0], [5000, -8000, 5000]);
-    // Each of the 18,000 passages and flights rounds a coordinate below 16 once.
+    // Each of the 18,000 passages, and the flight before it, rounds a coordinate below 16 once.
     assert!((now.positions[0] - start.0).norm() < 2.0 * 18_000.0 * 8.0 * f64::EPSILON, "{:?}", now.positions[0]);
 }
 
@@ -89,8 +89,7 @@ fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
             if 2.0 * 2.0_f64.sqrt() * power / e < contact_time {
                 break;
             }
-            // Each flight rounds the time and the speed by a few units in the last place of the total time. If the
-            // flight of a ball with initial speed v is too long by dt, the peak is wrong by v dt / 2.
+            // Each flight adds a round-off of a few units in the last place of the total time.
             let bound = 8.0 * (n + 1) as f64 * rest * f64::EPSILON;
             assert!((time - expected).abs() <= bound, "contact {n} at {time}, expected {expected}");
             assert!((peak - power * power).abs() <= bound, "peak {n} of {peak}, expected {}", power * power);
@@ -108,7 +107,6 @@ fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
     }
 }
 
-/// Returns the complete elliptic integral of the first kind, by the arithmetic-geometric mean.
 fn elliptic_k(k: f64) -> f64 {
     let (mut a, mut b) = (1.0, (1.0 - k * k).sqrt());
     for _ in 0..10 {
@@ -134,8 +132,8 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // At a contact at an end of the bond, the normal is along the bond. The speed is nearly constant at the lowest
-    // point, so the time of a passage is interpolated between two contacts.
+    // The normal of a contact is along the bond. The speed is nearly constant at the lowest point, so the time of a
+    // passage is interpolated between two contacts.
     let (mut last, mut passages) = ((0.0, 1.0), Vec::new());
     while passages.len() < 2 * swings + 1 {
         let next = simulation.event_counts().physical() + 1000;
@@ -156,7 +154,7 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
 
 #[test]
 fn a_bonded_body_swings_with_the_period_of_a_pendulum() {
-    // A pendulum that is released from the horizontal with L = g = 1 has the period 4 K(sin(pi/4)) = 7.4163.
+    // A pendulum released from the horizontal with L = g = 1 has the period 4 K(sin(pi/4)) = 7.4163.
     let exact = 4.0 * elliptic_k((PI / 4.0).sin());
     assert!((exact - 7.416_298_709).abs() < 1e-9);
     assert!((elliptic_k(0.0) - PI / 2.0).abs() < 1e-15);

@@ -54,8 +54,7 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let height = (inside - outside).abs();
         let up = |c: &Counts| if inside > outside { c.inwards } else { c.outwards };
         let total: f64 = counts.iter().map(up).sum();
-        // For B bounces and U upward passages, the mean of B - (exp(eps / T) - 1) U is unbiased. The mean of B / U
-        // would be biased.
+        // For B bounces and U passages upwards, B - (exp(eps / T) - 1) U has the mean 0. The mean of B / U is biased.
         let excess = Mean::of(
             counts.iter().zip(&fluid.blocks).map(|(c, b)| c.bounces - (height / b.temperature).exp_m1() * up(c)),
         );
@@ -108,7 +107,8 @@ fn dilute_square_wells_have_the_second_virial_coefficient() {
             let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
             let mut simulation = fluid(&potential, 500, density, temperature);
             let fluid = Fluid::measure(&mut simulation, 50_000, 40, 12_000);
-            // At the start, no pair is in a well, so the temperature rises. Each block has its own temperature.
+            // The temperature rises at first, because no pair is in a well at the start. Each block has its own
+            // temperature.
             fluid.mean(|b| b.virial / (3.0 * fluid.particles * b.temperature * b.time * density) - b2(b.temperature))
         });
         let extrapolated = Mean { mean: 2.0 * one.mean - two.mean, error: (2.0 * one.error).hypot(two.error) };

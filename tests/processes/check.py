@@ -25,8 +25,6 @@ ENVIRONMENT = os.environ | {
 # Numbers that depend on the computer and its load.
 CLOCKS = ("wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes")
 
-# Shortened scenes with periodic and open boxes, neighbour lists, cells, pair states, gravity, thermal walls, event
-# logs, and stages that one process runs alone.
 SCENES = {
     "hard_sphere_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.contacts=true"],
     "square_well_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.events=true"],

@@ -201,8 +201,7 @@ fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
 
 #[test]
 fn check_and_run_give_the_same_reproducible_size_estimate() {
-    // 4,000 spheres are too many for a trial run. The run ends after a number of events, but frames are written at
-    // intervals of time, so the number of frames must be estimated.
+    // 4,000 spheres are too many for a trial run. The number of frames is estimated from the number of events.
     let scene = FLUID.replace("count = 108", "count = 4000").replace("until_events = 4000", "until_events = 40000000");
     let place = Place::with(&format!("{scene}[output]\nframe_interval = 0.01\n"));
     let said = || {

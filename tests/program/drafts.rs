@@ -18,7 +18,6 @@ fn drafts(folder: &Path) -> Vec<String> {
     names.filter(|name| name.starts_with(".carom-")).collect()
 }
 
-/// Starts to draw a long movie, and waits for its temporary file.
 fn drawing(place: &Place) -> Child {
     let arguments = ["movie", "runs/scene", "--out", "runs/scene/film.apng", "--size", "2000x2000", "-q"];
     let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();

@@ -190,7 +190,7 @@ fn rows_end_when_no_event_can_follow() {
     assert!(rows < 10_000, "{rows} rows");
 }
 
-/// Two grains above a floor. The first is almost at rest, with the given height and speed.
+/// Two grains above a floor. The first grain is almost at rest, with the given height and speed.
 fn at_rest(height: f64, speed: f64) -> String {
     format!(
         r#"

@@ -1,4 +1,4 @@
-//! Files of `carom exchange`, and inputs that it rejects. The files do not depend on the number of threads.
+//! Files of `carom exchange`, and inputs that `carom exchange` rejects.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -111,8 +111,7 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         let of = |name: &str, key: &str| summary["temperatures"][at]["observables"][name][key].as_f64().unwrap();
         assert!((4.0 * of("potential_energy_per_particle", "mean") - mean).abs() < 1e-12);
         let square = rows.iter().map(|row| (row[2 + 2 * at] - mean).powi(2)).sum::<f64>() / 600.0;
-        // The variance about the true mean exceeds the variance about the sample mean by at most the squared standard
-        // error.
+        // The variance about the true mean exceeds the sample variance by at most the squared error.
         let missed = (4.0 * of("potential_energy_per_particle", "standard_error")).powi(2);
         let variance = (of("heat_capacity_per_particle", "mean") - 1.5) * 4.0 * temperature * temperature;
         assert!(variance > square + 0.2 * missed && variance < square + missed, "{variance}, {square}, {missed}");
@@ -158,7 +157,6 @@ fn an_exchange_has_the_surfaces_of_its_scene_beside_its_trajectories() {
         assert_eq!(files(&folder), ["rod.stl"]);
     };
     run("6.0");
-    // A continued exchange rewrites a missing surface file.
     std::fs::remove_file(folder.join("rod.stl")).unwrap();
     run("12.0");
     let output = place.carom(&["render", "runs/chain-exchange/trajectory-1.xyz", "--out", "chain.png"]);
@@ -253,7 +251,6 @@ fn two_processes_do_not_write_to_one_folder() {
     assert_eq!(code(&output), 2, "{}", errors(&output));
     assert!(line(&output).contains("is damaged"), "{}", line(&output));
     assert!(contents(&place.path().join("runs/chain-exchange")) == before);
-    // An exchange has no `checkpoint.previous`.
     assert!(!line(&output).contains("previous"), "{}", line(&output));
     assert!(line(&output).contains("here without exchange.checkpoint"), "{}", line(&output));
 }
@@ -282,14 +279,13 @@ fn an_exchange_starts_from_the_end_of_a_run() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let (run, summary) = (place.summary("runs/scene"), place.summary("runs/next-exchange"));
     assert_eq!(summary["start"], run["time"]);
-    // Hard spheres have no potential energy, so all swaps are accepted.
+    // Hard spheres have no potential energy, so every swap is accepted.
     let neighbours = &summary["neighbours"][0];
     assert_eq!((&neighbours["attempts"], &neighbours["accepted"]), (&20.into(), &20.into()));
     for (at, temperature) in [1.0, 2.5].into_iter().enumerate() {
         let observables = &summary["temperatures"][at]["observables"];
         let number = |name: &str| observables[name]["mean"].as_f64().unwrap();
-        // Twenty samples may count as five independent samples, so four standard errors of the temperature are 4 sqrt(2
-        // / 324 / 5) = 0.14. Carnahan and Starling's equation gives Z = 3.97 at a packing fraction of 0.3.
+        // Carnahan and Starling's equation gives Z = 3.97 at a packing fraction of 0.3.
         assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");
         assert!((number("compressibility_factor") / 3.97 - 1.0).abs() < 0.1, "{observables}");
     }

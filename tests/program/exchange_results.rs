@@ -1,4 +1,4 @@
-//! Results of `carom exchange`: curves, temperatures for a given acceptance, multicanonical means, and the verdict.
+//! Results of `carom exchange`.
 
 use super::exchange::{CHAIN, exchange};
 use super::place::{Place, code, errors, words};
@@ -14,7 +14,7 @@ fn an_exchange_has_curves_through_its_temperatures() {
     assert!(curves.starts_with(heads) && curves.lines().count() == 122, "{curves}");
     let rows: Vec<Vec<f64>> =
         curves.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    // The curves use the data of all temperatures, so their errors should not be larger than from a single temperature.
+    // The curves use the data of all temperatures, so the errors should not be larger than at a single temperature.
     for at in summary["temperatures"].as_array().unwrap() {
         let row = rows.iter().find(|row| Some(row[0]) == at["temperature"].as_f64()).unwrap();
         let names = ["potential_energy_per_particle", "heat_capacity_per_particle"];
@@ -39,7 +39,6 @@ fn temperatures_are_found_for_a_requested_acceptance() {
     assert_eq!(code(&place.carom(&exchange(&["--set", &text, "--out", "runs/even"]))), 0);
     let neighbours = place.summary("runs/even")["neighbours"].as_array().unwrap().clone();
     let all: Vec<f64> = neighbours.iter().map(|it| it["acceptance"]["mean"].as_f64().unwrap()).collect();
-    // Each acceptance has 300 attempts, and the density of states has 600 rows.
     assert!(all.iter().all(|it| *it > 0.65 && (it - all[0]).abs() < 0.15), "{all:?}");
     let output = place.carom(&["exchange", "runs/chain-exchange", "--temperatures-for", "0.99999"]);
     assert!(code(&output) == 2 && errors(&output).contains("more than a thousand"), "{}", errors(&output));

@@ -1,4 +1,4 @@
-//! Inputs of a run are not overwritten, and are recognised by their checksums.
+//! Inputs of a run are never overwritten, and changes are detected by checksums.
 
 use std::fs;
 
@@ -51,7 +51,7 @@ fn changed_input_file_of_a_run_is_detected() {
     assert_eq!(place.read("runs/a/thermo.csv"), before);
     fs::write(place.path().join("start.xyz"), START).unwrap();
     assert_eq!(code(&place.carom(&["verify", "runs/a"])), 0);
-    // A resumed run does not need the start file, because the checkpoint contains the state.
+    // The checkpoint contains the state, so a resumed run does not need the start file.
     fs::remove_file(place.path().join("start.xyz")).unwrap();
     let output = place.carom(&["run", "--resume", "runs/a", "--until-time", "30"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -160,7 +160,7 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
     let files = ["scene.toml", "thermo.csv", "trajectory.xyz", "report.txt", "summary.json"];
     let whole = files.map(|name| place.read(&format!("runs/scene/{name}")));
-    // A run renames its finished files in this order. Here it was killed after renaming some of them.
+    // A run renames its finished files in this order. Here it was killed after renaming some files.
     for done in 0..files.len() {
         for name in &files[done..] {
             fs::rename(folder.join(name), folder.join(format!("{name}.partial"))).unwrap();
@@ -186,7 +186,6 @@ fn run_requires_force_before_filling_the_disk() {
     assert!(!place.path().join("runs").exists());
     let text = words(&place.carom(&[&["check"], &interval[..]].concat()));
     assert!(text.contains("it asks for --force"), "{text}");
-    // The earlier limit ends the run.
     let place = Place::with(FLUID);
     let both = [&interval[..], &["--set", "run.until_time=1e10"]].concat();
     let output = place.carom(&[&["run"], &both[..]].concat());
@@ -265,7 +264,7 @@ fn run_stopped_early_and_given_a_nearer_end_has_enough_rows() {
     let (mut folder, checkpoint) = when_free(|| Folder::resume(&path, Some(Until::events(events))));
     let finished = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
-    // The extended run has about seventy rows. With the final limit from the start, it would have two hundred.
+    // A run with the final limit from the start would have two hundred rows.
     let rows =
         fs::read_to_string(path.join("thermo.csv")).unwrap().lines().filter(|line| !line.starts_with('#')).count();
     assert!(rows > 40, "{rows}");

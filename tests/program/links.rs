@@ -1,5 +1,4 @@
-//! Links, folders and pipes with the names of Carom's files. Carom detects them before any data are lost, and writes
-//! nothing through them.
+//! Links, folders and pipes with the names of Carom's files. Carom writes nothing through them.
 
 #![cfg(unix)]
 

@@ -32,7 +32,6 @@ fn live_page_contains_the_scene_text_and_its_overrides() {
     let page = place.read("live.html");
     assert_eq!(told(&page)["text"], place.read("scene.toml"));
     assert_eq!(told(&page)["changes"], serde_json::json!({ "seed": "7", "fill.0.count": "32" }));
-    // Writing the same page again needs no `--force`.
     assert_eq!(code(&live(&place, &changed)), 0);
     assert_eq!(code(&live(&place, &["scene.toml"])), 2);
     assert_eq!(place.read("live.html"), page);

@@ -156,7 +156,7 @@ fn bad_mesh_geometry_is_reported_with_triangles_and_help() {
 fn particles_are_counted_inside_of_a_closed_mesh() {
     let place = Place::with("");
     place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)));
-    // Two counting regions cover the same cube. One is a mesh, turned by a right angle about z.
+    // Two counting regions cover the same cube. One region is a mesh that is turned by a right angle about z.
     let more = r#"
 [[fill]]
 species = "grain"

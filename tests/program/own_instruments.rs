@@ -1,4 +1,4 @@
-//! Runs with an instrument that is not part of the program.
+//! Runs with a user-defined instrument.
 
 use std::ops::ControlFlow;
 

@@ -104,8 +104,8 @@ pub fn run(place: &Place, arguments: &[&str]) {
     assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
 }
 
-/// Starts a program and kills it until it finishes before the kill. Returns the number of kills. After `patience`
-/// kills, the time before each kill doubles, so that the program finishes on any machine.
+/// Starts and kills a program until it finishes before the kill. Returns the number of kills. After `patience` kills,
+/// the time before the next kill is doubled each time, so that the program finishes on any machine.
 pub fn kill_until_done(patience: u64, start: impl Fn() -> Child) -> u64 {
     let (mut kills, mut wait) = (0, 20);
     loop {
@@ -185,8 +185,8 @@ pub fn ended(place: &Place, folder: &str) -> Output {
     measured.map_or(output, |events: u64| to(events + 1))
 }
 
-/// Opens files, and tries again while they are locked. Other tests start programs from this process. A new process
-/// holds the inherited locks until it executes its program.
+/// Opens files, and tries again while the files are locked. When another test starts a program, the new process
+/// inherits the locks for a short time.
 pub fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
     for _ in 0..1000 {
         match open() {

@@ -1,4 +1,4 @@
-//! Runs with a changing volume, and later runs that continue from them.
+//! Runs with a changing volume, and runs that continue from their last state.
 
 use carom::trajectory::Frame;
 use carom::trajectory::extended_xyz::FrameReader;

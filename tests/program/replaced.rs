@@ -72,7 +72,6 @@ fn failed_run_does_not_replace_a_successful_one() {
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "audit.overlap=1e-17"]);
     assert!(code(&output) == 1 && is_as_before(&before, &folder), "{}", errors(&output));
-    // The message suggests moving the replacement elsewhere.
     fs::rename(folder.join("replacement"), place.path().join("elsewhere")).unwrap();
     assert_eq!(place.summary("elsewhere")["faults"].as_array().unwrap().len(), 1);
     assert_eq!(code(&place.carom(&["run", "--resume", "runs/scene", "--until-events", "4100"])), 0);

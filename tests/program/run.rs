@@ -94,7 +94,7 @@ fn runs_limited_by_events_write_rows_and_frames_from_the_start() {
         let thermo = place.measured(folder);
         thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
     };
-    // All rows except the last must be equally spaced, also those of the pilot run.
+    // All rows except the last must be equally spaced, including the rows of the pilot run.
     let ahead = ["run", "scene.toml", "--until-events", "100000", "--set", "output.thermo_interval=0.05"];
     for (folder, more) in [
         ("rows", vec![]),
@@ -140,7 +140,7 @@ fn rows_start_with_the_first_stage_and_name_their_stage() {
     assert!(begin(",first warm") == 0 && begin(",equilibration") == 4, "{thermo}");
     let measured = begin(",measurement");
     assert!(measured > 4 && lines[measured..].iter().all(|line| line.ends_with(",measurement")), "{thermo}");
-    // Rates are for one stage, so they are unknown in the first row of a stage.
+    // The first row of a stage has no rates.
     assert!([0, 4, measured].iter().all(|row| lines[*row].contains(",,")), "{thermo}");
     assert!(!lines[measured + 1].contains(",,"), "{thermo}");
     let summary = place.summary("runs/scene");
@@ -173,7 +173,7 @@ fn report_says_whether_the_run_is_equilibrated() {
 
 #[test]
 fn conserved_temperature_is_constant_with_zero_error() {
-    // The heat bath leaves a different temperature in each run. The verdict must not depend on its round-off.
+    // The verdict must not depend on round-off in the temperature, which differs between the runs.
     let place = Place::with(&format!(
         "{FLUID}[[stage]]\nname = \"warm\"\nuntil_time = 2.0\nthermostat = {{ kind = \"andersen\", temperature = 2.0, rate = 1.0 }}\n"
     ));

@@ -213,7 +213,7 @@ thermo_interval = 10.0
     let free = 2.7 * 0.6 / 3.3 * (3.0_f64.powi(2) + 0.2_f64.powi(2) + 0.3_f64.powi(2)) / 3.0;
     let measured = of(&summary["stages"][0]);
     assert!((measured - free).abs() < 1e-12 * free, "{measured} and {free}");
-    // The bath also supplies the energy of the centre of mass.
+    // The heat bath drives the centre of mass, too.
     let stage = &summary["stages"][1];
     let error = stage["observables"]["temperature"]["standard_error"].as_f64().unwrap();
     assert!((of(stage) - 1.5).abs() < 4.0 * error && error < 0.03, "{} +- {error}", of(stage));
@@ -285,7 +285,7 @@ fn surface_that_appears_inside_a_grain_is_named_in_the_error() {
     assert!(!told.contains("should not"), "it is the scene's fault: {told}");
     let summary = place.summary("runs/scene");
     assert_eq!((&summary["ending"], &summary["time"]), (&"blocked".into(), &4.0.into()));
-    // The gate appears between the balls and touches neither.
+    // Between the balls, there is room for the gate.
     let place = Place::with(&gate_at(2.5).replace("[4.0, 4.0, 1.5]", "[4.0, 4.0, 0.75]"));
     let output = place.carom(&["run", "scene.toml", "-q"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -252,7 +252,7 @@ fn new_contact_time_counts_from_the_start_of_the_run() {
         run(&place, &[&format!("{name}.toml"), "--from", "runs/a", "--out", &format!("runs/{name}")]);
         place.summary(&format!("runs/{name}"))["energy"]["dissipated"].as_f64().unwrap()
     };
-    // With the long contact time, nearly every contact is soon after another. The grains then lose almost no energy.
+    // With the long contact time, nearly all contacts are elastic.
     let (short, long) = (dissipated("short", "1e-3"), dissipated("long", "100.0"));
     assert!(long < 0.2 * short, "{long} and {short}");
 }

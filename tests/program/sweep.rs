@@ -79,7 +79,6 @@ fn every_combination_is_a_run_and_a_row() {
         assert!(page.contains(&format!("href=\"{link}\"")), "{link}");
         assert!(place.read(&format!("runs/scene-sweep/{link}")).contains("Can it be trusted?"));
     }
-    // Complete runs are not repeated.
     let first = place.path().join("runs/scene-sweep").join(&runs[0]["folder"]).join("run.html");
     let changed = || fs::metadata(&first).unwrap().modified().unwrap();
     let before = changed();
@@ -243,7 +242,7 @@ fn a_run_that_was_interrupted_by_hand_is_not_a_finished_point() {
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         assert!(!child.wait().unwrap().success(), "{signal}: it had come to its end already");
         assert_eq!(place.path().join("s/seed-2/summary.json").exists(), signal == "-INT");
-        // Another task of a job array lists this run as started, without results.
+        // Another task of the job array lists this run as started, without results.
         sweep("seed=1..2", &["--out", "s", "--array", "1/2"]);
         let runs = rows(&place.read("s/sweep.csv"));
         assert_eq!((runs[1]["state"].as_str(), runs[1]["pressure"].as_str()), ("begun", ""), "{signal}");

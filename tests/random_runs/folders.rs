@@ -1,5 +1,5 @@
-//! Runs, sweeps and exchanges in folders with links, damaged files and files that Carom did not write. Nothing outside
-//! the folder may change, and each call finishes or is rejected with a message.
+//! Runs, sweeps and exchanges in folders with links, damaged files and files of the user. Nothing outside the folder
+//! may change, and each call must finish or return an error.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -105,7 +105,7 @@ const WRITTEN: [&str; 8] = [
     ".exchange",
 ];
 
-/// Files of the user outside the folder. Links lead to them.
+/// Files of the user outside the folder, which are the targets of links.
 const OTHERS: [&str; 3] = ["thesis.tex", "data/rows.csv", "data/.carom"];
 
 /// A change of a file between two calls.
@@ -181,7 +181,7 @@ impl Place {
         let path = self.out().join(name);
         let parent = path.parent().unwrap_or(&path).to_owned();
         if parent.is_symlink() {
-            // The parent folder is a link, so a temporary file would be outside of `out`.
+            // A temporary file in a linked folder would be outside of `out`.
             return (name, Change::Nothing);
         }
         let content = if path.is_symlink() { None } else { fs::read(&path).ok() };
@@ -240,8 +240,8 @@ enum Call {
     CutRun,
 }
 
-/// Makes two or three calls chosen by `bytes`, and changes files after each call. Returns the number of finished calls.
-/// Panics if a call panics, or if something outside the folder has changed.
+/// Makes two or three calls chosen by `bytes`, and changes files in between. Returns the number of finished calls.
+/// Panics if a call panics, or if files outside the folder have changed.
 pub fn judge(bytes: &[u8], changes: &[Change]) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = Place::new();

@@ -11,7 +11,7 @@ use carom::view::{description, final_table, report};
 
 use super::choices::{Choices, temporary};
 
-/// A run with very rare events is abandoned after this number of progress calls.
+/// A run is abandoned after this number of progress calls.
 const PATIENCE: u32 = 5;
 
 pub fn scene(bytes: &[u8]) -> String {
@@ -157,8 +157,8 @@ pub enum End {
     Over(&'static str),
 }
 
-/// Builds a scene from `bytes`, describes it, and runs it. With `is_kept`, writes results and the page to a folder.
-/// Panics if a step panics, or if a printed number is NaN.
+/// Builds a scene from `bytes`, describes it, and runs it. With `is_kept`, writes the results to a folder. Panics if a
+/// step panics, or if a printed number is NaN.
 pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let text = scene(bytes);
     let made = match Scene::from_toml(&text, "degenerate.toml") {

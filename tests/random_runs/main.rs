@@ -1,4 +1,4 @@
-//! Whole runs, sweeps and folders from random bytes. Any user input is rejected with a message or finishes well. The
+//! Whole runs, sweeps and folders from random bytes. Each input must be rejected with a message or finish well. The
 //! targets in `fuzz/` call the same functions. `CAROM_FUZZ_RUNS` is the number of cases of each kind, and
 //! `CAROM_FUZZ_SEED` is the first seed (1 by default):
 //!
@@ -24,7 +24,7 @@ fn setting(name: &str, usual: u64) -> u64 {
 }
 
 /// Calls `judge` for random cases and returns the results. After a panic in `judge`, continues with the other cases.
-/// Finally panics with all failed seeds, and shows the first failed case.
+/// Finally panics with all failed seeds and the first failed case.
 fn all<T>(cases: u64, show: impl Fn(&[u8]) -> String, judge: impl Fn(u64, &[u8]) -> T) -> Vec<T> {
     let first = setting("CAROM_FUZZ_SEED", 1);
     let mut objections = Vec::new();

@@ -105,9 +105,8 @@ pub fn plan(bytes: &[u8]) -> Option<usize> {
     Some(sweep.points().len())
 }
 
-/// Makes two to four sweep calls in a folder, with different axes and scenes. Files are removed or damaged between
-/// calls. With `has_races`, some calls run at the same time. Panics if a finished point contains the run of another
-/// point.
+/// Makes two to four sweep calls in a folder, some at the same time if `has_races` is true. Axes and scenes change, and
+/// files are removed or damaged between calls. Panics if a finished point contains the run of another point.
 pub fn calls(bytes: &[u8], has_races: bool) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = temporary();
@@ -137,7 +136,6 @@ pub fn calls(bytes: &[u8], has_races: bool) -> usize {
             .map(|(sweep, _)| sweep)
             .collect();
         over += done.len();
-        // The runs must agree with the current sweep file.
         if let Ok(kept) = Sweep::from_file(SweepFolder::file_in(&folder)) {
             check(&kept, &folder);
         }

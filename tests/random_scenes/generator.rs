@@ -1,4 +1,4 @@
-//! Random scenes as text, from ordinary to absurd.
+//! Random scenes as text. Some are ordinary, others are absurd.
 
 use std::fmt::Write;
 
@@ -15,7 +15,7 @@ struct Shape {
     length: f64,
     speed: f64,
     is_usual: bool,
-    /// Positions and velocities are multiples of simple fractions, so many events coincide.
+    /// Positions and velocities are multiples of simple fractions, so many events happen at the same time.
     is_even: bool,
     is_invalid: bool,
 }
@@ -28,7 +28,7 @@ pub fn without_surfaces(seed: u64) -> String {
     written(seed, false, false)
 }
 
-/// A scene with ordinary sizes and masses. It has no surfaces, no overlaps at the start and no coincidences.
+/// A scene with ordinary sizes and masses, and without surfaces, overlaps at the start and coincidences.
 pub fn usual(seed: u64) -> String {
     written(seed, true, false)
 }
@@ -65,17 +65,17 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     if has_surfaces {
         surfaces(&mut text, &mut Dice::new(seed ^ 0x5eed), &shape);
     }
-    // The limit is a few thousand mean free times. It ends scenes without collisions.
+    // A few thousand mean free times. This limit ends scenes without collisions.
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
     let mut dice = Dice::new(seed ^ 0x00f0_71c7);
     if dice.chance(0.35) { roughened(&text, &mut dice, dimensions) } else { text }
 }
 
-/// Potentials with a hard core, whose contacts may be rough.
+/// Potentials with a hard core. Contacts of cores may be rough.
 const WITH_CORES: [&str; 5] = ["hard-sphere", "square-well", "square-shoulder", "stepped-lennard-jones", "bond"];
 
-/// Keys that make a contact rough.
+/// Keys for rough contacts.
 const ROUGHNESS: [&[&str]; 6] = [
     &["tangential_restitution = 1.0"],
     &["tangential_restitution = 0.0"],
@@ -110,7 +110,6 @@ fn roughened(text: &str, dice: &mut Dice, dimensions: usize) -> String {
     rough
 }
 
-/// Whether the last table of a text is a particle.
 fn is_particle(text: &str) -> bool {
     text.rfind("[[").is_some_and(|at| text[at..].starts_with("[[particle]]"))
 }
@@ -130,9 +129,9 @@ fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// Writes surfaces around the box, or small surfaces inside the box. Particles reach outer surfaces through open sides.
+/// Writes surfaces around the box, which particles reach through open sides, or small surfaces inside the box.
 fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
-    // In an invalid start, a particle may be inside several surfaces, and the order of these contacts is undefined.
+    // In an invalid start, a particle may overlap several surfaces, and the order of these contacts is undefined.
     if shape.dimensions == 1 || shape.is_invalid || !dice.chance(0.4) {
         return;
     }
@@ -165,7 +164,7 @@ fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// Writes one or two motions of a surface. They are slow compared with the particles.
+/// Writes one or two motions of a surface, which are slow compared with the particles.
 fn motion(text: &mut String, dice: &mut Dice, shape: &Shape, middle: [f64; 3]) {
     let rate = shape.speed / shape.length;
     let mut from = dice.pick(&[0.0, 0.0, 0.7]) / rate;
@@ -231,7 +230,7 @@ fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species
 }
 
 fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
-    // A typical energy is that of a particle of mass 1 at the typical speed. A few scenes have far larger energies.
+    // The energy of a particle of mass 1 at the typical speed. A few scenes have far larger energies.
     let energy =
         shape.speed * shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(0.0, 8.0) } else { 1.0 };
     for a in 0..species.len() {

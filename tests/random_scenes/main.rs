@@ -19,7 +19,7 @@ use carom::check::verify::{Certificate, End, EventRange, Fault, Violation, verif
 use carom::model::Scene;
 
 const EVENTS: u64 = 150;
-/// Progress calls without a new event before a scene is abandoned. Fast particles may travel around the box endlessly.
+/// A scene is abandoned after this number of progress calls without an event.
 const PATIENCE: u32 = 300;
 
 fn setting(name: &str, usual: u64) -> u64 {

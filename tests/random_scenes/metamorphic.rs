@@ -1,5 +1,4 @@
-//! Changes that leave the physics of a scene unchanged. Runs are split, distant spheres are added, scenes are mirrored,
-//! shifted or scaled by powers of two, and particles change their order. The events must agree.
+//! Changes that leave the physics of a scene unchanged, such as a mirror image or a shift. The events must agree.
 
 use carom::engine::event::Event;
 use carom::engine::{Simulation, Until};
@@ -11,7 +10,7 @@ use crate::dice::Dice;
 use crate::generator;
 
 const SCENES: usize = 60;
-/// Number of compared events if rounding may differ. A difference grows tenfold with each event of a particle.
+/// Number of compared events if rounding may differ. Differences grow tenfold with each event of a particle.
 const FEW: u64 = 20;
 /// A difference of 1e-15 can grow to this value. Times between events are far longer.
 const TOLERANCE: f64 = 1e-7;
@@ -43,7 +42,7 @@ fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>)
     }
 }
 
-/// Counts equal events. Stops before two events that are so close that round-off decides their order.
+/// Counts equal events. Stops before two events if round-off may decide their order.
 fn agreeing(seed: u64, ours: &Scene, theirs: &Scene, number: impl Fn(ParticleId) -> u32, is_mirror: bool) -> usize {
     let (ours, theirs) = (events(ours, FEW), events(theirs, FEW));
     for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
@@ -150,7 +149,7 @@ fn spheres_far_away_change_no_event() {
         }
         let is_closed = |face| matches!(face, carom::model::space::Face::Wall(_));
         let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
-        // The added sphere is beyond a wall, or too far away to be reached within a few events.
+        // The added sphere is beyond a wall or far away, so no particle reaches it.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
         let mut place = carom::Vector::zeros();
         place[axis] = scene.space().size[axis] + beyond;
@@ -215,7 +214,6 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
         if simulation.advance_with(until, |event| events.push(*event)).is_err() {
             break;
         }
-        // Reading the state must not change the events.
         let _ = (simulation.snapshot(), simulation.energy(), simulation.deepest_overlap());
     }
     events

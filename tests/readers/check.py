@@ -81,7 +81,6 @@ def comes_back(program, folder, writer):
     head, rest = scenes.MIXTURE.split("[space]")
     rest = rest[rest.index("[[species]]") :].split("[[fill]]")[0]
     scene = path.with_suffix(".toml")
-    # The other program writes fewer digits, so particles may overlap.
     scene.write_text(f'allow_invalid_start = true\n{head}{rest}[[file]]\npath = "{path}"\n[run]\nuntil_events = 10\n')
     call(program, "run", scene, "--quiet", "--out", path.with_suffix(""))
     start = native.read(path.with_suffix("") / "trajectory.xyz")[0]

@@ -17,7 +17,7 @@ use runs::{SCENES, assert_same, carom, files_of, finish, resume, start, stop, un
 
 const STOPS: usize = 8;
 
-/// Largest number of tries for each stop, far more than a busy machine needs.
+/// Largest number of tries for each stop.
 const TRIES: usize = 200;
 
 #[test]
@@ -29,7 +29,7 @@ fn seventy_two_random_stops_change_no_bit() {
         let whole = directory.path().join(format!("{scene}_whole"));
         let begun = std::time::Instant::now();
         finish(start(scene, events, &whole));
-        // Upper limit of the random time before a stop, in milliseconds. It affects only the number of tries.
+        // Upper limit of the random time before a stop, in milliseconds.
         let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 4;
         let (mut runs, mut stops) = (0, 0);
         let fresh = |runs: usize| {
@@ -119,7 +119,6 @@ fn damaged_checkpoints_are_rejected_and_the_run_is_kept() {
     refused("its end is");
     fs::write(&checkpoint, "").unwrap();
     refused("damaged");
-    // Without its last checkpoint, a run continues from the previous one.
     let _ = fs::remove_file(folder.join("checkpoint.previous"));
     fs::remove_file(&checkpoint).unwrap();
     refused("no checkpoint");

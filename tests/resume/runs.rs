@@ -4,7 +4,7 @@ use std::process::{Child, Command, Output, Stdio};
 
 use super::files::files;
 
-/// Scenes for every kind of engine and external influence, with numbers of events.
+/// Scenes for every kind of engine and driving, with numbers of events.
 pub const SCENES: [(&str, &str); 9] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
@@ -94,7 +94,6 @@ name = "layers"
 bins = [1, 10, 1]
 "#;
 
-/// Chains in a solvent under pressure. A stage adjusts the amplitude, and the measurement has another pressure.
 pub const ISOBARIC: &str = r#"
 [[species]]
 name = "A"

@@ -26,7 +26,7 @@ fn program(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The scene [`EVERY_KEY`] in a folder with its coordinate file.
+/// A folder with the scene [`EVERY_KEY`] and its coordinate file.
 struct Base(tempfile::TempDir);
 
 impl Base {
@@ -42,7 +42,7 @@ impl Base {
     }
 }
 
-/// Calls `visit` for every property of a schema, with its path and its value in the scene, if any.
+/// Calls `visit` for every property of a schema, with the path of the property and its value in the scene, if any.
 fn walk(schema: &Value, value: Option<&Value>, path: &str, visit: &mut impl FnMut(&str, &Value, Option<&Value>)) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten() {
         let value = value.and_then(|table| table.get(key));
@@ -204,7 +204,7 @@ fn reader_and_schema_have_the_same_keys() {
     for (header, table) in tables {
         let text = format!("{header}no_such_key = 1\n");
         let error = Scene::from_toml(text.as_str(), "scene.toml").unwrap_err();
-        // Required keys are also missing, so the first error may be a missing key.
+        // The first error may be a missing key.
         let known = std::iter::once(&error).chain(error.others()).find_map(|error| match error.kind() {
             SceneErrorKind::UnknownKey { known, .. } => Some(known),
             _ => None,
@@ -217,7 +217,7 @@ fn reader_and_schema_have_the_same_keys() {
     }
 }
 
-/// Collects the tables of a scene and the TOML headers that lead to them.
+/// Collects the tables of a scene, each with its TOML headers.
 fn collect_tables(schema: &Value, path: &mut Vec<(String, bool)>, tables: &mut Vec<(String, Value)>) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten() {
         let choices = property["anyOf"].as_array().cloned().unwrap_or_else(|| vec![property.clone()]);
@@ -338,7 +338,7 @@ fn schema_limits_are_those_of_the_reader() {
                 E::Value { .. } | E::Syntax { .. } | E::Potential(_) | E::PackingFraction { .. }
             );
             assert!(is_about_it, "{path} = {}: {error}", limit + outside);
-            // The limit of a packing fraction is not tried, because equal spheres cannot reach it.
+            // Equal spheres cannot reach the limit of a packing fraction.
             if outside != 0.0 && !path.ends_with("packing_fraction") {
                 let accepted = base.with(path, &text(limit));
                 assert!(accepted.is_ok(), "{path} = {limit}: {}", accepted.unwrap_err());
@@ -354,8 +354,7 @@ fn schema_rejects_numbers_outside_the_ranges_of_the_reader() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
-        // These limits depend on other keys. The height of a shoulder must be positive, unlike the height of a
-        // penetrable core. The ends of a slider are compared with each other.
+        // These limits depend on other keys.
         let is_relative = path.ends_with(".height") || path.starts_with("live.slider");
         if value.is_none_or(|value| !value.is_number()) || is_relative {
             return;

@@ -1,4 +1,4 @@
-//! Pairs whose own interaction lets them separate. They meet again through any side of a periodic box.
+//! Pairs with an interaction of their own, which separate and meet again through any side of a periodic box.
 
 use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
@@ -118,8 +118,7 @@ fn pair_meets_in_the_first_image_within_range() {
 
 #[test]
 fn pair_meets_across_cell_rows_after_many_image_passages() {
-    // Neither particle moves along y, the gradient of the shear. Both are in the second row of cells from the sliding
-    // sides. One particle drifts slowly along z, and comes into range at the sixth passage of an image.
+    // The particles do not move along y. One particle drifts slowly along z, into the range of a passing image.
     let (size, range) = (Vector::repeat(10.0), 4.6);
     let states =
         [(Vector::new(1.0, 2.1, 2.9), Vector::new(0.0, 0.0, -0.0025)), (Vector::new(6.0, 7.9, 1.0), Vector::zeros())];
@@ -149,7 +148,7 @@ fn bond_longer_than_a_cell_ends_correctly_across_sliding_sides() {
         let v = velocities[0] - velocities[1];
         let (r2, b, v2) = (apart.norm_squared(), apart.dot(&v), v.norm_squared());
         let root = |distance: f64| (b * b - v2 * (r2 - distance * distance)).sqrt();
-        // NaN if the particles do not reach the inner end of the bond.
+        // `inner` is NaN if the particles do not reach the inner end of the bond.
         let (inner, outer) = ((-b - root(bond[0])) / v2, (root(bond[1]) - b) / v2);
         let expected = if b < 0.0 && inner > 0.0 { inner } else { outer };
         // The second particle is wrapped into the box. In a sheared box, wrapping along y changes the velocity along x.
@@ -159,7 +158,6 @@ fn bond_longer_than_a_cell_ends_correctly_across_sliding_sides() {
             other.0[axis] -= periods * size[axis];
             if axis == 1 && periods != 0.0 {
                 other.1.x -= periods * rate * size.y;
-                // The first and the last of five rows of cells are next to the sides.
                 let rows = [place, other.0].map(|at| ((at.y - space.lower.y) / 2.2).floor());
                 across[usize::from(rows.iter().any(|row| (1.0..=3.0).contains(row)))] += 1;
             }
@@ -173,8 +171,7 @@ fn bond_longer_than_a_cell_ends_correctly_across_sliding_sides() {
 
 #[test]
 fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
-    // With few particles, the engine uses neighbour lists. The list of the first particle does not contain the bonded
-    // particle, which is 8 away across a periodic side.
+    // The neighbour list does not contain the bonded particle, which is 8 away across a periodic side.
     let at = |x: f64, speed: f64| (Vector::new(x, 10.0, 10.0), Vector::new(speed, 0.0, 0.0));
     for others in [0, 30, 200] {
         let mut builder = SceneBuilder::new("overstretched")

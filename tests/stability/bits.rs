@@ -180,7 +180,6 @@ fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) 
     let fluid = fluid(256, Amount::NumberDensity(0.6));
     let original = particles(&fluid);
     let shuffled: Vec<_> = order.iter().map(|&k| original[k]).collect();
-    // With gravity, a floor and a ceiling enclose the fluid.
     let mut space = fluid.space().clone();
     if gravity != 0.0 {
         space.lower.z -= 1.0;

@@ -78,10 +78,9 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
             watched.simulation.time()
         );
         watched.assert_sound(1.0);
-        // Flights finally become shorter than the contact time t_c, and contacts after such flights dissipate no
-        // energy. The ball then moves at most as fast as after a fall of duration t_c / 2, and sideways by at most
-        // t_c^2. With restitution 0, the ball bounces elastically along the groove between two spheres and loses energy
-        // more slowly.
+        // Contacts dissipate no energy after flights shorter than the contact time t_c. Such a flight begins with a
+        // speed of at most t_c / 2. With restitution 0, the ball bounces along the groove between two spheres and loses
+        // energy slowly.
         assert!(last < contact_time * contact_time, "{last:e}");
         assert!(restitution == 0.0 || worst < contact_time * contact_time, "{worst:e}");
     }

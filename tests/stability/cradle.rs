@@ -8,8 +8,8 @@ use carom::model::potential::Potential;
 use carom::model::space::Boundary;
 use carom::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
 
-/// A row of five spheres. The first `strikers` spheres come from the left at a speed of 1 and arrive at time 1. The
-/// resting spheres begin at the position `first`. The function `next` returns the position of the next sphere.
+/// Five spheres in a row. The strikers come from the left at a speed of 1 and arrive at time 1. The other spheres rest
+/// at `first` and at the positions that `next` computes.
 fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
     let mut particles: Vec<State> =
         (0..strikers).rev().map(|k| (along(first - 1.0 - diameter * (k + 1) as f64), along(1.0))).collect();
@@ -40,7 +40,7 @@ fn as_many_spheres_leave_as_strike_with_the_same_speed() {
         let mut simulation = cradle(1.0, Boundary::OPEN, &row(0.0, 1.0, |x| x + 1.0, strikers));
         let mut times = Vec::new();
         assert_eq!(simulation.advance_with(Until::time(2.0), |event| times.push(event.time)), Ok(Reason::Time));
-        // The resting spheres pass on the velocity of each striker at time 1.
+        // Each striker causes one collision per resting sphere, all at time 1.
         assert_eq!(times, vec![1.0; strikers * (5 - strikers)]);
         let end = simulation.snapshot();
         let leaving = 5 - strikers;
@@ -67,8 +67,7 @@ fn a_cradle_between_walls_swings_for_ever() {
 
 #[test]
 fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
-    // Diameter, first position and next position. In the first row, the gaps are one unit in the last place. In the
-    // other rows, rounding leaves gaps or overlaps of this size.
+    // Diameter, first position and next position. Gaps and overlaps are as small as rounding errors.
     type Next = fn(f64) -> f64;
     let rows: [(f64, f64, Next); 5] = [
         (1.0, 0.0, |x| (x + 1.0).next_up()),
@@ -83,7 +82,7 @@ fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
             let mut simulation = cradle(diameter, Boundary::OPEN, &start);
             assert_eq!(simulation.advance(Until::time(3.0)), Ok(Reason::Time));
             let events = simulation.event_counts().physical();
-            // Each event rounds two velocities of up to 1 a few times. A velocity is passed on at most five times.
+            // A velocity is passed on at most five times, with a few rounding errors each time.
             let bound = 5.0 * 8.0 * f64::EPSILON;
             let end = simulation.snapshot();
             let error = |k: usize| (end.velocities[k].x - if k < 5 - strikers { 0.0 } else { 1.0 }).abs();
@@ -137,8 +136,8 @@ fn different_masses_keep_energy_and_momentum_in_few_events() {
         let scale: f64 = masses.iter().map(|m| (2.0 * after.kinetic * m).sqrt()).sum();
         let drift = (after.momentum.x - momentum).abs();
         assert!(drift <= 8.0 * f64::EPSILON * scale * (1.0 + events as f64), "{drift:e}");
-        // A light sphere of mass m between two spheres of mass M bounces about pi/2 sqrt(M/m) times before the spheres
-        // separate. At a mass ratio of a thousand, this is less than 100. At most two spheres are light.
+        // A light sphere of mass m between two spheres of mass M bounces about pi/2 sqrt(M/m) times. This is 50 at a
+        // mass ratio of 1000. At most two spheres are light.
         assert!(events < 400, "{events} events");
     }
 }
@@ -182,7 +181,6 @@ fn pairs_with_speeds_one_ulp_apart_separate_at_once() {
         slower[axis] =
             if normal[axis] * velocity[axis] < 0.0 { velocity[axis].next_up() } else { slower[axis].next_down() };
         let start = [(Vector::zeros(), velocity), (normal, slower)];
-        // By rounding, the spheres may overlap.
         let builder = listed(&open_box(64.0), &hard_sphere(), [1.0, 0.9, 0.5][usize::from(index) % 3], &start);
         let mut simulation =
             Simulation::without_plan(builder.allow_invalid_start(true).contact_time(1e-30).build().unwrap());

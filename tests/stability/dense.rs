@@ -27,12 +27,11 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
     watched.run(1_000_000);
     // An event changes the energies of two of the 500 particles. Each may have ten times the mean energy.
     watched.assert_sound(2.0 / 500.0 * 10.0);
-    // The overlap at a contact has the errors of the coordinates of two particles. The bound allows for 32 roundings of
-    // each coordinate (see `Overlap::round_off`).
+    // The bound allows for 32 roundings of each coordinate (see `Overlap::round_off`).
     let deepest = watched.simulation.event_counts().deepest_overlap;
     assert!(deepest < 32.0 * f64::EPSILON * (2.0 * space.size.x + 2.0), "{deepest:e}");
-    // At a packing fraction of 0.73, neighbours are 1.005 apart. Three of them would have to be sqrt(3) apart to let a
-    // particle leave its cage.
+    // Neighbours are 1.005 apart at a packing fraction of 0.73. A particle leaves its cage only if three neighbours are
+    // sqrt(3) apart.
     let moved = largest_displacement(&space, &start, &watched.simulation.snapshot());
     println!("largest displacement {moved}");
     assert!(moved < 0.2, "{moved}");
@@ -68,7 +67,7 @@ fn a_crystal_at_rest_does_nothing() {
         watched.assert_sound(1.0);
         let end = watched.simulation.snapshot();
         assert!(end.velocities.iter().all(|v| *v == velocity));
-        // A coordinate is rounded less than 100 times, when the particle leaves a cell or the box.
+        // A coordinate is rounded when the particle leaves a cell or the box, less than 100 times.
         let moved = |k: usize, axis: usize| {
             end.positions[k][axis] + f64::from(end.images[k][axis]) * scene.space().size[axis] - start[k].0[axis]
         };

@@ -1,4 +1,4 @@
-//! Hashes of the bits of final states, events and counts.
+//! Hashes of final states, events and counts.
 
 mod hashes;
 mod systems;
@@ -80,7 +80,7 @@ fn set_on_the_way() -> Bits {
     bits
 }
 
-/// Scenes in `configs`, with numbers of events.
+/// Scenes in `configs`, and the number of events of each.
 const SCENES: [(&str, u64); 10] = [
     ("bouncing_ball", 1000),
     ("elastic_spheres_1d", 2),
@@ -94,9 +94,9 @@ const SCENES: [(&str, u64); 10] = [
     ("stepped_lennard_jones", 20000),
 ];
 
-/// Hashes of the state, the events and the ledger. All of them change if the engine rounds differently. The ledger also
-/// changes if sums are rounded differently. `cargo test --release --test stability fingerprints` prints this table. A
-/// run without `--release` must print the same hashes.
+/// Hashes of the state, the events and the ledger. All hashes change if the engine rounds differently.
+/// `cargo test --release --test stability fingerprints` prints this table. Without `--release`, the hashes must be the
+/// same.
 #[rustfmt::skip]
 #[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
 const FINGERPRINTS: &[(&str, [u64; 3])] = &[

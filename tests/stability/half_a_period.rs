@@ -1,4 +1,4 @@
-//! Particles half a period apart may meet in either of two images. The boxes are four cells long.
+//! In a box of four cells, particles half a period apart may meet in either of two images.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -6,7 +6,7 @@ use carom::model::Scene;
 use carom::model::space::Space;
 use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-/// A ball among static spheres. The centres of the spheres are on faces of the cells.
+/// A ball among static spheres with centres on faces of the cells.
 fn lorentz_gas(velocity: [f64; 3]) -> Scene {
     let mut scene = SceneBuilder::new("lorentz")
         .species(SpeciesDraft::new("ball").mass(0.7).diameter(1.0))

@@ -13,7 +13,7 @@ use std::time::Instant;
 const CONTACT_TIME: f64 = 3e-3;
 const COUNT: u64 = 24;
 
-/// Grains fall into a box with a floor and four walls, about three layers high.
+/// Grains that fall into a box with a floor and four walls. The heap has about three layers.
 fn grains(restitution: f64) -> Scene {
     let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(restitution)), upper: Face::Open };
     let space = Space {
@@ -42,12 +42,12 @@ fn farthest(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// Largest displacement of grains in a heap at rest, in units of `g t_c^2` with the contact time `t_c`. In a flight of
-/// at most `t_c`, a contact opens by up to `g t_c^2 / 8` times the number of layers above it. A grain wedged between
-/// other grains moves farther: in 15 heaps, by up to 140.
+/// Largest displacement of grains in a heap at rest, in units of `g t_c^2`, where `t_c` is the contact time. In a
+/// flight of at most `t_c`, a contact opens by up to `g t_c^2 / 8` times the number of layers above. Wedged grains
+/// moved by up to 140 in 15 heaps.
 const AT_REST: f64 = 300.0;
 
-/// Waits until no grain moves farther than half of [`AT_REST`] in a time of 10. Some heaps rearrange later.
+/// Waits until no grain moves farther than half of [`AT_REST`] in a time of 10.
 fn settle(watched: &mut Watched) {
     let mut before = positions(watched);
     for tens in 1..=30 {
@@ -74,7 +74,7 @@ fn rest(restitution: f64, events: u64) {
         assert!(now > last, "time stands still at {now}");
         last = now;
         reach = reach.max(farthest(&at_rest, &positions(&watched)));
-        // Between two contacts, a grain at rest flies for less than the contact time.
+        // A grain at rest flies for less than the contact time.
         let speed = (2.0 * watched.simulation.energy().kinetic / COUNT as f64).sqrt();
         assert!(speed < 4.0 * CONTACT_TIME, "grains fly at {speed}");
     }

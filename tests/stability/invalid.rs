@@ -1,4 +1,4 @@
-//! Starts with overlaps. The overlaps become smaller and vanish, and no new overlaps appear.
+//! Runs that start with overlaps. The overlaps vanish, and no new overlaps appear.
 
 use crate::listed::{hard_sphere, open_box};
 use carom::Vector;
@@ -26,8 +26,8 @@ struct Recipe {
 }
 
 impl Recipe {
-    /// Three inelastic particles whose cores overlap in a common well may push each other without end. About a fifth of
-    /// all seeds end in such a collapse, even with the TC model.
+    /// In a common well, three inelastic particles with overlapping cores may collide without end. About a fifth of all
+    /// seeds end in such a collapse, even with the TC model.
     fn may_arrest(&self) -> bool {
         self.restitution < 1.0 && self.name.contains("wells")
     }
@@ -44,7 +44,7 @@ const PLAIN: Recipe = Recipe {
     second: 0.5,
 };
 
-/// If gravity presses overlapping particles onto static particles, the TC model is needed.
+/// The TC model is needed if gravity presses overlapping particles onto static particles.
 fn recipes() -> [Recipe; 10] {
     let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
     [
@@ -126,7 +126,7 @@ fn random_start(recipe: &Recipe, seed: u64) -> Scene {
 struct Cores {
     periods: Vector,
     pairs: Vec<([usize; 2], f64)>,
-    /// Overlap function `|r|^2 - s^2` of each pair at the last check, with the core diameter `s`. Zero without overlap.
+    /// `|r|^2 - s^2` of each pair at the last check, with the core diameter `s`. Zero for pairs without overlap.
     last: Vec<f64>,
 }
 
@@ -157,8 +157,7 @@ impl Cores {
     }
 }
 
-/// Largest increase of an overlap by rounding. Coordinates are at most the length of the box, and `|r|^2` is at most
-/// 1.5. An error of a coordinate changes the overlap function by twice the error times `|r|`.
+/// Largest increase of an overlap by rounding. A coordinate error `e` changes `|r|^2` by `2 |r| e`, and `|r| = 1.2`.
 fn deepening(length: f64) -> f64 {
     2.0 * 1.2 * 16.0 * f64::EPSILON * length
 }
@@ -214,7 +213,6 @@ fn overlaps_held_by_gravity_arrest_without_the_tc_model() {
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
     println!("{} events, {arrest}", simulation.event_counts().physical());
-    // Many simultaneous events come before an arrest.
     assert!(simulation.event_counts().physical() < 1_000_000);
     assert!(arrest.particle.0.max(arrest.partner.unwrap().0) >= 450, "{arrest}");
 }

@@ -1,5 +1,5 @@
-//! Whole runs in which other programs fail, because systems are dense, degenerate, at rest, or invalid from the start.
-//! Also tests that some influences do not change a run. Tolerances for round-off are derived where they are used.
+//! Whole runs of systems that are dense, degenerate, at rest, or invalid from the start. Tolerances for round-off are
+//! derived where they are used.
 
 mod apart;
 mod bits;

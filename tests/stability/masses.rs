@@ -20,9 +20,8 @@ fn drift(scene: Scene, events: u64) -> f64 {
     (total(&simulation) + event_counts.dissipated.total() - before) / before
 }
 
-/// Four standard deviations of a random walk. Each event rounds six velocity components three times: when the velocity
-/// change is computed, divided between the particles, and added. The root mean square error is `0.8 eps` of the energy
-/// of the pair, which is at most the total energy.
+/// Four standard deviations of a random walk. Each event rounds six velocity components three times. The root mean
+/// square error is `0.8 eps` of the energy of the pair, which is at most the total energy.
 fn bound(events: u64) -> f64 {
     4.0 * 0.8 * f64::EPSILON * (events as f64).sqrt()
 }
@@ -115,7 +114,7 @@ fn a_mixture_with_walls_wells_and_static_spheres_keeps_its_energy() {
         "mixture.toml",
     )
     .unwrap();
-    // The bound assumes that a pair has the total energy. Most pairs have about a twentieth of it.
+    // The bound assumes that a pair has the total energy. Most pairs have about a twentieth of this energy.
     let error = drift(scene, 300_000);
     assert!(error.abs() < bound(300_000), "{error:e}, bound {:e}", bound(300_000));
 }

@@ -46,8 +46,7 @@ fn sphere() -> TriangleMesh {
     TriangleMesh { vertices, triangles }
 }
 
-/// A closed mesh: a sphere whose vertices are moved inwards by up to `0.2 (kind % 4)` of the radius. If `kind` is odd,
-/// the mesh has slivers.
+/// A sphere with vertices moved inwards by up to `0.2 (kind % 4)` of the radius. If `kind` is odd, there are slivers.
 fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     let mut mesh = sphere();
     if kind > 0 {
@@ -57,7 +56,7 @@ fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
         }
     }
     if kind % 2 == 1 {
-        // Some vertices move to a neighbour until a millionth of the edge is left. Moved vertices have no common
+        // Moves some vertices towards a neighbour, by all but a millionth of the edge. Moved vertices share no
         // neighbours.
         let mut is_taken = vec![false; mesh.vertices.len()];
         for triangle in mesh.triangles.clone().iter().step_by(23) {
@@ -118,7 +117,6 @@ fn nothing_ever_leaves_a_closed_mesh() {
         let mesh = cavity(&mut random, seed % 8, &middle);
         let (restitution, gravity) = ([1.0, 0.98, 0.5, 0.0][(seed / 2 % 4) as usize], [0.0, 0.7][(seed % 2) as usize]);
         let (mut here, mut thrown) = (0, 0);
-        // Each simulation contributes at most a tenth of the contacts.
         while here < events && thrown < (events / 100).max(100) {
             let scene = scene(mesh.clone(), &mut random, restitution, gravity, &middle);
             let mut simulation = Simulation::new(scene).unwrap();

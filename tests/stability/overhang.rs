@@ -17,7 +17,7 @@ fn over_a_row(overhang: f64) -> Scene {
         .interaction(InteractionDraft::new(Model::HardSphere).between("ball", "row"))
         .space(space)
         .particle("ball", Vector::new(5.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0));
-    // With this number of particles, the engine uses cells.
+    // The engine uses cells only for many particles.
     let length = 10.0 + 2.0 * overhang;
     for k in 0..64 {
         scene = scene.particle("row", Vector::new(f64::from(k) / 63.0 * length - overhang, 5.0, 2.0), Vector::zeros());

@@ -35,7 +35,7 @@ impl Fluid {
 struct Retraced {
     events: u64,
     events_back: u64,
-    /// Largest difference between a coordinate at the start and at the end of the second run.
+    /// Largest difference between the coordinates at the start and at the end of the second run.
     error: f64,
     /// Growth of small shifts of all coordinates during the second run.
     amplification: f64,
@@ -47,7 +47,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     let back = fluid.run(&turned, Until::time(time));
     let end = states(&back.snapshot());
     let shift = 1e-10;
-    // The signs of the shifts must be unrelated to the motion.
+    // The signs must be unrelated to the motion.
     let sign = |k: usize| if (k * k % 7).is_multiple_of(2) { shift } else { -shift };
     let shifted: Vec<State> = turned
         .iter()
@@ -63,7 +63,6 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     }
 }
 
-/// Returns a fluid, and a state that has evolved away from the lattice.
 fn warm(density: f64, potential: Potential) -> (Fluid, Vec<State>) {
     let scene = fluid(108, Amount::NumberDensity(density));
     let fluid = Fluid { space: scene.space().clone(), potential };
@@ -86,7 +85,7 @@ fn reversed_velocities_retrace_the_run() {
             let Retraced { events, events_back, error, amplification } = there_and_back(&fluid, &start, time);
             println!("{name}: {events:10} {events_back:6}   {error:14.1e}   {amplification:13.1e}");
             // Each event adds a round-off error of about ten units in the last place of the box length. Chaos
-            // multiplies the errors by `amplification`, which is known only while the shift is small.
+            // multiplies the errors by `amplification`. The factor is known only for small shifts.
             let rounded = 10.0 * fluid.space.size.x * f64::EPSILON * (events + 1) as f64;
             if amplification < 1e5 {
                 assert_eq!(events, events_back);

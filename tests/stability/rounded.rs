@@ -93,7 +93,8 @@ fn rods_on_a_long_ring_pass_their_audit() {
     }
 }
 
-/// By round-off, a fast inelastic contact leaves a small overlap. The audit must accept it in a pair that hardly moves.
+/// By round-off, a fast inelastic contact leaves a small overlap. The audit must accept this overlap, although the pair
+/// hardly moves.
 #[test]
 fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
     for height in [10.0, 1e3, 1e5] {
@@ -131,7 +132,7 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(build(1e6, 1e6 * f64::EPSILON).is_ok());
     assert!(build(10.0, 1e6 * f64::EPSILON).is_err());
     assert!(build(1e6, 1e-6).is_err());
-    // A bond may be too long by the same amount by which two spheres may overlap.
+    // The tolerances of bond lengths and of overlaps are equal.
     let bonded = |length: f64, excess: f64| {
         let at = |x: f64| Vector::new(x, 0.0, 0.0);
         SceneBuilder::new("bonded")

@@ -76,7 +76,6 @@ fn a_wrong_mass_has_wrong_velocities() {
 fn spurious_gravity_gives_wrong_momentum() {
     let falling = changed(FLUID, "[run]", "[dynamics]\ngravity = [0.0, 0.0, -1e-9]\n[run]");
     let found = fault(&falling, scene(FLUID));
-    // The verifier first checks the pair of the first event.
     let Fault::WrongNumbers { quantity, .. } = found else { panic!("{found:?}") };
     assert_eq!(quantity, Quantity::Momentum);
 }

@@ -29,7 +29,7 @@ const OPEN: &str = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"open\"\ny = \"open
 
 #[test]
 fn end_is_not_proven_if_round_off_decides_about_a_collision() {
-    // A sphere approaches from a distance of 10^8 diameters. It touches another sphere, or misses it narrowly.
+    // A sphere approaches a resting sphere from a distance of 10^8 diameters, and touches or narrowly misses it.
     let pair =
         |miss: f64| spheres(OPEN, HARD, &[([1e8, miss, 0.0], [-1.0, 0.0, 0.0]), ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&pair(1.01)), Ok(()));
@@ -53,7 +53,7 @@ fn pair_that_meets_in_another_periodic_image_has_not_ended() {
     assert!(matches!(end_of(&meeting), Err(Fault::EndedEarly { due, .. }) if (88.0..90.0).contains(&due)));
     let passing = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.0, 0.0]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&passing), Ok(()), "the same again after every period");
-    // A path in this oblique direction hardly repeats itself. The sphere may hit an image.
+    // In this oblique direction, the path hardly repeats. The sphere may hit an image of the other sphere.
     let dense = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.37, 0.11]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(end_of(&dense).is_err());
     let alike =

@@ -41,7 +41,7 @@ pub fn deep(depth: &str) -> Scene {
 
 #[test]
 fn extremely_deep_wells_are_proven_or_fail_without_a_panic() {
-    // In wells deeper than 1e16, particles are so fast that the verifier may fail, but it must not panic.
+    // In wells deeper than 1e16, particles are so fast that the verifier may fail. It must not panic.
     for depth in ["1e12", "1e16", "1e20", "1e30", "1e49"] {
         let certificate = prove(deep(depth), 0, 300);
         let is_proven = certificate.is_proven() && certificate.counts.events() == 300;
@@ -51,7 +51,8 @@ fn extremely_deep_wells_are_proven_or_fail_without_a_panic() {
 
 #[test]
 fn long_wait_before_quick_events_does_not_prevent_a_proof() {
-    // Two particles fall for 35 units of time. Then they cross the steps of their potential within a few thousandths.
+    // After a fall of 35 units of time, two particles cross the steps of their potential in a few thousandths of a
+    // unit.
     let text = r#"
 [space]
 size = [1204.8385830017867, 0.0, 0.0]
@@ -86,8 +87,8 @@ until_events = 1000
 
 #[test]
 fn free_flight_over_many_epochs_is_proven() {
-    // The light particle bounces between a wall and a static post. It has a thousand times as many events as the heavy
-    // particles, which drift out of the open end.
+    // A light particle bounces between a wall and a static post. It has a thousand times as many events as the heavy
+    // particles, which drift out through the open side.
     let text = r#"
 [space]
 size = [400.0, 0.0, 0.0]

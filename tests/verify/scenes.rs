@@ -17,7 +17,7 @@ pub fn assert_proven(name: &str, certificate: &Certificate, events: u64) {
     assert!(counts.events() == events || certificate.end == End::RunEnded, "{name}: {certificate:?}");
     let margins = certificate.margins;
     let worst = margins.distance.max(margins.overlap).max(margins.outcome).max(margins.flight);
-    // The error bounds assume that all roundings add up, but they partly cancel.
+    // The error bounds assume that all roundings add up, but roundings partly cancel.
     assert!(worst < 0.5, "{name}: {margins:?}");
 }
 

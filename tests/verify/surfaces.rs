@@ -73,7 +73,6 @@ pub fn without(mut mesh: TriangleMesh, triangle: usize) -> TriangleMesh {
     mesh
 }
 
-/// Returns a set of surfaces that enclose the grains.
 pub fn around(kind: usize) -> Vec<SurfaceShape> {
     let at = |x: f64, y: f64, z: f64| MIDDLE + Vector::new(x, y, z);
     let plane = |k: u32| {
@@ -126,8 +125,8 @@ pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) ->
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that the verifier proves `events` events of a scene, or all events if there are fewer. Also accepts a run
-/// that ends with an arrest. Returns the number of proven events with surfaces.
+/// Asserts that the verifier proves `events` events of a scene, or all events if there are fewer. An arrested run is
+/// accepted. Returns the number of proven events with surfaces.
 fn assert_surfaces(name: &str, scene: Scene, events: u64) -> u64 {
     let certificate: Certificate = prove(scene, 0, events);
     match certificate.end {
@@ -153,7 +152,6 @@ fn scenes_of_configs_with_surfaces_are_proven() {
     }
 }
 
-/// This range contains all events of the runs below.
 const ALL: EventRange = EventRange { from: 0, events: 1_000 };
 
 /// Ball A bounces on a gate, which is present in the stage `shut`. Ball B falls through the gate to the floor.

@@ -25,7 +25,7 @@ const TIME: f64 = 30.0;
 const RESTITUTION: f64 = 0.5;
 const SEEDS: [u64; 3] = [1, 2, 3];
 
-/// Stiffness of the springs, and number of time steps per contact. The first pair is the reference.
+/// Stiffness of the springs and number of time steps per contact. The first values are for the reference.
 const BASELINES: [(f64, f64); 5] = [(1e6, 20.0), (1e5, 20.0), (1e4, 50.0), (1e4, 10.0), (1e3, 20.0)];
 
 const CONTACT_TIMES: [f64; 3] = [0.03, 0.01, 0.005];

@@ -21,8 +21,7 @@ pub struct SpringDashpot {
     start: Start,
     periods: Periods,
     stiffness: f64,
-    /// Damping force divided by the speed of approach. The first number is for two grains, the second for a grain and
-    /// the floor.
+    /// Damping force divided by the speed of approach, for two grains and for a grain at the floor.
     damping: [f64; 2],
     dt: f64,
     forces: Vec<Vector>,
@@ -111,8 +110,7 @@ impl SpringDashpot {
         }
     }
 
-    /// The repulsive force of a contact. `depth` is the overlap, and `speed` is the rate at which the overlap
-    /// decreases.
+    /// The repulsive force at an overlap `depth` that decreases at the rate `speed`.
     fn contact(&mut self, depth: f64, speed: f64, kind: usize) -> f64 {
         self.deepest = self.deepest.max(depth);
         self.elastic += 0.5 * self.stiffness * depth * depth;
@@ -128,7 +126,6 @@ impl SpringDashpot {
         0.5 * self.start.velocities.iter().map(Vector::norm_squared).sum::<f64>()
     }
 
-    /// Kinetic, elastic and gravitational energy.
     pub fn energy(&self) -> f64 {
         let heights: f64 = self.start.positions.iter().map(|x| x.z).sum();
         self.kinetic() + self.elastic + self.start.gravity * heights

@@ -7,12 +7,12 @@ use crate::oracle::witness::witness;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// There is no event, or the event is now, and the method says so.
+    /// The method correctly finds no event, or an event now.
     Right,
-    /// The method finds the correct later event. `relative` is the relative error of the time. `of_allowed` is the
-    /// error in units of the allowed round-off.
+    /// The method finds the correct event. `relative` is the relative error of its time. `of_allowed` is the error
+    /// divided by the allowed round-off.
     Time { relative: f64, of_allowed: f64 },
-    /// The answer is correct for coefficients that differ from the given ones only by round-off.
+    /// The answer is correct within the round-off of the coefficients.
     WithinRounding,
     /// The answer is too late, or the method finds no event.
     Missed,
@@ -20,7 +20,7 @@ pub enum Judgement {
     Invented,
 }
 
-/// If the relative error of a time is larger than this, the method has found another event.
+/// A larger relative error of the time means that the method has found another event.
 const ANOTHER_EVENT: f64 = 1e-2;
 
 const BITS: i64 = 80;
@@ -63,8 +63,7 @@ impl Truth {
         if witness(&self.overlap, answer, None) { Judgement::WithinRounding } else { wrong }
     }
 
-    /// Whether `f(t)` is zero within round-off. A turning point at `t` may then be a root, whose time has a different
-    /// error bound.
+    /// Whether `f(t)` is zero within round-off. A turning point at `t` may then be a root.
     fn may_be_root(&self, t: f64) -> bool {
         self.overlap.polynomial().value(&Dyadic::from(t)).to_f64().abs() <= self.overlap.error_at(t)
     }

@@ -69,8 +69,8 @@ fn algorithm_6(pair: &Pair, mut from: f64, width: f64) -> Option<f64> {
     Some(bisect(f, from, from + step, width))
 }
 
-/// Time of an event in an interval at whose end `f` is negative. The event is at the start if `f` is not positive
-/// there.
+/// Returns the time of an event in an interval. At the end of the interval, `f` is negative. If `f` is not positive at
+/// the start, the event is at the start.
 fn fall(f: impl Fn(f64) -> f64, from: f64, to: f64, width: f64) -> f64 {
     if f(from) <= 0.0 { from } else { bisect(f, from, to, width) }
 }

@@ -2,8 +2,7 @@ use crate::oracle::exact::{Overlap, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC
 use carom::physics::motion::RelativeState;
 use carom::physics::overlap::{Quadratic, Quartic, Side};
 
-/// A detection problem of the paper: with or without relative acceleration, starting outside or inside the
-/// discontinuity.
+/// A detection problem of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Problem {
     pub is_accelerated: bool,

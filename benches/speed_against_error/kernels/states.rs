@@ -36,7 +36,7 @@ pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
     (0..count).map(|k| Pair::new(problem, make(k))).collect()
 }
 
-/// A random pair. Outside the discontinuity, the particles of half of the pairs approach each other.
+/// A random pair. Outside the discontinuity, at least half of the pairs approach each other.
 fn ordinary(random: &mut Random, problem: Problem) -> State {
     let (along, across) = random.directions();
     let (position, velocity) = match problem.side {

@@ -10,7 +10,7 @@ pub struct Thermodynamics {
 }
 
 impl Thermodynamics {
-    /// Evaluates a function, such as the mean over time, for each quantity.
+    /// Evaluates a statistic, such as the mean over time, for each quantity.
     pub fn each(statistic: impl Fn(fn(&Self) -> f64) -> f64) -> Self {
         Self {
             temperature: statistic(|x| x.temperature),

@@ -17,8 +17,8 @@ pub struct Stepped {
 }
 
 impl Stepped {
-    /// Starts from `state`, with velocities scaled to the energy `state.energy`. Returns `None` if the potential energy
-    /// alone is larger.
+    /// Starts from `state`, with velocities for the energy `state.energy`. `None` if the potential energy alone is
+    /// larger.
     pub fn new(state: &State, steps: usize) -> Outcome<Option<Self>> {
         let potential = potential(steps)?;
         let energy = Simulation::without_plan(scene(state, &potential, 1.0)?).energy();

@@ -54,7 +54,7 @@ def universe_of(frames: list[Frame]) -> Any:
         velocities=np.array([frame.velocities for frame in frames]),
         dimensions=_boxes(frames),
         times=times,
-        # The median, because the last frame is at the end of the run and its interval may be shorter.
+        # The last interval may be shorter, so the median is used.
         dt=float(np.median(np.diff(times))) if len(times) > 1 else 1.0,
     )
     return universe

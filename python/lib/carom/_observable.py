@@ -203,7 +203,7 @@ def _result(mean: float, unit: str, *terms: tuple[float, Observable]) -> Observa
         for name, (inner, error) in it._terms.items():
             before = sources.get(name, (0.0, error))[0]
             sources[name] = (before + slope * inner, error)
-    # If the derivative with respect to a measured value is zero, its unknown error does not matter.
+    # If the derivative is zero, an unknown error does not matter.
     found = {name: (slope, error) for name, (slope, error) in sources.items() if slope != 0.0}
     errors = [None if error is None else slope * error for slope, error in found.values()]
     known = [error for error in errors if error is not None]

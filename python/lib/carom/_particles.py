@@ -98,8 +98,8 @@ def given_of_ase(atoms: Any, species: Any, names: Names) -> _carom.Given:
         found, numbers = np.unique(atoms.numbers, return_inverse=True)
         species_names = [chemical_symbols[number] for number in found]
     # `Frame.to_ase` subtracts the lower corner of the box from the positions, and stores the corner as `origin`. A
-    # trajectory file of Carom has the original positions, and the corner as `Origin`. There, the columns are `type`,
-    # `velo` and `radius`, and the cell has an extent along flat axes.
+    # trajectory file of Carom keeps the positions, stores the corner as `Origin`, and has the columns `type`, `velo`
+    # and `radius`.
     origin = np.asarray(atoms.info.get("origin", np.zeros(3)), dtype=np.float64).reshape(3)
     corner = np.asarray(atoms.info.get("Origin", np.zeros(3)), dtype=np.float64).reshape(3) + origin
     masses = _mass_of_each("atoms", atoms.get_masses(), numbers, species_names) if atoms.has("masses") else None

@@ -236,8 +236,8 @@ class Results:
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
                 own = self._number(it)
-                # An instrument may measure an observable more precisely, but without a verdict on stationarity. The
-                # run's verdict is then used, because the run covers the same time.
+                # An observable of an instrument may be more precise, but lack a test of stationarity. The verdict of
+                # the run is then used.
                 known = found.get(it["name"])
                 found[it["name"]] = own if known is None or own.is_stationary is not None else replace(own, is_stationary=known.is_stationary)
         run = source(self._summary.get("seed"), self._summary["observables"])

@@ -5,7 +5,7 @@ use crate::model::measurement_plan::MOST_BINS;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bins {
     from: f64,
-    /// The whole extent, or the width of one bin. All edges follow from this length without further round-off.
+    /// The whole extent, or the width of one bin.
     length: f64,
     per_length: f64,
     pub count: usize,
@@ -20,7 +20,6 @@ impl Bins {
         Self { from, length: width, per_length: 1.0, count }
     }
 
-    /// Number of bins in a plan: the given number, or the default.
     pub fn planned(given: Option<u64>, default: u64) -> usize {
         index(given.unwrap_or(default).clamp(1, MOST_BINS))
     }
@@ -50,7 +49,6 @@ impl Bins {
         fraction * self.per_length / self.length
     }
 
-    /// Lower edge of a bin.
     pub fn edge(&self, bin: usize) -> f64 {
         self.at(bin as f64)
     }

@@ -11,8 +11,8 @@ pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
 
-/// Returns an interval near `interval`, so that the samples are spread evenly over the time between two scalings of the
-/// velocities. The ratio of the two times, or the inverse ratio, becomes a whole number plus or minus the golden
+/// Returns an interval near `interval` that spreads samples evenly over the time between two scalings of the
+/// velocities. The ratio of the two intervals, or the inverse ratio, becomes a whole number plus or minus the golden
 /// section.
 pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -52,8 +52,7 @@ mod tests {
             let mut phases = [0_u32; 10];
             let count = 20_000;
             (1..=count).for_each(|k| phases[trunc_to_usize(10.0 * (f64::from(k) * found / 5.0).fract())] += 1);
-            // The samples are spread so evenly that the ten counts differ little. If the interval is short, they differ
-            // by up to the number of samples between two scalings.
+            // If the interval is short, the counts differ by up to the number of samples between two scalings.
             assert!(phases.iter().all(|n| n.abs_diff(count / 10) < 600), "{interval} {found} {phases:?}");
         }
         assert_eq!(incommensurate(0.3, None), 0.3);

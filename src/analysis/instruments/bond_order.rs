@@ -23,7 +23,7 @@ use std::ops::Range;
 
 const DEGREES: [usize; 2] = [6, 4];
 
-/// `q_l` of each moving particle, in the order of ids; in two dimensions `|psi_l|`.
+/// Returns `q_l` of each particle, in the order of ids. In two dimensions, returns `|psi_l|`.
 ///
 /// `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)`, where `q_lm` is the mean of `Y_lm` over the directions to all
 /// neighbours. `psi_l` is the mean of `exp(i l phi)`. Neighbours are moving particles closer than `cutoff` `[length]`,
@@ -86,7 +86,8 @@ pub(super) struct BondOrder {
     asked: f64,
     cutoff: f64,
     bins: usize,
-    /// The number of neighbours. Then, for each degree: the mean order, the global order, and the density in each bin.
+    /// Holds the number of neighbours, then for each degree the mean order, the global order and the density in each
+    /// bin.
     curve: CurveAverage,
 }
 
@@ -97,8 +98,7 @@ impl BondOrder {
         let bins = Bins::planned(plan.bins, BINS);
         let count = system.moving.len() as f64;
         let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
-        // Estimated operations: about three for each candidate, and 150 for each neighbour. About one candidate in six
-        // is a neighbour.
+        // A candidate takes about three operations, and a neighbour 150. One candidate in six is a neighbour.
         let work = count * (100.0 + 30.0 * (count * cube / system.space.volume()).min(count));
         Self {
             times: budgeted_times(setup, plan.interval, work),
@@ -117,7 +117,7 @@ impl BondOrder {
         Bins::over(0.0, 1.0, self.bins)
     }
 
-    /// Index in `curve` of the mean order of a degree. The global order and the bins of this degree follow.
+    /// Index in `curve` of the mean order of a degree.
     fn first(&self, degree: usize) -> usize {
         1 + degree * (2 + self.bins)
     }

@@ -11,14 +11,13 @@ const FEWEST: f64 = 16.0;
 /// Number of floating-point operations for all samples, even in a short run. They take about one second.
 const FREE: f64 = 5e8;
 
-/// Further operations per particle and flight. A flight is the time in which a particle travels the mean distance
-/// between neighbours. In a fluid, these operations take about a tenth of the engine's time.
+/// Further operations per particle and flight, the time in which a particle travels the mean distance of neighbours.
 const PER_FLIGHT: f64 = 200.0;
 
 /// Evenly spaced sampling times for expensive samples.
 ///
-/// Without a given interval, the expected duration contains 16 to 200 samples. The number follows from a budget of
-/// floating-point operations and from the operations of a sample, `work`. If velocities are scaled, the interval is
+/// Without a given interval, the expected duration contains 16 to 200 samples, depending on a budget of operations. The
+/// argument `work` is the number of floating-point operations of a sample. If velocities are scaled, the interval is
 /// [`incommensurate`] with the scalings.
 pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
     let start = setup.sample.time;
@@ -78,7 +77,7 @@ mod tests {
     #[test]
     fn expensive_samples_are_taken_less_often() {
         assert_eq!(times(0.0, 100.0, None, 1.0).next(), 0.5);
-        // The budget is 5e8 operations, plus 200 for each of 1000 particles and 100 flights: 5.2e8 in all.
+        // The budget is 5e8 + 200 * 1000 * 100 = 5.2e8 operations.
         assert_eq!(times(0.0, 100.0, None, 5.2e6).next(), 1.0);
         assert_eq!(times(0.0, 100.0, None, 1e12).next(), 100.0 / 16.0);
     }

@@ -27,12 +27,12 @@ const MOST_GROUPS: usize = 256;
 /// Largest number of end-to-end distributions, one for each chain length. Short chains have priority.
 const MOST_DISTRIBUTIONS: usize = 8;
 
-/// Longest end-to-end distance in the distribution, in units of `sqrt(n) b`, the length of a random walk of `n` bonds
-/// of maximum length `b`. Fewer than one chain in a million is longer.
+/// Longest end-to-end distance in the distribution, in units of `sqrt(n) b` for `n` bonds of maximum length `b`. Fewer
+/// than one random walk in a million is longer.
 const LONGEST_WALK: f64 = 4.0;
 
-/// Bond lengths, and the size of each molecule. Bonds are shorter than half a period, so nearest images unwrap a
-/// molecule.
+/// Measures the lengths of bonds and the sizes of molecules. Nearest images unwrap a molecule, because bonds are
+/// shorter than half a period.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Chains {
     times: SamplingTimes,

@@ -18,16 +18,14 @@ use tracers::Tracers;
 /// Memory for the positions, velocities and slopes at all time origins `[bytes]`.
 const BUDGET: usize = 64 << 20;
 
-/// Largest number of origins older than the span, which are kept for long logarithmic lags. Beyond this number, every
-/// second origin is dropped.
+/// Largest number of origins older than the span. Long lags need these origins. When there are more, every second
+/// origin is dropped.
 const MOST_LONG: usize = 16;
 
-/// Largest number of origins that are not older than the span: four overlapping origins, one that has just reached the
-/// span, and a new one.
+/// Largest number of origins that are not older than the span.
 const MOST_YOUNG: usize = 6;
 
-/// Indices of the linear curves of a group: mean squared displacement, velocity autocorrelation, and integral of the
-/// autocorrelation.
+/// Indices of the linear curves of a group. `INTEGRAL` is the integral of the velocity autocorrelation.
 const MSD: usize = 0;
 const VACF: usize = 1;
 const INTEGRAL: usize = 2;
@@ -35,11 +33,10 @@ const CURVES: usize = 3;
 
 /// Mean squared displacement and velocity autocorrelation of particles, from several time origins.
 ///
-/// Each origin is compared with samples at linear lags, `k interval` up to the span, and at logarithmic lags from 1/32
-/// of an interval to the whole run. Lags that are not multiples of the interval occur only in the first two intervals.
-/// At most 16 origins older than the span are kept, so memory and work are bounded. The mean over all particles from
-/// one origin is one value. Errors come from blocks of origins. The error of the slope also uses the scatter of
-/// particles and of axes.
+/// Linear lags are multiples of the interval, up to the span. Logarithmic lags range from 1/32 of an interval to the
+/// whole run. Lags that are not multiples of the interval occur only in the first two intervals. Each origin yields one
+/// value per lag: the mean over all particles. Errors come from blocks of origins. The error of the slope also uses the
+/// scatter of particles and of axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Diffusion {
     lags: Lags,
@@ -169,8 +166,7 @@ impl Instrument for Diffusion {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        // At very late times, round-off can exceed the tolerance of `Lags::passed`. A sample at the requested time is
-        // used anyway.
+        // Round-off at very late times must not exclude a sample at the requested time.
         let is_due = sample.time >= self.next_sample();
         let now = self.lags.passed(sample.time).max(if is_due { self.next } else { 0 });
         if now > self.next {

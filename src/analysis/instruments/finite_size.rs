@@ -1,4 +1,4 @@
-//! Corrections of diffusion for the finite box and the finite span.
+//! Corrects diffusion coefficients for the finite box and the finite span of lags.
 
 use super::free_time;
 use super::quantity::{Measured, Number};
@@ -14,30 +14,27 @@ const GREEN_KUBO: &str = "diffusion_coefficient_green_kubo";
 const DISPLACEMENT: &str = "mean_squared_displacement";
 const CORRELATION: &str = "velocity_autocorrelation";
 const VISCOSITY: &str = "shear_viscosity";
-/// The name of a species follows this name.
+/// The name of a species follows.
 const INFINITE: &str = "diffusion_coefficient_infinite";
 
-/// Largest relative error of a viscosity `eta` used as a divisor. The mean of `1 / eta` is too large by the square of
-/// this error, so by at most a ninth.
+/// Largest relative error of a viscosity `eta`. The mean of `1 / eta` is too large by at most the square, a ninth.
 const LARGEST_ERROR: f64 = 1.0 / 3.0;
 
-/// Largest correction for times beyond the span, as a fraction of the coefficient. The theory is of leading order, so
-/// the correction must be small.
+/// Largest correction for times beyond the span, as a fraction of the coefficient. The theory is of leading order.
 const LARGEST_TAIL: f64 = 0.1;
 
 /// Corrects each diffusion coefficient of a fluid that conserves momentum in a periodic box.
 ///
-/// [`VelocityTail`] gives `D_tail`, the part of the coefficient that the span misses. This part is added to the error
-/// in quadrature. In a cube, a measured viscosity also gives the coefficient of an infinite system, see
+/// [`VelocityTail`] estimates `D_tail`, the part of the coefficient from times beyond the span. `D_tail` is added to
+/// the error in quadrature. In a cube with measured viscosity, the coefficient of an infinite system follows from
 /// [`finite_size_of_diffusion`]: `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L) * nu / (nu + D + D_tail)`, with
-/// `xi = 2.837297` and `nu = eta / rho`. This coefficient is not defined if `L / 2 pi` is below the mean free path, nor
-/// if `D_tail` is more than a tenth of `D`.
+/// `xi = 2.837297` and `nu = eta / rho`. This coefficient is undefined if `L / 2 pi` is below the mean free path, or if
+/// `D_tail` is more than a tenth of `D`.
 ///
-/// The finite-size term accounts for the missing motion of the centre of mass. The measured `D` was divided by `1 - m /
-/// M` for the same reason, so here it is multiplied by this factor. For all particles together, the factor is `1 - 1 /
-/// N`.
+/// The finite-size term includes the effect of a centre of mass at rest. The measured `D` was divided by `1 - m / M`
+/// for the same effect, so this division is undone. For all particles together, the factor is `1 - 1 / N`.
 ///
-/// Errors of both coefficients propagate as if they were independent. The error of the temperature is far smaller.
+/// The errors propagate as if they were independent. The error of the temperature is negligible.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147).
 pub(super) fn complete_diffusion(measured: &mut Measured, system: &SystemDescription) {
@@ -63,25 +60,24 @@ struct Fluid<'s> {
     system: &'s SystemDescription,
     /// Mean temperature during the measurement `[energy]`.
     temperature: f64,
-    /// Whether `L / 2 pi` is longer than the mean free path. The path follows from the diffusion coefficient of all
-    /// particles.
+    /// True if `L / 2 pi` is longer than the mean free path, which follows from the diffusion coefficient.
     is_hydrodynamic: bool,
     has_viscosity: bool,
-    /// The measured viscosity, if the error is small enough `[mass / (length^(D - 2) time)]`.
+    /// The measured viscosity `[mass / (length^(D - 2) time)]`, if its error is small enough.
     viscosity: Option<Estimate>,
     /// Shortest and longest lag of the straight part of the mean squared displacement `[time]`.
     span: [f64; 2],
 }
 
 impl<'s> Fluid<'s> {
-    /// `None` if momentum is not conserved, if the box has walls or shear, or if diffusion was not measured.
+    /// Returns `None` if momentum is not conserved, if the box has walls or shear, or if diffusion was not measured.
     fn of(measured: &Measured, system: &'s SystemDescription) -> Option<Self> {
         if system.shear_rate != 0.0 || system.obstacle_to_transport().is_some() {
             return None;
         }
         let times = &measured.curve(DISPLACEMENT)?.variables.first()?.values;
         let span = [*times.get(*straight_part(times.len().checked_sub(1)?).start())?, *times.last()?];
-        // In `d` dimensions, `<v(0) . v(0)>` is `d T / m`, averaged over particles.
+        // In `d` dimensions, `<v(0) . v(0)>` is `d T / m`, averaged over all particles.
         let squares = measured.curve(CORRELATION)?.series.first()?.values.first().copied().flatten()?;
         let inverse_mass: f64 = system.moving.iter().map(|id| 1.0 / system.masses[*id as usize]).sum();
         let temperature = squares * system.moving.len() as f64 / (inverse_mass * system.space.dimensions() as f64);
@@ -103,8 +99,8 @@ impl<'s> Fluid<'s> {
         })
     }
 
-    /// The part of a diffusion coefficient that the finite span misses `[length^2 / time]`. Uses the measured viscosity
-    /// or, if there is none, Enskog's viscosity.
+    /// Returns the part of a diffusion coefficient from times beyond the span `[length^2 / time]`. Uses the measured
+    /// viscosity if there is one, otherwise Enskog's.
     fn tail(&self, number: &Number) -> Option<f64> {
         let mass = self.system.moving_mass();
         let measured = self.viscosity.map(|it| it.mean);
@@ -118,8 +114,8 @@ impl<'s> Fluid<'s> {
         Some(missed).filter(|missed| missed.is_finite())
     }
 
-    /// Converts the coefficient of a box into the coefficient of an infinite system. `None` for Green-Kubo
-    /// coefficients, for a box that is not a cube, and if the viscosity was not requested.
+    /// Converts a coefficient in the box into the coefficient of an infinite system. Returns `None` for Green-Kubo
+    /// coefficients, if the box is not a cube, or if the viscosity was not requested.
     fn infinite(&self, number: &Number, tail: Option<f64>) -> Option<Number> {
         let species = number.name.strip_prefix(COEFFICIENT).filter(|_| !number.name.starts_with(GREEN_KUBO))?;
         if !self.has_viscosity || !self.system.space.is_cube() {
@@ -145,8 +141,7 @@ impl<'s> Fluid<'s> {
     }
 }
 
-/// Returns `1 - m / M`. The mass `m` is the mass of the particles of the species `_NAME`, or the mean mass of all
-/// moving particles.
+/// Returns `1 - m / M`, where `m` is the mass of a particle of the species `_NAME`, or the mean mass.
 fn free_part(species: &str, system: &SystemDescription) -> f64 {
     let is_one =
         |id: &u32| Some(&*system.species_names[system.species[*id as usize] as usize]) == species.strip_prefix('_');

@@ -16,20 +16,19 @@ use passages::{MASS, NUMBER, Passages};
 
 const SAMPLES: u32 = 2000;
 
-/// With more species than this, species are not counted separately. A scene may have one species per diameter, for
-/// example.
+/// With more species than this, the species are not counted separately. A scene may have one species per diameter.
 const MOST_SPECIES: usize = 20;
 
-/// Largest number of crossings of one particle between two samples that are handled one by one. More crossings are
-/// handled in groups. The first crossing of a group decides whether the whole group is counted.
+/// Up to this number, crossings of a particle between two samples are handled one by one. More crossings are handled in
+/// groups, and the first crossing decides whether its group is counted.
 const MOST_CROSSINGS: f64 = 1000.0;
 
 /// Counts passages through a plane between samples, forwards minus backwards, and the mass that passes.
 ///
-/// The unwrapped positions of a particle at two samples decide how often it passed. A particle that passes and returns
-/// between two samples does not change the net count, so the count is exact for any sampling interval. If the plane is
-/// limited to a rectangle, a straight line between the two positions decides whether the particle passed inside. The
-/// default interval is 1/2000 of the expected duration. It grows if the run takes longer.
+/// The number of passages of a particle follows from its unwrapped positions at two samples. A particle that passes and
+/// returns in between does not change the net count, so the count is exact for any sampling interval. If the plane is
+/// limited to a rectangle, the particle's path is assumed to be straight between samples. The default interval is
+/// 1/2000 of the expected duration, and grows if the run takes longer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Flow {
     name: String,
@@ -38,20 +37,20 @@ pub(super) struct Flow {
     normal: Option<Vector>,
     at: f64,
     rectangle: Option<[Vector; 2]>,
-    /// Ids of the counted particles, and the unwrapped positions at the last sample.
+    /// Ids and unwrapped positions of the counted particles, at the last sample.
     ids: Vec<u32>,
     positions: Vec<Vector>,
     time: f64,
     blocks: SamplingTimes,
-    /// Amount that a passage towards larger coordinates adds to the count: 1 or -1.
+    /// 1 if passages towards larger coordinates are forwards, otherwise -1.
     forwards: i64,
     passages: Passages,
-    /// Net passages of each species. Empty if there is only one species, or more than [`MOST_SPECIES`].
+    /// Net passages of each species. Empty with one species, or with more than [`MOST_SPECIES`].
     by_species: Vec<(u32, i64)>,
 }
 
 impl Flow {
-    /// The reader of scenes rejects unknown axes and species, so here they only count nothing.
+    /// Unknown axes and species count nothing. The reader of scenes rejects them.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
         let named = |word: &&str| plan.axis.as_deref() == Some(*word);
@@ -96,8 +95,7 @@ impl Flow {
     fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
         let (at, period) = (self.at, self.period(system));
         let [start, end] = [from, to].map(|position| self.along(position));
-        // Numbers the plane and its periodic images in ascending order. Each end of the path gets the number of the
-        // next image below.
+        // The plane and its images are numbered in ascending order. An end has the number of the next image below.
         let planes = [start, end]
             .map(|x| if period.is_finite() { ((x - at) / period).floor() } else { f64::from(u8::from(x >= at)) });
         let crossings = planes[1] - planes[0];
@@ -128,7 +126,7 @@ impl Flow {
         self.normal.map_or(position[self.axis], |normal| normal.dot(position))
     }
 
-    /// Distance between the plane and the next periodic image; infinite if there is no image.
+    /// Distance between the plane and the next periodic image; infinite without images.
     fn period(&self, system: &SystemDescription) -> f64 {
         if self.normal.is_some() { f64::INFINITY } else { system.space.periods()[self.axis] }
     }
@@ -140,7 +138,7 @@ impl Flow {
         }
     }
 
-    /// Whether a point of the plane, or the image of the point in the box, is inside the rectangle.
+    /// Returns true if the image of a point in the box is inside the rectangle.
     fn is_inside(&self, point: &Vector, system: &SystemDescription) -> bool {
         let Some([lower, upper]) = &self.rectangle else { return true };
         let space = &system.space;
@@ -176,7 +174,6 @@ impl Instrument for Flow {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// The last sample counts the passages since the previous sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }

@@ -13,29 +13,27 @@ use crate::model::measurement_plan::{BINS, FreePaths as Plan};
 use crate::physics::response::Outcome;
 use histogram::Histogram;
 
-/// Number of flights per block. The scatter of the blocks gives the error of the mean.
+/// Number of flights per block. The error of the mean follows from the scatter of the blocks.
 const BLOCK: u64 = 64;
 
 /// Free paths and free times between the contacts of each particle.
 ///
-/// A flight is the motion between two Core events. Its length is summed over straight pieces if other events come
-/// between. If momentum is conserved, lengths are relative to the centre of mass. Flights that begin before the start
-/// or are unfinished at the end are left out. Lengths are not measured if particles accelerate or if the box is
-/// sheared.
+/// A flight is the motion between two Core events. The length of the path is measured along all straight pieces between
+/// other events. If momentum is conserved, lengths are relative to the centre of mass. Flights that are incomplete at
+/// the start or the end are left out. Lengths are not measured if particles accelerate or the box is sheared.
 ///
-/// The mean free time has the same relative error as `N t / n`, where `n` flights of `N` particles end in a time `t`.
-/// The error of the mean free path follows in the same way from the total distance. The scatter of single flights would
-/// be a poor estimate, because a long flight leaves less time for the other flights.
+/// If `n` flights of `N` particles end in a time `t`, the mean free time has the same relative error as `N t / n`. The
+/// error of the mean free path follows in the same way from the total distance. The scatter of single flights would
+/// give a poor estimate, because a long flight leaves less time for other flights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FreePaths {
-    /// By particle id.
+    /// One per particle.
     flights: Vec<Flight>,
-    /// Statistics of the times and of the lengths of finished flights. Lengths may be missing.
+    /// Statistics of the times and, if measured, of the lengths of finished flights.
     ended_flights: Vec<EndedFlights>,
     /// Velocity of the centre of mass, if it is conserved.
     drift: Vector,
-    /// Time of the last event or scaling, sum of all speeds, and number of flights that have ended in the current
-    /// block.
+    /// Time of the last event or scaling, sum of all speeds, and number of flights that ended in the current block.
     now: f64,
     speeds: f64,
     ended: u64,
@@ -43,9 +41,9 @@ pub(super) struct FreePaths {
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Flight {
-    /// Time of the last Core event; `None` before the first one.
+    /// Time of the last Core event; `None` before the first Core event.
     begin: Option<f64>,
-    /// Time of the last event of any kind, and length of the path from the last Core event to this time.
+    /// Time of the last event of any kind, and length of the path from the last Core event to this event.
     turned: f64,
     path: f64,
 }
@@ -54,7 +52,7 @@ struct Flight {
 struct EndedFlights {
     histogram: Histogram,
     /// In each block, the time or distance flown by all particles, divided by the number of finished flights. `flown`
-    /// is the sum of the current block.
+    /// is the time or distance in the current block.
     per_flight: BlockAverage,
     flown: f64,
 }
@@ -223,8 +221,7 @@ mod tests {
         let measured = report(&instrument, &system);
         let (time, error) = estimate(&measured, "mean_free_time");
         let rate = 2.0 * (simulation.event_counts().core - core) as f64 / (256.0 * 100.0);
-        // Each particle has about 80 flights. The unfinished flights at the start and end are longer than average, so
-        // the mean may be too small by about 1/80.
+        // Each particle has about 80 flights. The mean may be too small by 1/80, because unfinished flights are long.
         assert!((time * rate - 1.0).abs() < 4.0 * error * rate + 1.0 / 80.0, "{time} {error} {rate}");
         let fluid = HardSphereFluid::reduced(0.05);
         assert!((time * fluid.collision_rate() - 1.0).abs() < 4.0 * error / time + 1.0 / 80.0);
@@ -233,7 +230,7 @@ mod tests {
         let curve = &measured.curves[1];
         let width = curve.variables[0].values[1] - curve.variables[0].values[0];
         let sum: f64 = curve.series[0].values.iter().flatten().map(|p| p * width).sum();
-        // The fraction exp(-8) = 3e-4 of an exponential distribution lies beyond eight means.
+        // In an exponential distribution, the fraction beyond eight means is exp(-8) = 3e-4.
         assert!(sum <= 1.0 && sum > 0.997, "{sum}");
         assert_eq!(curve.published[0].x.len(), 40);
     }
@@ -258,7 +255,7 @@ mod tests {
             measure(&mut simulation, &system, &mut instrument, 20.0);
             report(&instrument, &system)
         };
-        // The particles meet at x = 5 every 8 time units. In between, each travels 4 to a wall and 4 back.
+        // The particles meet at x = 5 every 8 time units. In between, each particle travels 4 to a wall and 4 back.
         let still = measured(0.0);
         assert_eq!(number(&still, "mean_free_path").mean, Some(8.0));
         assert_eq!(number(&still, "mean_free_time").mean, Some(8.0));
@@ -287,8 +284,7 @@ mod tests {
             let measured = report(&instrument, &system);
             number(&measured, "mean_free_path").mean.unwrap()
         };
-        // The particles collide every 4 time units. In between, A travels 6 and B travels 2, so the mean free path is
-        // 4.
+        // Between two collisions, A travels 6 and B travels 2, so the mean free path is 4.
         for drift in [0.0, 5.0] {
             assert!((measured(drift) - 4.0).abs() < 1e-10, "{drift} {}", measured(drift));
         }
@@ -305,8 +301,7 @@ mod tests {
             .particle("A", Vector::new(7.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0));
         let (system, mut simulation) = start(scene.build().unwrap());
         let mut instrument = free_paths(&simulation, &system);
-        // The particles collide at t = 1.5. At t = 4.5 they have travelled 3 of the 8 length units to the next
-        // collision, and their speed doubles.
+        // When the speed doubles at t = 4.5, the particles have travelled 3 of the 8 units to the next collision.
         measure(&mut simulation, &system, &mut instrument, 4.5);
         let before = simulation.snapshot();
         simulation.scale_velocities(2.0, &Vector::zeros());

@@ -1,4 +1,4 @@
-//! Estimates of relaxation times, for the choice of sampling times.
+//! Estimates of relaxation times, which determine sampling times.
 
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
 
@@ -7,10 +7,10 @@ use crate::analysis::published::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, viscosity_of_disks,
 };
 
-/// Highest packing fraction, by number of axes, for which the collision rate is estimated.
+/// Highest packing fraction for an estimate of the collision rate. The index is the number of axes.
 const DENSEST: [f64; 4] = [0.0, 0.9, 0.65, 0.5];
 
-/// Temperature of the moving particles relative to their drift or to the streaming velocity `[energy]`.
+/// Temperature of the moving particles `[energy]`. Velocities are relative to the drift and the streaming velocity.
 fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     let drift = system.drift(sample.velocities);
     let mut twice_kinetic = 0.0;
@@ -24,8 +24,8 @@ fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     twice_kinetic / (system.moving.len() as f64 * system.space.dimensions() as f64)
 }
 
-/// Treats the moving particles as hard spheres, disks or rods that fill the box evenly, with the mean diameter and the
-/// mean mass. This is good enough for the choice of times. `None` if particles accelerate or all axes are flat.
+/// Replaces the moving particles by equal hard spheres, disks or rods that fill the box evenly. Their diameter and mass
+/// are the mean values. `None` if particles accelerate or all axes are flat.
 fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid> {
     let dimensions = system.space.dimensions();
     let moving = system.moving.len() as f64;
@@ -73,11 +73,11 @@ pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) ->
     Some(1.0 / rate).filter(|time| is_time(*time))
 }
 
-/// Decay time of the slowest transverse flow in the box, `(L / 2 pi)^2 / nu`, with the longest period `L` and Enskog's
-/// kinematic viscosity `nu` of the estimated fluid `[time]`.
+/// Decay time of the slowest transverse flow in the box, `(L / 2 pi)^2 / nu`, where `L` is the longest period and `nu`
+/// is Enskog's kinematic viscosity of the estimated fluid `[time]`.
 ///
-/// The diffusion coefficient grows for a few of these times, because a particle and the flow around it drag each other
-/// along. `None` if momentum is not conserved, and in one dimension, where there is no such flow.
+/// The diffusion coefficient grows for a few of these times, because a particle drags the surrounding fluid along.
+/// `None` if momentum is not conserved, and in one dimension, where there is no such flow.
 pub(super) fn flow_decay_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
     let longest = system.space.periods().iter().copied().filter(|period| period.is_finite()).fold(0.0, f64::max);
     if !system.conserves_momentum || longest == 0.0 {
@@ -101,7 +101,7 @@ mod tests {
     fn the_mean_free_time_is_that_of_hard_spheres() {
         let (system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
         let snapshot = simulation.snapshot();
-        // The scene has the temperature 1 with 3 (N - 1) degrees of freedom, but `mean_free_time` assumes 3 N.
+        // The scene has the temperature 1 with 3 (N - 1) degrees of freedom. `mean_free_time` assumes 3 N.
         let expected = (108.0_f64 / 107.0).sqrt() / HardSphereFluid::reduced(0.3).collision_rate();
         let time = mean_free_time(&system, &Sample::of(&snapshot)).unwrap();
         assert!((time / expected - 1.0).abs() < 1e-9, "{time} {expected}");

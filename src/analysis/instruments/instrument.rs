@@ -19,21 +19,19 @@ pub struct Setup<'a> {
 /// An instrument measures one kind of quantity during a run, like a *compute* in other programs.
 ///
 /// An instrument samples the particles at times that it chooses, and can receive all events. It does not change the
-/// trajectory, which is the same, bit for bit, whatever is measured. The results are written to `measurements.json`, to
-/// a table for each curve, and to the page of the run.
+/// trajectory. The results are written to `measurements.json`, to a table for each curve, and to the page of the run.
 ///
-/// To add your own instrument, implement this trait and register the type with
-/// [`Run::instrument`](crate::run::Run::instrument). Checkpoints contain the state of the instrument: derive
-/// `serde::Serialize`, `serde::Deserialize` and `Clone`, and keep everything that later samples depend on in fields.
-/// Checkpoints are written with `postcard`, which stores no field names, so `serde`'s attributes `flatten`, `untagged`
-/// and `skip_serializing_if` cannot be used.
+/// To write an instrument, implement this trait and register the type with
+/// [`Run::instrument`](crate::run::Run::instrument). Checkpoints contain the state of the instrument, so derive
+/// `serde::Serialize`, `serde::Deserialize` and `Clone`. Keep everything that later samples need in fields. Checkpoints
+/// are written with `postcard`, which does not support serde's `flatten`, `untagged` and `skip_serializing_if`.
 ///
 /// [The guide of the crate](crate#an-instrument-of-ones-own) and `examples/own_instrument.rs` have complete examples.
 #[doc(alias = "compute")]
 #[doc(alias = "fix")]
 #[doc(alias = "observable")]
 pub trait Instrument {
-    /// Time of the next sample, which must be later than the previous sample; infinite if there is none.
+    /// Returns the time of the next sample, later than the previous sample. Infinity means no further sample.
     fn next_sample(&self) -> f64;
 
     /// Takes a sample of the particles at the requested time.
@@ -58,8 +56,7 @@ pub trait Instrument {
     /// Takes an event.
     fn event(&mut self, _event: &Event, _system: &SystemDescription) {}
 
-    /// Called after a thermostat has scaled all velocities, with the particles before and after the scaling. The
-    /// scaling is not an event.
+    /// Receives the particles before and after a thermostat scales all velocities. The scaling is not an event.
     fn scaled(&mut self, _before: &Sample<'_>, _after: &Sample<'_>, _system: &SystemDescription) {}
 
     /// Whether the run should end now. Called after every sample and event.
@@ -67,7 +64,7 @@ pub trait Instrument {
         false
     }
 
-    /// Adds the results so far. May be called several times and at any time during the measurement.
+    /// Adds the results so far. Can be called at any time during the measurement, and several times.
     fn report(&self, system: &SystemDescription, measured: &mut Measured);
 }
 

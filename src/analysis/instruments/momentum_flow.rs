@@ -19,7 +19,7 @@ pub(super) fn trace(tensor: &Tensor) -> f64 {
 struct Transfer {
     /// `r_ij` to the nearest image of the partner; zero for an event with a wall or a thermostat `[length]`.
     apart: Vector,
-    /// For each particle, the volume of the box divided by the volume that the centre of the particle can reach.
+    /// For each particle, the volume of the box divided by the volume accessible to the centre.
     crowding: [f64; 2],
     /// `r_ij` times the mean `crowding` `[length]`. If `c_i` and `c_j` in `crowding` differ, the component between two
     /// walls is `c_i x_i - c_j x_j`, where `x` is measured from the middle of the box.
@@ -44,7 +44,7 @@ impl Transfer {
         let energy =
             movers[0].map_or(0.0, |(m, before, after)| 0.5 * m * (after.norm_squared() - before.norm_squared()));
         let apart = match event.kind {
-            // The separation in the nearest image that the engine used, even in a sheared box.
+            // The separation of the images that collided, even in a sheared box.
             EventKind::Pair(_) => event.normal * event.distance,
             EventKind::Surface | EventKind::Thermostat => Vector::zeros(),
         };
@@ -68,11 +68,11 @@ fn arm(event: &Event, system: &SystemDescription, apart: &Vector, crowding: [f64
 
 /// Time integrals of the kinetic and of the collisional flow of momentum, `sum m v_a v_b dt` and `sum r_a J_b`.
 ///
-/// Walls keep centres a radius away. The integrals are later divided by the volume of the box, so each term is weighted
-/// by the volume of the box divided by the volume that the centres of the species can reach.
+/// Walls keep centres a radius away. The integrals are later divided by the volume of the box. Each term is therefore
+/// divided by the fraction of the box that the centres of the species can reach.
 ///
-/// The kinetic flow changes only at events, unless particles accelerate or the box is sheared. In these cases it is
-/// integrated along straight lines between samples. Each sample removes the accumulated round-off.
+/// The kinetic flow changes only at events, unless particles accelerate or the box is sheared. In these cases, it is
+/// interpolated linearly between samples. Each sample removes the accumulated round-off.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct MomentumFlow {
     /// Time up to which the integrals are complete `[time]`.
@@ -174,8 +174,7 @@ impl MomentumFlow {
 
 fn kinetic_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Tensor {
     let mut flow = [0.0; 6];
-    // In a sheared box, the common peculiar velocity along x grows if there is a common velocity along y, so the
-    // current value is subtracted.
+    // In a sheared box, the common peculiar velocity along x may change with time. The current value is subtracted.
     let drift = drift + system.common_peculiar_velocity(sample);
     for &id in &system.moving {
         let streaming = system.streaming_velocity(&sample.positions[id as usize]);

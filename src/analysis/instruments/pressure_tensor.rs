@@ -13,7 +13,6 @@ use crate::model::measurement_plan::PressureTensor as Plan;
 
 const BLOCKS: u32 = 1000;
 
-/// Counted kinds of events.
 const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 
 /// Measures the pressure tensor and the rates of events.
@@ -24,15 +23,13 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 /// factor [`freed`]. Along an axis between walls, the collisional part is the sum of `r_a J_b / V_i` over the
 /// particles, where `r_a` is measured from the middle of the box. The trace is `D (N T + W / (D t))`, derived at
 /// [`Observer`](crate::analysis::observables::Observer). `Z` is the mean trace divided by the mean of the kinetic part,
-/// `D rho T`. The kinetic part is exact, unless particles accelerate: then it is integrated along straight lines
-/// between samples.
+/// `D rho T`. The kinetic part is exact unless particles accelerate. It is then interpolated linearly between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {
     blocks: SamplingTimes,
     flow: MomentumFlow,
     block_start: f64,
-    /// For each kind of event in [`RATES`], the number of moving particles that took part: in this block, and in the
-    /// whole run.
+    /// Number of moving particles in the events of each kind in [`RATES`], for this block and for the whole run.
     counts: [u64; 5],
     totals: [u64; 5],
     tensor: Vec<BlockAverage>,
@@ -317,8 +314,7 @@ mod tests {
             let (system, mut simulation) = start(scene(space).build().unwrap());
             let mut instrument = tensor(&simulation, &system, 1.0);
             measure(&mut simulation, &system, &mut instrument, 1.0);
-            // The exact mean of (g t)^2 from 0 to 1 is 1/3. The trapezoidal rule over 1000 samples exceeds it by
-            // (1/1000)^2 / 6.
+            // The mean of (g t)^2 from 0 to 1 is 1/3. The trapezoidal rule with 1000 intervals adds (1/1000)^2 / 6.
             let zz = number(&report(&instrument, &system), "pressure_zz").mean;
             assert_eq!(zz.is_some(), pressure.is_some());
             assert!((zz.unwrap_or(0.0) - pressure.unwrap_or(0.0)).abs() < 0.2e-9, "{zz:?}");

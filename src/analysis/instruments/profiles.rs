@@ -73,7 +73,7 @@ impl Profile {
                 Boundary::Flat => 0,
                 boundary => {
                     let mut offset = position[k] - self.lower[k];
-                    // Round-off may put a position outside the box, and the grid need not start at the corner of the
+                    // The position may be outside the box by round-off, or the grid may not start at the corner of the
                     // box.
                     if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
                         // The result of `rem_euclid` may round up to the period.
@@ -90,7 +90,6 @@ impl Profile {
         Some(cell)
     }
 
-    /// Volume of a cell; area or length if the box has flat axes.
     fn cell_volume(&self, space: &Space) -> f64 {
         (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(|k| self.bins(k).width()).product()
     }
@@ -201,11 +200,10 @@ impl Profile {
         let mean = |element: usize| self.curve.mean(first + element);
         let (Some(number), Some(mass)) = (mean(0), mean(1)) else { return Cell::default() };
         if number <= 0.0 {
-            // The error of the density is unknown if the cell was always empty.
             return Cell { density: Some(Estimate { mean: 0.0, standard_error: None }), ..Cell::default() };
         }
         let flow = Vector::from_fn(|k, _| mean(2 + k).unwrap_or(0.0) / mass);
-        // The mean velocity relative to the streaming velocity. It is no thermal motion.
+        // The mean velocity relative to the streaming velocity is not thermal motion.
         let common = flow - Vector::new(mean(6).unwrap_or(0.0) / mass, 0.0, 0.0);
         let error = |terms: &[(usize, f64)]| self.curve.combination(terms).and_then(|sum| sum.standard_error);
         let velocity = |k: usize| Estimate {

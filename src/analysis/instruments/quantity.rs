@@ -27,7 +27,7 @@ impl Measured {
         self.curves.iter().find(|curve| curve.name == name)
     }
 
-    /// Adds the results of a user's instrument, in a form that all readers of the results accept.
+    /// Adds the results of a user's instrument, and makes them acceptable for all readers.
     ///
     /// In names, characters other than letters, digits and `-` become `_`, because curves are saved in files of the
     /// same name. A number is appended to a name that is in use. Columns of a curve are cut to the length of the
@@ -224,7 +224,7 @@ pub struct Series {
     pub normalisation: Option<Normalisation>,
 }
 
-/// Divisors of the values of a series. A value times all its divisors is the original count or sum.
+/// Divisors of the values of a series. A value times all divisors is the original count or sum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Normalisation {
@@ -242,7 +242,7 @@ pub struct Divisor {
     pub name: String,
     /// Unit of the divisor; `1` for a pure number.
     pub unit: String,
-    /// A single divisor for all values, or one divisor for each value; 0 if there is no value.
+    /// A single divisor for all values, or one divisor for each value. Infinite and undefined divisors are stored as 0.
     pub values: Vec<f64>,
 }
 

@@ -37,13 +37,11 @@ pub(super) struct RadialDistribution {
     /// The requested cutoff, or the longest that the box allows `[length]`.
     cutoff: f64,
     bins: usize,
-    /// Ids of all particles that can be part of a pair.
     ids: Vec<u32>,
     /// Class of each species; `None` for species that are in no pair.
     classes: Vec<Option<usize>>,
     pairs: Vec<Pair>,
-    /// Expected number of pairs in each bin for uncorrelated points. The bins near contact follow the bins of all
-    /// distributions.
+    /// Expected number of pairs in each bin for uncorrelated points. The bins near contact come last.
     ideal: Vec<f64>,
     curve: CurveAverage,
 }
@@ -52,7 +50,7 @@ pub(super) struct RadialDistribution {
 struct Pair {
     classes: [usize; 2],
     names: [String; 2],
-    /// The shell outside of contact, if the pair has a core and the shell is not too far for the box.
+    /// The shell just outside contact. `None` without a core, or if the contact distance is too long for the box.
     shell: Option<Shell>,
 }
 
@@ -111,7 +109,7 @@ impl RadialDistribution {
         new
     }
 
-    /// Operations of one sample: about ten for each pair of particles in neighbouring cells.
+    /// Number of operations per sample, about ten for each pair of particles in neighbouring cells.
     fn work(&self, system: &SystemDescription) -> f64 {
         let count = self.ids.len() as f64;
         let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * self.range());
@@ -148,7 +146,6 @@ impl Instrument for RadialDistribution {
         let class = |id: u32| self.classes[system.species[id as usize] as usize];
         let mut numbers = vec![0_u64; self.ideal.len()];
         let first_contact = self.pairs.len() * self.bins;
-        // Finds the bin of a pair without a division.
         let scale = self.bins as f64 / self.cutoff;
         let found = sample.for_each_pair_within(self.range(), &system.space, &self.ids, |near| {
             let ([a, b], square) = (near.ids, near.square);
@@ -162,7 +159,7 @@ impl Instrument for RadialDistribution {
                 numbers[first_contact + pair * CONTACT_BINS + bin] += 1;
             }
         });
-        // If the distance is too long for the box, which is the only possible error, no pairs are counted.
+        // The only possible error is a distance that is too long for the box. No pairs are then counted.
         found.unwrap_or_default();
         self.curve.add_all(numbers.iter().zip(&self.ideal).map(|(&number, ideal)| number as f64 / ideal));
     }
@@ -255,8 +252,8 @@ fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
     class.species.iter().map(|&species| system.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
 }
 
-/// Returns the probability that the distance between two random points is in a range. Each point is uniformly
-/// distributed where walls allow the centre of a particle with its diameter.
+/// Returns the probability that the distance between two random points is in a range. The points are uniformly
+/// distributed over the region that the centre of a particle can reach between walls.
 fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
     let room = Room::new(&system.space, diameters[0]);
     let shortest = room.shortest();
@@ -281,7 +278,7 @@ fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Sh
     }
 }
 
-/// Half of the shortest period or, without periodic axes, of the longest edge; at most four times the largest diameter.
+/// Half of the shortest period (without periodic axes, of the longest edge), but at most four of the largest diameters.
 fn default_cutoff(system: &SystemDescription) -> f64 {
     let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
     let half = CellList::largest_range(&system.space).min(0.5 * system.space.size.max());
@@ -293,7 +290,7 @@ fn reach(system: &SystemDescription) -> f64 {
     CellList::largest_range(&system.space).min(system.space.size.norm())
 }
 
-/// Explains why a cutoff is shorter than requested; `None` if it is not shorter.
+/// Explains why a cutoff is shorter than requested.
 pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String> {
     (asked > cutoff).then(|| {
         let [asked, cutoff] = [asked, cutoff].map(digits);

@@ -25,7 +25,7 @@ pub enum InstrumentError {
         /// Name of the instrument.
         name: String,
     },
-    /// An instrument is registered now that was not registered at the start of the run.
+    /// A registered instrument was not registered at the start of the run.
     #[error("the run began without the instrument `{name}`, expected only the instruments registered at its start")]
     NotInCheckpoint {
         /// Name of the instrument.
@@ -41,7 +41,6 @@ pub enum InstrumentError {
     },
 }
 
-/// An instrument of any type that can be stored in a checkpoint.
 trait Kept: Instrument + Send + Sync {
     fn copy(&self) -> Box<dyn Kept>;
 
@@ -144,7 +143,6 @@ impl Registry {
     }
 }
 
-/// Checks that the same instruments are registered as at the start of the run.
 pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), InstrumentError> {
     if let Some(name) = begun.iter().find(|name| !names.contains(name)) {
         return Err(InstrumentError::NotRegistered { name: name.clone() });
@@ -155,7 +153,6 @@ pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), Instrume
     }
 }
 
-/// The registered instruments after the end of the run.
 #[derive(Debug, Default)]
 pub(crate) struct OwnInstruments(Vec<Registered>);
 

@@ -6,23 +6,22 @@ use crate::analysis::statistics::Estimate;
 /// slope, or by less than three standard errors.
 const STRAIGHT: f64 = 0.1;
 
-/// Minimum number of points for a slope.
 const FEWEST: usize = 6;
 
-/// The part that should be straight: from a quarter of the longest lag to the longest lag.
+/// Lags at which the curve should be straight: from a quarter of the longest lag to the longest lag.
 pub(super) fn straight_part(longest: usize) -> std::ops::RangeInclusive<usize> {
     longest.div_ceil(4)..=longest
 }
 
-/// The least-squares slope over lags `k spacing`, as pairs of the index `offset + k` and the coefficient.
+/// Terms of the least-squares slope over the lags `k spacing`: the index `offset + k` and the coefficient.
 pub(super) fn slope_terms(lags: std::ops::RangeInclusive<usize>, spacing: f64, offset: usize) -> Vec<(usize, f64)> {
     let centre = 0.5 * (*lags.start() as f64 + *lags.end() as f64);
     let squares: f64 = lags.clone().map(|k| (k as f64 - centre) * (k as f64 - centre)).sum();
     lags.map(|k| (offset + k, (k as f64 - centre) / (squares * spacing))).collect()
 }
 
-/// Terms for the slope of a curve over the last three quarters, and for the difference between the slopes of the two
-/// halves of this part. `None` if there are too few points.
+/// Terms of the slope over the last three quarters of a curve, and of the difference between the slopes of the two
+/// halves. `None` if there are too few points.
 pub(super) fn straight_terms(longest: usize, spacing: f64, offset: usize) -> Option<[Vec<(usize, f64)>; 2]> {
     let part = straight_part(longest);
     let (first, last) = (*part.start(), *part.end());
@@ -49,7 +48,7 @@ pub(super) fn straight_slope(
     is_small(&slope(&bend)?, &whole).then_some(whole)
 }
 
-/// Whether `part`, which should vanish, is less than a tenth of `whole` or less than three of its own standard errors.
+/// Whether `part` is less than a tenth of `whole` or less than three standard errors of `part`.
 pub(super) fn is_small(part: &Estimate, whole: &Estimate) -> bool {
     part.mean.abs() <= (STRAIGHT * whole.mean.abs()).max(3.0 * part.standard_error.unwrap_or(0.0))
 }

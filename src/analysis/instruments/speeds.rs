@@ -26,12 +26,12 @@ const WORK: f64 = 20.0;
 /// Histograms of speeds in time windows, one for each species.
 ///
 /// `p(v) = n / (N w)`, where `n` of all `N` particles are in a bin of width `w`. Speeds are relative to the centre of
-/// mass along axes with conserved momentum. In a sheared box, they are also relative to the streaming velocity. Windows
-/// have equal lengths from the start of the measurement. The last window ends with the measurement.
+/// mass along axes with conserved momentum, and to the streaming velocity in a sheared box. Windows have equal lengths.
+/// The last window ends with the measurement.
 ///
 /// By default, the bins of each species end at 8 `sqrt(T / m)` of the first sample in which anything moves.
-/// Neighbouring bins are merged until no speed lies beyond the last bin. If the plan specifies the end, bins are not
-/// merged: faster particles are in no bin, but `N` includes them.
+/// Neighbouring bins are merged until no speed lies beyond the last bin. If the plan specifies the end, faster
+/// particles are in no bin, but `N` includes them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Speeds {
     start: f64,
@@ -42,10 +42,9 @@ pub(super) struct Speeds {
     interval: Option<f64>,
     times: SamplingTimes,
     bins: usize,
-    /// Given upper end of all histograms; `None` if it follows from the temperature `[length / time]`.
+    /// Upper end of all histograms `[length / time]`; `None` if the temperature determines it.
     end: Option<f64>,
     classes: Vec<Class>,
-    /// All windows that have samples, in order of time.
     windows: Vec<Window>,
 }
 
@@ -55,14 +54,13 @@ struct Class {
     name: String,
     /// The species of this class, each with its number of moving particles.
     species: Vec<(u32, usize)>,
-    /// Width of a bin; 0 until something moves `[length / time]`.
+    /// Width of a bin `[length / time]`; 0 until something moves.
     width: f64,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Window {
     number: usize,
-    /// Time of the last sample in this window.
     last: f64,
     temperature: BlockAverage,
     /// For each class, the average fraction of particles in each bin.
@@ -130,7 +128,6 @@ impl Speeds {
         }
     }
 
-    /// Opens a window and chooses the sampling interval for its length.
     fn open(&mut self, number: usize, sample: &Sample<'_>, system: &SystemDescription) {
         let is_last = number + 1 == self.most_windows;
         let rest = self.start + self.duration - sample.time;
@@ -248,8 +245,7 @@ fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<V
     velocities
 }
 
-/// Twice the kinetic energy divided by the number of degrees of freedom. Each conserved component of the momentum
-/// removes one degree of freedom.
+/// Each conserved component of the momentum removes one degree of freedom.
 fn temperature(velocities: &[Vector], system: &SystemDescription) -> f64 {
     let moving = system.moving.iter().map(|&id| id as usize);
     let twice_kinetic: f64 = moving.map(|id| system.masses[id] * velocities[id].norm_squared()).sum();

@@ -14,8 +14,7 @@ use vectors::Shell;
 
 const MOST_VECTORS: f64 = 20.0;
 
-/// Largest product of the number of particles and the number of wave vectors, unless a shell would have fewer than six
-/// wave vectors.
+/// Limit of the number of particles times the number of wave vectors. Shells may have six wave vectors in any case.
 const MOST_PRODUCTS: f64 = 4e8;
 
 const FEWEST_VECTORS: f64 = 6.0;
@@ -65,7 +64,6 @@ impl StructureFactor {
         }
     }
 
-    /// Index and wave number of each measured shell.
     fn measured_shells(&self) -> Vec<(usize, f64)> {
         match &self.sliding {
             None => self.shells.iter().map(|shell| shell.wave_number).enumerate().collect(),
@@ -111,7 +109,6 @@ impl StructureFactor {
     }
 }
 
-/// Largest `|n|` along each axis, over all wave vectors.
 fn longest(shells: &[Shell]) -> [usize; 3] {
     let along = |k: usize| shells.iter().flat_map(move |shell| shell.vectors.iter().map(move |n| n[k].unsigned_abs()));
     std::array::from_fn(|k| along(k).max().unwrap_or(0) as usize)
@@ -180,8 +177,7 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescripti
     for &id in &system.moving {
         let mut position = sample.positions[id as usize];
         if sample.displacement != 0.0 {
-            // The phases below assume a box without shear. The shift is proportional to the height above the lower
-            // corner.
+            // The phases below assume a box without shear. The shift grows linearly with the height.
             position.x -= sample.displacement * ((position.y - system.space.lower.y) / system.space.size.y);
         }
         for k in (0..3).filter(|&k| longest[k] > 0) {

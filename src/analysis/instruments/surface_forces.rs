@@ -14,12 +14,10 @@ use crate::model::measurement_plan::{FORCE_BINS, SurfaceForces as Plan};
 
 const BLOCKS: u32 = 1000;
 
-/// Measures forces on walls and other surfaces from the momentum that particles transfer in contacts, `F = - sum J /
-/// t`.
+/// Forces on walls and other surfaces, `F = - sum J / t`, from the impulses `J` on particles in contacts.
 ///
-/// `J` is the impulse on a particle. The sum of its normal components, divided by the time and by the area of the
-/// surface, is the pressure on the surface. The normal force is also reported as a curve along an axis, by the
-/// positions of the particles.
+/// The sum of the normal components, divided by the time and by the area of the surface, is the pressure. A curve shows
+/// how the normal force depends on the position along an axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct SurfaceForces {
     blocks: SamplingTimes,
@@ -31,8 +29,7 @@ pub(super) struct SurfaceForces {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct OnSurface {
     number: u32,
-    /// Sums over the contacts in the current block: the impulse along the three axes, the impulse along the normal, and
-    /// the number of contacts.
+    /// Sums over contacts in the current block: impulse along x, y and z, impulse along the normal, number of contacts.
     sums: [f64; 5],
     averages: Vec<BlockAverage>,
     /// For each bin of the profile, the sum of the normal impulses in the current block, and the average normal force.

@@ -27,8 +27,7 @@ pub struct SystemDescription {
     pub species: Vec<u32>,
     /// Masses `[mass]`; infinite for static particles.
     pub masses: Vec<f64>,
-    /// For each species, the volume of the box divided by the volume that centres can reach. Walls keep centres a
-    /// radius away.
+    /// For each species, the volume of the box divided by the volume that centres can reach.
     pub crowding: Vec<f64>,
     /// Ids of the moving particles, ascending.
     pub moving: Vec<u32>,
@@ -112,7 +111,7 @@ impl SystemDescription {
         Self::with(scene, species, &ApplicableObservables::of(scene))
     }
 
-    /// Uses the current particles, because the simulation may have dropped the initial state of its scene.
+    /// Uses the current particles, because the simulation may have dropped the initial state.
     pub(crate) fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {
@@ -180,7 +179,7 @@ impl SystemDescription {
         (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)
     }
 
-    /// The axes over which the pressure is averaged: the axes with walls or, without walls, all axes that are not flat.
+    /// The axes over which the pressure is averaged: the axes between two walls, or all axes without such walls.
     pub(super) fn pressed_axes(&self) -> Vec<usize> {
         let walled: Vec<usize> = self.axes().filter(|&axis| self.space.walls(axis) == 2).collect();
         if walled.is_empty() { self.axes().collect() } else { walled }
@@ -203,13 +202,13 @@ impl SystemDescription {
         Vector::new(self.shear_rate * (position.y - middle), 0.0, 0.0)
     }
 
-    /// Velocity of the centre of mass along the axes on which it is conserved `[length / time]`. Zero along other axes,
-    /// for a single particle, and in a sheared box.
+    /// Velocity of the centre of mass along axes with conserved momentum `[length / time]`. Zero along other axes, for
+    /// a single particle, and in a sheared box.
     pub(super) fn drift(&self, velocities: &[Vector]) -> Vector {
         if self.shear_rate == 0.0 && self.moving.len() > 1 { self.common_velocity(velocities) } else { Vector::zeros() }
     }
 
-    /// Velocity of the centre of mass along the axes on which it is conserved; zero along other axes `[length / time]`.
+    /// Velocity of the centre of mass along axes with conserved momentum `[length / time]`; zero along other axes.
     pub(super) fn common_velocity(&self, velocities: &[Vector]) -> Vector {
         if self.moving.is_empty() || self.conserved_axes == [false; 3] {
             return Vector::zeros();
@@ -219,8 +218,8 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// In a sheared box, the velocity of the centre of mass relative to the streaming velocity, along the axes on which
-    /// it is conserved `[length / time]`. Zero in other boxes.
+    /// In a sheared box, velocity of the centre of mass relative to the streaming velocity, along axes with conserved
+    /// momentum `[length / time]`. Zero in other boxes.
     pub(super) fn common_peculiar_velocity(&self, sample: &Sample<'_>) -> Vector {
         if self.shear_rate == 0.0 || self.moving.len() < 2 {
             return Vector::zeros();
@@ -233,8 +232,8 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// Mean square of a velocity component along an axis, divided by `T / m`: `1 - m / M` with the total moving mass
-    /// `M` if the momentum is conserved, otherwise 1.
+    /// Mean square of a velocity component, divided by `T / m`. With conserved momentum, the result is `1 - m / M`,
+    /// where `M` is the total moving mass; otherwise it is 1.
     pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {
         if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
     }
@@ -292,7 +291,7 @@ pub struct Sample<'a> {
     pub velocities: &'a [Vector],
     /// Periods travelled since the start, along each axis.
     pub images: &'a [[i32; 3]],
-    /// Displacement along x of the periodic image above, in `(-L_x / 2, L_x / 2]`; 0 without shear `[length]`.
+    /// Displacement along x of the periodic image above `[length]`, in `(-L_x / 2, L_x / 2]`; 0 without shear.
     pub displacement: f64,
 }
 

@@ -50,7 +50,8 @@ pub struct ApplicableObservables {
     pub number_density: f64,
     /// Whether a steady state is possible: contacts lose no energy, or the lost energy is replaced.
     pub has_steady_state: bool,
-    /// Whether contacts only exchange velocities (equal hard particles on a line). Averages then depend on the start.
+    /// True for equal hard particles on a line. Contacts then only exchange velocities, so averages depend on the
+    /// start.
     pub only_exchanges_velocities: bool,
     /// Time between two scalings of all velocities by the thermostat `[time]`.
     pub(crate) scaling_interval: Option<f64>,

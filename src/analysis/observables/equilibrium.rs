@@ -102,7 +102,7 @@ impl Equilibrium {
     }
 }
 
-/// Whether all observables are stationary or constant. No observable needs to fluctuate.
+/// Whether all observables are stationary or constant.
 pub(crate) fn is_settled(observables: &[(&'static str, Stationarity)]) -> bool {
     let is_settled = |stationarity| matches!(stationarity, Stationarity::Stationary | Stationarity::Constant);
     observables.iter().all(|(_, stationarity)| is_settled(*stationarity))

@@ -1,14 +1,14 @@
 //! Corrections for a fixed, finite number of particles.
 //!
-//! A periodic system has a fixed number of particles `N`. In an equal volume of an infinite fluid, `N` would fluctuate.
-//! To first order in `1 / N`, any mean `A` becomes `A_N = A - (1/2) <dN^2> d^2A/dN^2`, with `<dN^2> = N T drho/dP`
-//! (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961). The virial part of the pressure, `A = rho (Z - 1)`, gives
-//! `Z_N = Z - rho P'' / (2 N P')`, where primes are derivatives with respect to `rho`. For a dilute gas,
-//! `Z_N - 1 = (1 - 1 / N) B_2 rho` is exact.
+//! A periodic system has a fixed number of particles `N`, which would fluctuate in an equal volume of an infinite
+//! fluid. To first order in `1 / N`, any mean `A` becomes `A_N = A - (1/2) <dN^2> d^2A/dN^2`, with
+//! `<dN^2> = N T drho/dP` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961). For the virial part of the pressure,
+//! `A = rho (Z - 1)`, the result is `Z_N = Z - rho P'' / (2 N P')`, where primes are derivatives with respect to `rho`.
+//! For a dilute gas, `Z_N - 1 = (1 - 1 / N) B_2 rho` is exact.
 
-/// `rho P'' / (2 P')` of an equation of state, with `P = phi Z(phi)` in any unit.
+/// Returns `rho P'' / (2 P')` of an equation of state, where `P = phi Z(phi)`.
 fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
-    // With a relative step of 1e-3, central differences have a relative error of about 1e-6.
+    // With a relative step of 1e-3, the relative error is about 1e-6.
     let step = 1e-3 * packing_fraction;
     let [below, here, above] =
         [-step, 0.0, step].map(|d| (packing_fraction + d) * compressibility(packing_fraction + d));
@@ -17,7 +17,7 @@ fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
     packing_fraction * second / (2.0 * first)
 }
 
-/// Relative reduction of `Z - 1` and of the number of contacts in a finite system. 0 at zero density.
+/// Relative reduction of `Z - 1`, and of the number of contacts, in a finite system. It is 0 at zero density.
 pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     let fewer =
         curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0));
@@ -25,7 +25,7 @@ pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: 
 }
 
 /// Relative difference between the contact values `g` of a finite and of an infinite fluid. A finite system has fewer
-/// contacts, but also fewer pairs, and `g` is normalised by the number of pairs.
+/// contacts, but also fewer pairs, by which `g` is divided.
 pub(crate) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
 }

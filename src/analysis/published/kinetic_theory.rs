@@ -48,12 +48,11 @@ pub fn collision_rate_of_rods(packing_fraction: f64, diameter: f64, mass: f64, t
 }
 
 /// Finite-size correction to be added to the diffusion coefficient in a periodic cube of edge `L` `[length^2 / time]`:
-/// `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta / rho` and the mass density
-/// `rho`.
+/// `2.837297 T / (6 pi eta L) * nu / (nu + D)`, with the kinematic viscosity `nu = eta / rho` and mass density `rho`.
 ///
 /// The first factor is the correction of Yeh and Hummer. The second factor is close to 1 in a liquid. In a gas, a
-/// particle diffuses out of the flow that it causes, and for each wave vector `k` the velocity correlation decays as
-/// `exp(-(nu + D) k^2 t)` (Ernst, Hauge and van Leeuwen). `L / 2 pi` must exceed the mean free path.
+/// particle diffuses out of the flow that it causes. At a wave vector `k`, velocity correlations decay as `exp(-(nu +
+/// D) k^2 t)` (Ernst, Hauge and van Leeuwen). `L / 2 pi` must exceed the mean free path.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147);
 /// Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970), [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254).
@@ -72,8 +71,8 @@ pub(crate) fn is_hydrodynamic(edge: f64, mean_free_path: f64) -> bool {
     edge / TAU > mean_free_path
 }
 
-/// Number of spheres for which Speedy's fit gives the diffusion coefficient. He simulated 256 to 1000 spheres. Larger
-/// systems diffuse faster (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
+/// Assumed number of spheres in Speedy's fit. Speedy simulated 256 to 1000 spheres. Larger systems diffuse faster
+/// (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
 pub(crate) const FITTED_SPHERES: f64 = 500.0;
 
 /// A fluid of equal elastic hard spheres in equilibrium, described by Enskog's theory.
@@ -90,7 +89,7 @@ pub(crate) const FITTED_SPHERES: f64 = 500.0;
 /// | thermal conductivity | `lambda_0 b rho (1 / y + 6/5 + 0.7575 y)`, `lambda_0 = 1.025 * 75 / (64 sigma^2) sqrt(T / (pi m))` |
 ///
 /// Chapman and Cowling, chapter 16; Alder, Gass and Wainwright, J. Chem. Phys. 53, 3813 (1970),
-/// [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845), also for the deviations of simulations.
+/// [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HardSphereFluid {
     /// Volume fraction of the spheres.
@@ -135,8 +134,8 @@ impl HardSphereFluid {
         DIFFUSION_SERIES * self.dilute_diffusion() / self.chi()
     }
 
-    /// Self-diffusion coefficient from a fit to simulations, for `0 < phi < 0.5` `[length^2 / time]`. It is accurate
-    /// only to a few per cent, because diffusion depends on the size of the system; see [`finite_size_of_diffusion`].
+    /// Self-diffusion coefficient from a fit to simulations, for `0 < phi < 0.5` `[length^2 / time]`. It is accurate to
+    /// a few per cent. Diffusion depends on the size of the system, see [`finite_size_of_diffusion`].
     ///
     /// `D = 3 / (8 rho sigma^2) sqrt(T / (pi m)) (1 - rho / 1.09) (1 + rho^2 (0.4 - 0.83 rho^2))`, `rho` in units of `sigma`.
     ///
@@ -148,8 +147,8 @@ impl HardSphereFluid {
         self.dilute_diffusion() * (1.0 - reduced / 1.09) * (1.0 + square * (0.4 - 0.83 * square))
     }
 
-    /// Finite-size correction of the diffusion coefficient for `count` spheres in a periodic cube `[length^2 / time]`,
-    /// from Enskog's coefficients. `None` if the cube is too small for [`finite_size_of_diffusion`].
+    /// Finite-size correction of the diffusion coefficient for `count` spheres in a periodic cube `[length^2 / time]`.
+    /// `None` if the cube is too small for [`finite_size_of_diffusion`].
     pub(crate) fn slower_diffusion(&self, count: f64) -> Option<f64> {
         let density = self.number_density();
         let edge = libm::cbrt(count / density);
@@ -215,7 +214,6 @@ mod tests {
         for (phi, density, rate, enskog, speedy) in table {
             let fluid = HardSphereFluid::reduced(phi);
             assert!((fluid.number_density() - density).abs() < 0.51e-5);
-            // The tabulated collision rate has six digits, and the diffusion coefficients have four decimal places.
             assert!((fluid.collision_rate() / rate - 1.0).abs() < 5e-6, "{} {rate}", fluid.collision_rate());
             assert!((fluid.diffusion_coefficient() - enskog).abs() < 0.51e-4);
             let simulated = fluid.simulated_diffusion_coefficient();
@@ -246,9 +244,8 @@ mod tests {
         let gas = HardSphereFluid::reduced(0.0);
         assert!((gas.shear_viscosity() - 1.016 * 0.176_308_9).abs() < 1e-6);
         assert!((gas.thermal_conductivity() - 1.025 * 0.661_159_67).abs() < 1e-6);
-        // The first Sonine approximation has the coefficients `4/25 (1 + 12 / pi)` for the viscosity and
-        // `9/25 (1 + 32 / (9 pi))` for the conductivity. Divided by the series factors, they are about 0.7615 and
-        // 0.7575.
+        // The first Sonine coefficients are `4/25 (1 + 12 / pi)` for the viscosity and `9/25 (1 + 32 / (9 pi))` for the
+        // conductivity. Divided by the series factors, they are about 0.7615 and 0.7575.
         assert!((4.0 / 25.0 * (1.0 + 12.0 / PI) / VISCOSITY_SERIES / 0.7615 - 1.0).abs() < 5e-3);
         assert!((9.0 / 25.0 * (1.0 + 32.0 / (9.0 * PI)) / CONDUCTIVITY_SERIES / 0.7575 - 1.0).abs() < 1.3e-2);
         // The bulk viscosity is `1.0025 eta_0 b rho y`, with the shear viscosity `eta_0` of the dilute gas.

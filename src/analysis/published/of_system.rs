@@ -41,8 +41,7 @@ impl PublishedValue {
     }
 }
 
-/// Range of the equations of state. `FLUID` has the largest packing fractions of the fluid in three and in two
-/// dimensions, and `CRYSTAL` has the smallest packing fraction of the crystal.
+/// Largest packing fractions of the fluid in three and in two dimensions, and smallest packing fraction of the crystal.
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
 
@@ -51,7 +50,7 @@ pub(crate) const CRYSTAL_LABEL: &str = "Speedy, crystal";
 /// Largest packing fraction at which Enskog's viscosity is accurate enough for the finite-size correction of diffusion.
 const DIFFUSING: f64 = 0.42;
 
-/// Transport coefficients. An Andersen heat bath changes them, because it destroys velocity correlations.
+/// Transport coefficients. An Andersen heat bath destroys velocity correlations and changes these coefficients.
 const TRANSPORT: [&str; 5] = [
     "diffusion_coefficient",
     "diffusion_coefficient_infinite",
@@ -84,9 +83,9 @@ struct Hard {
     temperature: Option<f64>,
 }
 
-/// Lists published values for equal elastic hard particles in equilibrium in a periodic box. Other systems have none.
-/// An Andersen thermostat excludes transport coefficients. `population` is the number of particles of each species,
-/// `scale` is the growth factor of the diameters, and `temperature` is the mean temperature `[energy]`.
+/// Lists published values for equal elastic hard particles in equilibrium in a periodic box. Returns no values for
+/// other systems, and no transport coefficients with an Andersen thermostat. `population` is the number of particles of
+/// each species, `scale` is the growth factor of the diameters, and `temperature` is the mean temperature `[energy]`.
 #[must_use]
 pub fn of_system(
     scene: &Scene,
@@ -141,7 +140,7 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
 }
 
 impl Hard {
-    /// Published compressibility factor and pressure. In a finite system, `Z - 1` is smaller by the fraction `fewer`.
+    /// Compressibility factor `Z` and pressure. In a finite system, `Z - 1` is smaller by the fraction `fewer`.
     fn pressure(&self, compressibility: f64, fewer: f64, label: &str, source: &str) -> Vec<PublishedValue> {
         let pressure = self.temperature.map(|temperature| ("pressure", self.number_density * temperature));
         let both = [("compressibility_factor", 1.0)].into_iter().chain(pressure);
@@ -212,8 +211,8 @@ impl Hard {
         values
     }
 
-    /// Lists the collision rate under both names. At constant energy, collisions are more frequent than for Maxwellian
-    /// velocities by the fraction `1 / (4 f)`, where `f` is the number of degrees of freedom.
+    /// Lists the collision rate under two names. At constant energy, the rate is higher than for Maxwellian velocities
+    /// by the fraction `1 / (4 f)`, where `f` is the number of degrees of freedom.
     fn collisions(&self, rate: f64, compressibility: fn(f64) -> f64, label: &str, source: &str) -> [PublishedValue; 2] {
         let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
         let freedom = self.dimensions * (self.count as f64 - 1.0);

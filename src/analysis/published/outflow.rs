@@ -18,10 +18,10 @@ const FLOWING: f64 = 0.6;
 const SOURCE: &str = "Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), doi:10.1016/0009-2509(61)85030-6; real, rough grains, \
     with C = 0.58, k = 1.4 and a packing fraction of 0.6";
 
-/// Calculates the outflow rate through an opening `[1 / time]` by Beverloo's law, `C n sqrt(g) (D - k d)^(5/2)` with
-/// `C = 0.58` and `k = 1.4`. `n` is the number density, `g` gravity, `D` the diameter of the opening and `d` the grain
-/// diameter. The rate is 0 if the opening is too small. For a rectangle, the rate is `(4 / pi) C n A sqrt(g D)`. The
-/// edges are reduced by `k d`, `A` is the reduced area, and `D` is four times this area over the circumference.
+/// Calculates the outflow rate `[1 / time]` through an opening by Beverloo's law. For a round opening, the rate is `C n
+/// sqrt(g) (D - k d)^(5/2)` with the constants `C = 0.58` and `k = 1.4`, the number density `n`, gravity `g`, the
+/// diameter `D` of the opening and the grain diameter `d`. For a rectangle, the rate is `(4 / pi) C n A sqrt(g D)`,
+/// where `A` is the area after the edges are reduced by `k d`, and `D` is `4 A` over the circumference.
 ///
 /// Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), [doi:10.1016/0009-2509(61)85030-6](https://doi.org/10.1016/0009-2509(61)85030-6);
 /// rectangles: Fowler and Glastonbury, Chem. Eng. Sci. 10, 150 (1959), [doi:10.1016/0009-2509(59)80042-7](https://doi.org/10.1016/0009-2509(59)80042-7).
@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn square_outlet_flow_exceeds_circular_by_area_ratio() {
         let round = beverloo(1.1, 9.81, Outlet::Round(5.0), 0.5);
-        // By hand: 0.58 * 1.1 * sqrt(9.81) * 4.3^2.5, where 4.3 is 5 minus 1.4 grain diameters.
+        // 0.58 * 1.1 * sqrt(9.81) * 4.3^2.5, where 4.3 is 5 minus 1.4 grain diameters.
         assert!((round - 76.617_207_912_919).abs() < 1e-11, "{round}");
         let square = beverloo(1.1, 9.81, Outlet::Rectangular([5.0, 5.0]), 0.5);
         assert!((square / round - 4.0 / PI).abs() < 1e-14);

@@ -12,8 +12,8 @@ const LAST_STEP: f64 = 1e-9;
 /// Relative round-off error of the minimised function.
 const ROUNDING: f64 = 1e-12;
 
-/// Minimum number of samples that two groups of ensembles share. The difference of their reduced free energies has a
-/// variance of one over this number.
+/// Minimum number of samples that two groups of ensembles share. With `n` shared samples, the difference of their
+/// reduced free energies has a variance of `1 / n`.
 const LEAST_SHARED: f64 = 1.0;
 
 /// Histogram of the potential energy over all samples of several ensembles, for example at several temperatures.
@@ -48,7 +48,6 @@ pub struct DensityOfStates {
     variances: Vec<f64>,
     /// Logarithm of the density of states of each level; minus infinity for a level without samples.
     logarithms: Vec<f64>,
-    /// Free energy `f_k` of each ensemble, relative to the first ensemble.
     free_energies: Vec<f64>,
     means: Vec<Vec<f64>>,
 }
@@ -102,8 +101,8 @@ impl MultiHistogram<'_> {
         None
     }
 
-    /// Calculates initial free energies from the mean energy of each ensemble, by the trapezoidal rule for
-    /// `df / d(1/T) = <U>` between canonical ensembles. Between other ensembles, the free energy does not change.
+    /// Estimates free energies from the mean energies `<U>`. Between canonical ensembles, the estimate is the
+    /// trapezoidal rule for `df / d(1/T) = <U>`. Between other ensembles, the free energy does not change.
     #[must_use]
     pub fn start(ensembles: &[Ensemble], means: &[f64]) -> Vec<f64> {
         let mut free_energies = vec![0.0; ensembles.len().min(1)];
@@ -145,7 +144,7 @@ impl MultiHistogram<'_> {
         for (reduced, samples) in reduced.iter().zip(self.counts).filter(|(_, samples)| **samples > 0.0) {
             let sum = fill(&offsets, reduced, &mut terms);
             value += samples * sum;
-            // Probabilities that a sample of this level is from each ensemble.
+            // For each ensemble `k`, the probability that a sample of this level comes from `k`.
             terms.iter_mut().for_each(|term| *term = libm::exp(*term - sum));
             for (row, own) in terms[1..].iter().enumerate().filter(|(_, own)| **own > 0.0) {
                 gradient[row] += samples * own;
@@ -198,7 +197,7 @@ impl DensityOfStates {
         &self.free_energies
     }
 
-    /// Energies of the levels with logarithms of the density of states: minus infinity for a level without samples.
+    /// Energies of the levels, and logarithms of the density of states. Levels without samples have minus infinity.
     pub fn levels(&self) -> impl Iterator<Item = (f64, f64)> {
         self.energies.iter().copied().zip(self.logarithms.iter().copied())
     }
@@ -211,7 +210,8 @@ impl DensityOfStates {
         weights
     }
 
-    /// Weights `g(E) exp(-E / T)` of the levels relative to the largest, their sum, and the logarithm of the largest.
+    /// Weights `g(E) exp(-E / T)` divided by the largest weight, the sum of these ratios, and the logarithm of the
+    /// largest weight.
     fn weights(&self, temperature: f64) -> (Vec<f64>, f64, f64) {
         let exponents = || self.levels().map(|(energy, logarithm)| logarithm - energy / temperature);
         let most = exponents().fold(f64::NEG_INFINITY, f64::max);

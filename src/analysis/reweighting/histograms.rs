@@ -1,22 +1,21 @@
-//! Histograms of the potential energy of all ensembles together, in blocks of time.
+//! Histograms of the potential energy of several ensembles, in blocks of time.
 
 use super::density_of_states::{DensityOfStates, MultiHistogram};
 use super::ensemble::Ensemble;
 
 const MOST_LEVELS: usize = 4096;
 
-/// Energies with a smaller relative difference are equal except for round-off in sums.
+/// Energies with a smaller relative difference are equal, except for round-off in sums.
 const SAME: f64 = 1e-9;
 
 const MOST_BLOCKS: u64 = 512;
 
-/// The energy levels that occur in a run. A first pass finds them; a second pass fills [`EnergyHistograms`].
+/// The energy levels of a run. A first pass finds the levels; a second pass fills [`EnergyHistograms`].
 ///
-/// Stepped potentials have few energies, and each energy is a level. If there are more than 4096 different
-/// energies, as in continuous potentials, they are counted in 4096 equal bins.
+/// With stepped potentials, each energy is a level. More than 4096 different energies are counted in equal bins.
 #[derive(Debug, Clone, Default)]
 pub struct EnergyLevels {
-    /// Energies of the levels in ascending order, or lower edges of the bins.
+    /// Energies in ascending order, or lower edges of the bins.
     levels: Vec<f64>,
     are_bins: bool,
     ends: Option<[f64; 2]>,
@@ -24,7 +23,7 @@ pub struct EnergyLevels {
 }
 
 impl EnergyLevels {
-    /// Creates bins with these lower edges, in ascending order. The first bin also contains all lower energies.
+    /// Creates bins with lower edges in ascending order. Energies below the first edge are in the first bin.
     #[must_use]
     pub fn of_bins(lower_edges: &[f64]) -> Self {
         Self { levels: lower_edges.to_vec(), are_bins: true, ..Self::default() }
@@ -45,7 +44,7 @@ impl EnergyLevels {
         }
     }
 
-    /// The level of an energy, or the position for a new level.
+    /// Returns the level of an energy, or the position for a new level.
     fn find(&self, energy: f64) -> Result<usize, usize> {
         let tolerance = SAME * energy.abs();
         let place = self.levels.partition_point(|level| *level < energy - tolerance);
@@ -75,11 +74,11 @@ struct Block {
     rows: u64,
     counts: Vec<u32>,
     sums: Vec<f64>,
-    /// Sum of each additional quantity over the samples in each level.
+    /// For each additional quantity, the sum over the samples in each level.
     others: Vec<Vec<f64>>,
 }
 
-/// Sums over the samples in one level: number, deviations of the energy from a reference, and squared deviations.
+/// Sums over the samples in a level: number, deviation of the energy from a reference, and squared deviation.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: f64,
@@ -88,7 +87,7 @@ struct Spread {
 }
 
 /// Histograms of the potential energy of several ensembles, in blocks of time. All ensembles are sampled at the same
-/// times. [`EnergyLevels`] from a first pass give the levels.
+/// times. The levels are the [`EnergyLevels`] of a first pass.
 #[derive(Debug, Clone)]
 pub struct EnergyHistograms {
     ensembles: Vec<Ensemble>,
@@ -107,7 +106,7 @@ pub(super) struct Counts {
 }
 
 impl EnergyHistograms {
-    /// Creates empty histograms with known levels. `others` is the number of quantities measured along with the energy.
+    /// Creates empty histograms with known levels. `others` is the number of quantities measured besides the energy.
     #[must_use]
     pub fn new(ensembles: Vec<Ensemble>, levels: EnergyLevels, others: usize) -> Self {
         let levels = levels.closed();
@@ -121,8 +120,8 @@ impl EnergyHistograms {
         }
     }
 
-    /// Adds the energies of all ensembles at one time, in the order of the ensembles. `others` holds the quantities
-    /// measured along with the energy, one ensemble after the other. If a value is not finite, nothing is added.
+    /// Adds the energies of all ensembles at one time. `others` contains the additional quantities, one ensemble after
+    /// the other. If a value is not finite, no values are added.
     pub fn add(&mut self, energies: &[f64], others: &[f64]) {
         let count = self.ensembles.len();
         let is_whole = energies.len() == count
@@ -158,19 +157,19 @@ impl EnergyHistograms {
         &self.ensembles
     }
 
-    /// Number of levels, or of bins.
+    /// Number of levels or bins.
     #[must_use]
     pub fn levels(&self) -> usize {
         self.spreads.len()
     }
 
-    /// Whether there are no samples.
+    /// Returns true if there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
     }
 
-    /// The density of states from all ensembles. `None` without samples, or if the ensembles share no energies.
+    /// The density of states from all ensembles. `None` if there are no samples or the ensembles share no energies.
     #[must_use]
     pub fn density_of_states(&self) -> Option<DensityOfStates> {
         if self.is_empty() {
@@ -208,7 +207,7 @@ impl EnergyHistograms {
         all
     }
 
-    /// Mean and variance of the energies of the samples in each level.
+    /// Mean and variance of the energy in each level.
     pub(super) fn energies(&self) -> (Vec<f64>, Vec<f64>) {
         let of_level = |(level, spread): (&f64, &Spread)| {
             let count = spread.count.max(1.0);
@@ -226,7 +225,7 @@ impl Counts {
         add_each(&mut self.others, &other.others);
     }
 
-    /// Means of the additional quantities in each level. 0 in levels without samples.
+    /// Means of the additional quantities in each level; 0 in levels without samples.
     pub fn means(&self) -> Vec<Vec<f64>> {
         let mean = |(sum, count): (&f64, &f64)| if *count > 0.0 { sum / count } else { 0.0 };
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()

@@ -32,7 +32,7 @@ impl DensityOfStates {
     }
 
     /// Finds the fewest temperatures from the lowest to the highest `[energy]`, with an equal
-    /// [acceptance](Self::acceptance) of at least `acceptance` between neighbours. `None` if they exceed a thousand.
+    /// [acceptance](Self::acceptance) of at least `acceptance` between neighbours. `None` for more than a thousand.
     #[must_use]
     pub fn temperatures_for(&self, [lowest, highest]: [f64; 2], acceptance: f64) -> Option<Vec<f64>> {
         if !(0.0 < lowest && lowest < highest && highest.is_finite() && 0.0 < acceptance && acceptance < 1.0) {

@@ -3,7 +3,7 @@
 use super::{BlockAverage, Estimate, standard_error};
 use serde::{Deserialize, Serialize};
 
-/// Number of bins of an element at which neighbouring bins are merged. With 32 bins, errors are uncertain by 13 %.
+/// When an element has this many bins, neighbouring bins are merged. With 32 bins, errors are uncertain by 13 %.
 const MOST_BINS: usize = 64;
 
 /// Block averages of all elements of a curve: the bins of a histogram or the lags of a correlation function. Elements
@@ -60,7 +60,7 @@ impl CurveAverage {
         Self { elements: (0..length).map(pair).collect() }
     }
 
-    /// Number of values of an element; 0 if it does not exist.
+    /// Number of values of an element; 0 if the element does not exist.
     #[must_use]
     pub fn count(&self, element: usize) -> f64 {
         self.elements.get(element).map_or(0.0, |average| average.weight)
@@ -72,7 +72,7 @@ impl CurveAverage {
         self.elements.iter().map(|average| average.weight).fold(0.0, f64::max)
     }
 
-    /// The mean of one element and its standard error; `None` if it has no values.
+    /// The mean of one element and its standard error; `None` without values.
     #[must_use]
     pub fn estimate(&self, element: usize) -> Option<Estimate> {
         self.elements.get(element)?.estimate()
@@ -82,7 +82,7 @@ impl CurveAverage {
         elements.into_iter().map(|element| self.estimate(element)).collect()
     }
 
-    /// The mean of one element; `None` if it has no values.
+    /// The mean of one element; `None` without values.
     #[must_use]
     pub fn mean(&self, element: usize) -> Option<f64> {
         self.elements.get(element)?.mean()
@@ -147,7 +147,7 @@ mod tests {
         let curve = measured(1, 20_000);
         let error = curve.standard_errors()[0].unwrap();
         let exact = (1.0 / 12.0 / 20_000.0_f64).sqrt();
-        // With 32 to 64 bins, the error is uncertain by at most 13 %. The bound is a little more than three times 13 %.
+        // The error is uncertain by at most 13 %. The bound is a little more than three times as large.
         assert!((error / exact - 1.0).abs() < 0.45, "{error} but {exact}");
         assert!((curve.means()[0].unwrap() - 0.5).abs() < 4.0 * exact);
         assert!(curve.elements.iter().all(|average| average.bins.len() < MOST_BINS));

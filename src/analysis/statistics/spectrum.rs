@@ -8,11 +8,11 @@ const STEPS: usize = 150;
 /// Slowest relaxation time in the fit, as a fraction of the length of the series. Slower motion looks like a trend.
 const SLOWEST: f64 = 1.0 / 12.0;
 
-/// Slowest relaxation time of a quantity whose changes are fitted, as a fraction of the length of the series.
+/// Slowest relaxation time in the fit to changes of a quantity, as a fraction of the length of the series.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// Minimum increase of the logarithm of the likelihood by components for the changes of a correlated quantity. With a
-/// lower limit, one standard error in a few hundred would be far too small.
+/// Components for the changes of a correlated quantity must increase the logarithm of the likelihood by at least this.
+/// With a lower limit, one standard error in a few hundred would be far too small.
 const LEAST_GAIN: f64 = 6.0;
 
 /// Fastest relaxation time in the fit, as a number of values. Faster relaxations look like white noise.
@@ -24,18 +24,18 @@ const RATIO: f64 = 1.5;
 /// Minimum number of frequencies to distinguish the changes of an uncorrelated quantity from other noise.
 const FEWEST_FOR_DIFFERENCES: usize = 20;
 
-/// Exponent of the prior, a power of `1 / S(0)`, where `S(0)` is the spectral density at frequency zero. Non-negative
-/// weights always fit some noise, and the prior offsets this.
+/// Exponent of the prior `S(0)^(-PRIOR)`, where `S(0)` is the spectral density at frequency zero. Non-negative weights
+/// always fit some noise, and the prior offsets this.
 const PRIOR: f64 = 0.5;
 
 /// If the slowest relaxation of the fit has more than this fraction of the variance, the series is too short.
 const MOST_IN_SLOWEST: f64 = 0.6;
 
-/// The doubt rises from 1 to [`MOST_DOUBT`] between these shares of the slowest relaxation in the density.
+/// Shares of the slowest relaxation in the density, between which the doubt rises from 1 to [`MOST_DOUBT`].
 const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 
-/// Largest factor that enlarges the estimate, because motion that few frequencies resolve may be slower than it seems.
-/// The value was chosen with the test `claimed_errors_are_honest_where_noise_hides_slow_motion`.
+/// Largest factor that enlarges the estimate, because slow motion may be slower than it seems. The value was chosen
+/// with the test `claimed_errors_are_honest_where_noise_hides_slow_motion`.
 const MOST_DOUBT: f64 = 3.0;
 
 /// Number of lowest frequencies that are fitted one by one. To save time, higher frequencies are fitted in groups.
@@ -62,9 +62,9 @@ thread_local! {
 /// The spectral density at frequency zero, in units of the variance of the series.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Density {
-    /// The most likely value of this density; 1 if the values of the series are independent.
+    /// The most likely density; 1 if the values of the series are independent.
     pub at_zero: f64,
-    /// Ratio of a safe upper estimate of this density to `at_zero`, between 1 and [`MOST_DOUBT`].
+    /// Ratio of a safe upper estimate of the density to `at_zero`, between 1 and [`MOST_DOUBT`].
     pub doubt: f64,
 }
 
@@ -130,7 +130,7 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
     Some(Density { at_zero: at_zero(&parts).max(LEAST * lowest), doubt })
 }
 
-/// Powers of a periodogram in groups of frequencies: the number of frequencies and the sum of the powers in each group.
+/// Powers of a periodogram, summed over groups of frequencies.
 struct Powers {
     sizes: Vec<f64>,
     sums: Vec<f64>,

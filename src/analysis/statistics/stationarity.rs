@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// In tests, fewer than one in 300 stationary series seem to drift, or one in 25 if noise hides slow motion.
 const LIMIT: (f64, f64) = (4.5, 10.0);
 
-/// Limit for errors from residuals about a straight line through the series or its second half, which are too small.
+/// Limit for errors from residuals about a straight line. These errors are too small.
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
 /// Minimum number of independent values in the second half for the verdict `Stationary`.
@@ -89,7 +89,6 @@ fn mean(values: &[f64]) -> f64 {
 struct Noise {
     /// Spectral density of the noise at frequency zero.
     density: f64,
-    /// Number of independent values.
     independent: f64,
 }
 
@@ -144,7 +143,8 @@ mod tests {
             let series = |seed: &u64| under_noise(rho, n, noise, 60_000 + seed);
             let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
             println!("rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
-            // The four cases give about 10, 7, 3 and 1. A test of the second half alone would give 30, 26, 14 and 2.
+            // The four cases have about 10, 7, 3 and 1 false alarms. A test of the second half alone would have 30, 26,
+            // 14 and 2.
             assert!(drifting <= most, "rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
         }
     }

@@ -21,7 +21,7 @@ pub enum Difference {
         number: u64,
         /// Text of the line near the difference; `None` past the end of the file.
         found: Option<String>,
-        /// Corresponding text of the replay; `None` past the end of its file.
+        /// Text of the replay at the same position; `None` past the end of the file.
         expected: Option<String>,
     },
     /// A byte differs.
@@ -30,7 +30,7 @@ pub enum Difference {
         offset: u64,
         /// Byte of the file; `None` past the end of the file.
         found: Option<u8>,
-        /// Corresponding byte of the replay; `None` past the end of its file.
+        /// Byte of the replay at the same position; `None` past the end of the file.
         expected: Option<u8>,
     },
 }
@@ -107,7 +107,7 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
         Folder::REPORT => {
             let mut is_free = false;
             Box::new(move |line| {
-                // Indented lines continue the previous line that is not indented.
+                // An indented line is treated like the line above it.
                 if !line.starts_with(b" ") {
                     is_free = FREE_LINES.iter().any(|free| line.starts_with(free.as_bytes()))
                         || (ends_itself && line.starts_with(b"ended "));
@@ -131,7 +131,6 @@ impl<R: BufRead> Lines<R> {
         Self { text, is_free, line: Vec::new(), number: 0 }
     }
 
-    /// Advances to the next line that is compared; returns false at the end of the text.
     fn advance(&mut self) -> io::Result<bool> {
         loop {
             self.line.clear();

@@ -88,8 +88,7 @@ impl Polynomial {
         }
     }
 
-    /// Returns the point at which the polynomial changes from `sign` to the opposite sign. Round-off may make the value
-    /// at `from` wrong.
+    /// Returns the point at which the polynomial changes from `sign` to the opposite sign.
     fn root_between(&self, from: f64, to: f64, sign: f64) -> f64 {
         // Brent's method multiplies function values. Division by the largest value prevents overflow.
         let size = self.value(from).abs().max(self.value(to).abs());
@@ -97,7 +96,7 @@ impl Polynomial {
         let is_before = |t: f64| self.value(t) * sign > 0.0;
         // A root exactly at the start is in the past.
         let start = if value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
-        // The solver may return a wrong point. It is accepted only if the sign changes there.
+        // The solver may return a wrong point, so the change of sign is checked.
         find_root_brent(start, to, value, &mut NeighbouringFloats)
             .ok()
             .filter(|&t| is_before(t * (1.0 - WIDTH)) && !is_before(t * (1.0 + WIDTH)))
@@ -153,7 +152,7 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     stretch.map(|stretch| stretch[0])
 }
 
-/// The search for a root ends at this relative width: a few floating-point numbers.
+/// Relative width at which the search for a root ends.
 const WIDTH: f64 = 2.0 * f64::EPSILON;
 
 struct NeighbouringFloats;

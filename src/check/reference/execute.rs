@@ -15,13 +15,13 @@ impl Reference {
         let seen = seen(potential, state, side)?;
         let apart = self.nearest_image(i, j);
         let (velocity, acceleration) = self.relative_motion(i, j);
-        // Two particles at the same point have no line of centres. The line of approach replaces it.
+        // Two particles at the same point have no line of centres. The relative velocity defines the normal instead.
         let normal = apart.try_normalize(0.0).or_else(|| (-velocity).try_normalize(0.0)).unwrap_or(Vector::x());
         let [wi, wj] = [i, j].map(|p| self.species(p).inverse_mass());
         let reduced_mass = 1.0 / (wi + wj);
         let curvature = 1.0 / apart.norm().max(f64::MIN_POSITIVE);
         let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, law };
-        // Like a wall, a static particle has no memory of its contacts in the TC model.
+        // A static particle has no memory of its contacts in the TC model.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
         let (outcome, after, roughness) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
 
@@ -86,7 +86,6 @@ impl Reference {
         let acceleration = moment.map_or(push, |moment| moment.acceleration_seen(&place, &before, &push));
         let encounter = Encounter { side: contact.side, curvature, velocity, acceleration, ..encounter };
         let mass = encounter.reduced_mass;
-        // The spins are converted to the frame of the surface and back.
         let to_shape = |vector: &Vector| moment.map_or(*vector, |moment| moment.pose.direction_of_shape(vector));
         let turning = moment.map_or(Vector::zeros(), |moment| moment.pose.direction_of_shape(&moment.spin));
         let spin = self.spins[i as usize];
@@ -96,7 +95,7 @@ impl Reference {
             self.spins[i as usize] = moment.pose.direction(&self.spins[i as usize]);
         }
         let gained = self.spins[i as usize] - spin;
-        // The event's normal points from the surface to the particle, even if the surface surrounds the particle.
+        // The event's normal points from the surface to the particle, even inside a sphere or cylinder.
         let sign = contact.side.sign();
         let event = Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event };
         let Some(moment) = moment else { return Some(event) };
@@ -127,7 +126,7 @@ impl Reference {
         }
     }
 
-    /// Executes the contact of a particle with a barrier at rest. A moving surface is at rest in its own frame.
+    /// Executes the contact of a particle with a surface at rest. A moving surface is at rest in its own frame.
     fn reflect(&mut self, i: u32, encounter: &Encounter, turning: Vector, kind: EventKind) -> Event {
         let Encounter { velocity: before, normal, reduced_mass: mass, seen, side, .. } = *encounter;
         let (_, mut after, roughness) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);

@@ -38,7 +38,8 @@ impl Motion {
 }
 
 impl Feature {
-    /// Returns the time from `now` to the next event with a feature of a moving surface. `None` if beyond `horizon`.
+    /// Returns the time from `now` to the next event with a feature of a moving surface. `None` without an event until
+    /// `horizon`.
     pub fn next_event_moving(&self, motion: &Motion, timeline: &Timeline, now: f64, horizon: f64) -> Option<f64> {
         let mut after = 0.0;
         while after < horizon {
@@ -67,7 +68,7 @@ impl Passage {
         self.motion.after(after).seen(&self.piece, self.now + after)
     }
 
-    /// Returns the time of the first event in an interval after `now`, or the time reached after `most` tests.
+    /// Returns the time of the first event in an interval. After `most` tests, returns the time that was reached.
     pub fn first_between(&self, from: f64, to: f64, most: u64) -> Option<f64> {
         // The shortest interval is the rounding error of simulated times.
         Search { passage: self, shortest: 4.0 * f64::EPSILON * (self.now.abs() + to.abs()), left: most }.first(from, to)

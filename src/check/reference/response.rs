@@ -1,4 +1,4 @@
-//! Outcome and velocity after an event at a discontinuity, and the TC model at infinite barriers.
+//! Outcome and velocity after an event at a discontinuity. The TC model acts at infinite barriers.
 
 use super::rules::{Discontinuity, Side};
 use crate::Vector;
@@ -30,11 +30,11 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, law: &
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
     let e = if is_barrier { law.restitution } else { 1.0 };
-    // Near a turning point, the pair may recede because of round-off. The velocity is then unchanged.
+    // Near a turning point, the pair may recede because of round-off. The pair then keeps its velocity.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
 
-/// Two particles at a discontinuity, or a particle at a wall, which acts as a static partner without curvature.
+/// An event between two particles, or between a particle and a wall. A wall acts as a static partner without curvature.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Encounter {
     pub seen: Discontinuity,
@@ -42,7 +42,7 @@ pub(super) struct Encounter {
     pub normal: Vector,
     pub velocity: Vector,
     pub acceleration: Vector,
-    /// `1 / |r_ij|`, 0 for a wall.
+    /// `1 / |r_ij|` for two particles, 0 for a wall.
     pub curvature: f64,
     /// `mu = 1 / (w_i + w_j)`, with the inverse masses `w_i` and `w_j` `[mass]`.
     pub reduced_mass: f64,
@@ -50,8 +50,8 @@ pub(super) struct Encounter {
 }
 
 impl Encounter {
-    /// Returns the outcome of the event, `v_ij` after it, and the roughness of the contact if it is rough. `moving` lists
-    /// the particles that are not static.
+    /// Returns the outcome, the velocity `v_ij` after the event, and the roughness if the contact is rough. `moving`
+    /// lists the particles that are not static.
     pub fn leave(
         &self,
         tc_model: Option<&mut TcModel>,
@@ -88,7 +88,7 @@ pub(super) struct Arrival {
     pub approach: f64,
     /// Speed along the barrier `[length / time]`.
     pub tangential: f64,
-    /// Acceleration towards the barrier, from forces and from the curvature of the barrier `[length / time^2]`.
+    /// Acceleration towards the barrier, from forces and curvature `[length / time^2]`.
     pub closing: f64,
 }
 
@@ -98,7 +98,7 @@ pub(super) struct Arrival {
 pub(super) struct TcModel {
     contact_time: f64,
     last: Vec<f64>,
-    /// Whether the latest contact was smooth, because another contact preceded it or because the particle slid.
+    /// Whether the latest contact was smooth: another contact preceded it, or the particle slid.
     pub is_smooth: bool,
 }
 
@@ -111,11 +111,12 @@ impl TcModel {
         self.last.push(f64::NEG_INFINITY);
     }
 
-    /// Records a contact at `time`. Returns the speed away from the barrier, and the factor for the speed along it.
+    /// Records a contact at `time`. Returns the speed away from the barrier, and the factor of the speed along the
+    /// barrier.
     ///
     /// In the published model, a particle with a restitution near 0 almost stops. Here it keeps its approach speed, up
-    /// to the speed `v = closing t_c / 2` at which it returns after `t_c`. A particle slower than `v / 64` leaves at
-    /// `v / 64`, or at its total speed if that is lower. The speed along the barrier decreases at constant energy.
+    /// to the speed `v = closing t_c / 2` with which it returns after `t_c`. The smallest speed is `v / 64`, or the
+    /// total speed of the particle if that is lower. The speed along the barrier decreases at constant energy.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];

@@ -4,7 +4,6 @@ use super::Reference;
 use crate::Vector;
 use crate::model::{ParticleId, Roughness};
 
-/// A rough contact between a particle and a partner, which is another particle, a wall or a surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rub {
     pub particle: u32,
@@ -15,13 +14,12 @@ pub(super) struct Rub {
     pub normal: Vector,
     /// Velocity of the centre of the particle, relative to the partner.
     pub velocity: Vector,
-    /// Angular velocity of a surface that turns.
+    /// Angular velocity of a rotating surface.
     pub turning: Vector,
-    /// Change of the normal component of `velocity` in the contact, which is positive.
+    /// Positive change of the normal component of `velocity` in the contact.
     pub kick: f64,
 }
 
-/// Change of the motion of the particle, and the energy that the contact dissipates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rubbed {
     /// Tangential momentum that the particle gains.
@@ -32,13 +30,11 @@ pub(super) struct Rubbed {
 }
 
 impl Reference {
-    /// Returns the angular momentum of a particle with a given spin.
     pub(super) fn angular_momentum(&self, i: u32, spin: &Vector) -> Vector {
         let inverse = self.scene.species_of(ParticleId(i)).inverse_inertia(self.scene.space.dimensions());
         if inverse > 0.0 { spin / inverse } else { Vector::zeros() }
     }
 
-    /// Changes the spins of the particles in a rough contact.
     pub(super) fn rub(&mut self, rub: &Rub, roughness: &Roughness) -> Rubbed {
         let Rub { particle, partner, radii: [ri, rj], normal, velocity, turning, kick } = *rub;
         let dimensions = self.scene.space.dimensions();

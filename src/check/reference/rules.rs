@@ -22,7 +22,7 @@ impl Side {
     }
 }
 
-/// A discontinuity of a potential, as seen by a pair on one side of it.
+/// A discontinuity of a potential, approached from one side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Discontinuity {
     pub distance: f64,
@@ -30,8 +30,9 @@ pub(super) struct Discontinuity {
     pub energy_step: f64,
 }
 
-/// Returns the discontinuity on one side of a pair in state `k`, whose energy is `U_k`. The pair is inside (on the
-/// negative side of) the distance `s_k`, and outside (on the positive side of) the distance `s_{k+1}`.
+/// Returns a discontinuity of a pair in state `k`, with the energy `U_k`. A pair on the positive side sees the
+/// discontinuity at the smaller distance `s_{k+1}`. A pair on the negative side sees the discontinuity at the larger
+/// distance `s_k`.
 pub(super) fn seen(potential: &Potential, k: usize, side: Side) -> Option<Discontinuity> {
     let (s, u) = (potential.radii(), potential.energies());
     // The lists count from 0: `s_1` is `s[0]`, and `U_0` is `u[0]`.

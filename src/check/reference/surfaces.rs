@@ -5,7 +5,7 @@ use super::rules::Side;
 use crate::Vector;
 use crate::model::{SceneSurface, SurfaceShape};
 
-/// A point, line or plane of a surface. It limits where the centre of a sphere can be.
+/// A point, line or plane of a surface, which limits the position of a sphere.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Feature {
     pub surface: usize,
@@ -18,7 +18,7 @@ enum Shape {
     Point { centre: Vector, radius: f64, side: Side },
     /// The points at distance `radius` from a line of a given or infinite `length`, approached from one side.
     Line { start: Vector, along: Vector, length: Option<f64>, radius: f64, side: Side },
-    /// A half space or, with `corners`, the space above one side of a triangular face.
+    /// A half space or, with `corners`, the space on one side of a triangular face.
     Plane { point: Vector, normal: Vector, corners: Option<[Vector; 3]> },
 }
 
@@ -39,7 +39,7 @@ pub(in super::super) struct Across {
     pub barrier: Barrier,
 }
 
-/// Where a particle touches a feature, in the coordinates of [`Across`].
+/// The condition for contact between a particle and a feature, in the coordinates of [`Across`].
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) enum Barrier {
     /// Contact at this distance from the origin, reached from one side.
@@ -119,7 +119,7 @@ fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     Some([normal, -normal].map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }))
 }
 
-/// Longest side of a triangle divided by the height above it. The normal has this error in units of round-off.
+/// Longest side of a triangle divided by the height above this side. The round-off of the normal grows by this factor.
 fn slenderness([a, b, c]: &[Vector; 3]) -> f64 {
     let longest = [b - a, c - b, a - c].iter().map(Vector::norm_squared).fold(0.0, f64::max);
     longest / (b - a).cross(&(c - a)).norm()
@@ -206,7 +206,8 @@ impl Feature {
         }
     }
 
-    /// Returns two opposite corners of a bounding box. It is infinite for a feature that is approached from inside.
+    /// Returns two opposite corners of a bounding box. The box is infinite for a feature that is approached from
+    /// inside.
     pub fn bounds(&self) -> [Vector; 2] {
         let endless = |is_endless: &dyn Fn(usize) -> bool, at: &Vector, radius: f64| {
             let end = |sign: f64| Vector::from_fn(|k, _| sign * if is_endless(k) { f64::INFINITY } else { radius });

@@ -92,9 +92,8 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
 /// Relative slack of the pendulum's string.
 pub(super) const SLACK: f64 = 1e-4;
 const PERIODS: usize = 10;
-/// Number of contacts between two calls of `watch`.
 const CHUNK: u64 = 1000;
-/// Far more chunks than ten swings need, at about a thousand contacts in a swing.
+/// Far more chunks than ten swings need.
 const MOST_CHUNKS: usize = 10_000;
 
 pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared {

@@ -105,7 +105,7 @@ impl Comparison {
         Some(self.difference()? / error)
     }
 
-    /// Returns the verdict: whether the difference is within four standard errors plus the allowance.
+    /// Returns the verdict of the comparison.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let (Some(difference), Some(error)) = (self.difference(), self.standard_error) else {

@@ -9,7 +9,8 @@ use crate::model::potential::Potential;
 use crate::scene::{Fill, Lattice};
 
 pub(super) const COUNT: u64 = 4000;
-/// Contacts per particle, before the measurement (to destroy the lattice) and during it. Clusters form much later.
+/// Contacts per particle before and during the measurement. The first contacts destroy the lattice. Clusters form
+/// later.
 const CONTACTS: [u64; 2] = [5, 15];
 
 pub(super) const QUANTITIES: &[&str] = &["cooling per contact"];

@@ -37,7 +37,7 @@ const CRYSTAL_MODES: &str =
 pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
 pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];
 
-/// Packing fractions at which the diffusion coefficient is known. Speedy's fit is less accurate elsewhere.
+/// Packing fractions at which Speedy's fit of the diffusion coefficient is accurate.
 const DIFFUSING: std::ops::RangeInclusive<f64> = 0.25..=0.42;
 
 pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static str] {
@@ -94,8 +94,8 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
 
 /// Returns the diffusion coefficient in a periodic cube with `count` spheres, and its uncertainty.
 ///
-/// The finite-size term of Yeh and Hummer, with Enskog's coefficients, converts Speedy's fit to this size. The number
-/// of spheres in his simulations is known only to a factor of two, so the result is uncertain by 3 %.
+/// Speedy's fit is converted to `count` spheres by the finite-size term of Yeh and Hummer, with Enskog's coefficients.
+/// The number of spheres in Speedy's simulations is known within a factor of two, so the result is uncertain by 3 %.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     let theory = HardSphereFluid::reduced(packing_fraction);
     let slower = |count: f64| theory.slower_diffusion(count).unwrap_or(0.0);
@@ -121,7 +121,7 @@ fn fluid(
     let z = compressibility(packing_fraction);
     let rate = 2.0 * dimensions * (z - 1.0) / std::f64::consts::PI.sqrt();
     let fewer = fewer_contacts(compressibility, packing_fraction, count).abs();
-    // At constant energy, velocities are not quite Maxwellian: speeds at contacts change by the fraction `1 / (4 D N)`.
+    // At constant energy, velocities are not exactly Maxwellian: speeds at contacts differ by `1 / (4 D N)`.
     let slower = 0.25 / (dimensions * count as f64);
     let source_of_rate = if source == MKLM { CONTACTS } else { source };
     vec![
@@ -154,8 +154,8 @@ mod tests {
             let (here, allowance) = diffusion_in_box(packing_fraction, FITTED_SPHERES);
             assert!((here / fit - 1.0).abs() < 4.0 * f64::EPSILON, "{here} {fit}");
             assert!(allowance < 0.04 * fit, "{packing_fraction}: {allowance} of {fit}");
-            // Doubling the edges of the box halves the finite-size term. The allowance is `2^(1/3) - 1` times this
-            // term, so the coefficient changes by `1 / (2 (2^(1/3) - 1)) = 1.924` allowances.
+            // In a box with twice the edges, the finite-size term is half as large. The allowance is `2^(1/3) - 1`
+            // times the term, so the coefficient changes by `1 / (2 (2^(1/3) - 1)) = 1.924` allowances.
             let (large, _) = diffusion_in_box(packing_fraction, 8.0 * FITTED_SPHERES);
             assert!(((large - fit) / allowance - 1.923_661).abs() < 1e-6, "{large} {fit} {allowance}");
         }

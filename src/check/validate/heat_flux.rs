@@ -1,4 +1,4 @@
-//! Compares the heat flux between a hot and a cold plate with kinetic theory, including temperature jumps.
+//! Compares the heat flux between two plates with kinetic theory, including temperature jumps.
 
 use std::f64::consts::PI;
 
@@ -25,7 +25,7 @@ const THEORY: Source = Source {
     full: "Fourier's law with Enskog's conductivity; temperature jumps of hard spheres: Sone, Ohwada and Aoki, Phys. Fluids A 1, 363 (1989), doi:10.1063/1.857457",
 };
 
-/// Distance between the plates: about ten mean free paths, and at least forty diameters.
+/// Distance between the plates: about ten mean free paths, but at least forty diameters.
 pub(super) fn distance(packing_fraction: f64) -> f64 {
     (10.0 * 0.12 / packing_fraction).max(40.0)
 }
@@ -55,7 +55,7 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
         temperatures: TEMPERATURES,
     };
     let flux = gas.heat_flux();
-    // Change of the flux if each plate moves outwards by half a diameter.
+    // Change of the flux if each plate is moved outwards by half a diameter.
     let neglected = flux - GasBetweenPlates { distance, ..gas }.heat_flux();
     let walls = [("lower", flux), ("upper", -flux)].into_iter().zip(QUANTITIES);
     let compared = walls.map(|((side, flux), quantity)| {

@@ -1,7 +1,7 @@
 //! A Lennard-Jones liquid with successively finer steps, compared with the smooth potential.
 //!
-//! An average over a stepped potential differs from the average over the smooth potential in proportion to the square
-//! of the step width. Two widths determine the difference.
+//! The difference between averages over the stepped and the smooth potential is proportional to the square of the step
+//! width. Two widths determine the difference.
 
 use super::state_point::{Compared, Watch, build, finish, one_species};
 use super::{Comparison, Effort, Source};
@@ -40,7 +40,7 @@ pub(super) fn compare(_: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compare
     Ok(compared.map(|((quantity, published), (wide, narrow))| finest(quantity, wide, narrow, published)).collect())
 }
 
-/// Extrapolates to zero step width, from a wide step and a step half as wide: `(4 narrow - wide) / 3`.
+/// Extrapolates to zero step width: `(4 narrow - wide) / 3`. The narrow steps are half as wide as the wide steps.
 fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimate>, published: f64) -> Comparison {
     let pair = wide.zip(narrow);
     let extrapolated = pair.map(|(wide, narrow)| Estimate {

@@ -13,7 +13,7 @@ use crate::model::space::Boundary;
 use crate::scene::{Fill, Lattice};
 
 pub(super) const COUNT: u64 = 50;
-/// Number of contacts: on average about four hundred for each pair of velocities.
+/// On average, each pair of velocities has about four hundred contacts.
 const EVENTS: u64 = 500_000;
 const CHUNK: u64 = 50_000;
 
@@ -48,11 +48,11 @@ pub(super) fn compare(number_density: f64, _: Effort, seed: u64, watch: Watch<'_
         advance(&mut simulation, CHUNK, watch, |_| {})?;
     }
     let (time, event_counts) = (simulation.time(), simulation.event_counts());
-    // The compressibility factor is Z = 1 + W / (N T t), where W is the sum of the virial. On a line, without net
-    // momentum, the temperature follows from T (N - 1) = 2 K with the kinetic energy K.
+    // The compressibility factor is Z = 1 + W / (N T t), with the sum of the virial W. On a line without net momentum,
+    // the kinetic energy is K = T (N - 1) / 2.
     let work = 2.0 * simulation.energy().kinetic * time * (COUNT as f64 / (COUNT as f64 - 1.0));
-    // The configuration space of N rods on a ring has the volume `L (L - N sigma)^(N - 1)`: one rod has any position,
-    // and the other rods share the gaps. The derivative of its logarithm with respect to L gives the pressure.
+    // The configuration space of N rods on a ring has the volume `L (L - N sigma)^(N - 1)`. The derivative of its
+    // logarithm with respect to L is the pressure divided by the temperature.
     let expected = 1.0 + (published::tonks(number_density) - 1.0) * (1.0 - 1.0 / COUNT as f64);
     Ok(vec![
         Comparison::exact(QUANTITIES[0], Some(1.0 + event_counts.virial.total() / work), expected, TONKS)

@@ -14,7 +14,6 @@ const MOST_TURNS: usize = 3;
 /// Relative offset from a computed root, larger than the rounding error of the root.
 const BESIDE: f64 = 8.0 * f64::EPSILON;
 
-/// The discontinuity that a flight approaches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Boundary {
     /// A sphere of this radius around the partner `[length]`, approached from one side.
@@ -46,7 +45,7 @@ impl Approach {
         Self { since, position, velocity, acceleration, boundary, foot: None, swing: None }
     }
 
-    /// Time in the window of the next event; `None` if there is none up to `until`.
+    /// Returns the time of the next event; `None` if no event occurs up to `until`. Times are counted in the window.
     pub fn next_event(&self, until: f64) -> Option<f64> {
         if let Some(swing) = &self.swing {
             return swing.next_event(self.since, until);
@@ -59,7 +58,7 @@ impl Approach {
         after.map(|dt| self.since + dt).filter(|time| *time <= until)
     }
 
-    /// Whether the particle's foot is on the feature at a time in the window; always true for a feature without ends.
+    /// Whether the projection of the particle is on the feature. Always true for a feature without ends.
     pub fn is_on(&self, time: f64) -> bool {
         match &self.swing {
             Some(swing) => swing.at(time).is_on_now(),
@@ -84,7 +83,7 @@ impl Approach {
         }
     }
 
-    /// Returns the smallest gap between two times in the window. After the first time, only gaps on the feature count.
+    /// Returns the smallest gap between two times in the window. Except at `from`, only gaps on the feature count.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         if let Some(swing) = &self.swing {
             return swing.lowest(from, to);
@@ -217,7 +216,7 @@ mod tests {
         assert!(!ball.is_on(1.5) && ball.is_on(2.0) && ball.is_on(4.0) && !ball.is_on(4.5));
         let later = ball.streamed(2.5);
         assert!(later.is_on(2.5) && later.is_on(4.0) && !later.is_on(4.5));
-        // At time 4, t is 3. The projection reaches the end of the feature, and the gap is 1 - 9 / 2.
+        // The gap is smallest at time 4, when the projection reaches the end of the feature.
         assert!((ball.lowest(3.0, 5.0) - (1.0 - 4.5)).abs() < 1e-13);
         assert_eq!(ball.lowest(3.0, 3.5), ball.gap(3.5));
     }

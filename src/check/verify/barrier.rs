@@ -44,7 +44,7 @@ enum Last {
 const SLIDING: f64 = 64.0;
 
 impl ContactMemory {
-    /// If `unknown_before` is given, contacts before that time are unknown. Otherwise there were none.
+    /// If `unknown_before` is given, contacts before that time are unknown. Otherwise, there were no earlier contacts.
     pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
         Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
     }
@@ -55,7 +55,7 @@ impl ContactMemory {
         }
     }
 
-    /// Whether any of the particles had its previous contact less than `t_c` ago; `None` if round-off leaves this open.
+    /// Whether a particle had a contact less than `t_c` ago; `None` if round-off leaves the answer open.
     fn is_recent(&self, particles: &[u32], now: &Elapsed) -> Option<bool> {
         let is_of_this = |&particle: &u32| match self.last[particle as usize] {
             Last::Never => Some(false),
@@ -76,8 +76,8 @@ impl ContactMemory {
     ///
     /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle slower than
     /// `v / SLIDING` slides: at constant energy, it leaves at `v / SLIDING`, or at its total speed if that is lower. A
-    /// faster contact is elastic and smooth if either particle had a contact less than `t_c` ago. Otherwise, the particle loses
-    /// speed, but keeps its approach speed up to `v`.
+    /// faster contact is elastic and smooth if a particle had a contact less than `t_c` ago. Otherwise, the particle
+    /// loses speed, but keeps its approach speed up to `v`.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { law, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);

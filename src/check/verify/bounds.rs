@@ -31,7 +31,7 @@ pub(super) struct Flight {
     length: f64,
     /// Largest speed since the last event `[length / time]`.
     pub speed: f64,
-    /// Error of an accelerated particle's velocity from the rounding of event times `[length / time]`.
+    /// Velocity error of an accelerated particle, caused by rounded event times `[length / time]`.
     falling: f64,
     /// Time since the last event `[time]`.
     duration: f64,

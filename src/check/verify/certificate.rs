@@ -121,7 +121,7 @@ impl Certificate {
         Self { first_event, start, ..Self::default() }
     }
 
-    /// Whether all verified events are proven: no violation, failure, unsupported scene or other end of the replay.
+    /// Whether all verified events are proven.
     #[must_use]
     pub fn is_proven(&self) -> bool {
         !matches!(

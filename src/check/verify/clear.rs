@@ -36,7 +36,7 @@ impl Approach {
         v >= 0.0 || height - deepest > ROUNDING * (size + height.abs() + deepest)
     }
 
-    /// Whether no coefficient of the squared distance as a polynomial is negative. The distance then never falls.
+    /// Returns true if the squared distance has no negative coefficient. The distance then never falls.
     fn recedes(&self) -> bool {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         v.dot(r) >= 0.0 && a.dot(r) + v.norm_squared() >= 0.0 && a.dot(v) >= 0.0

@@ -24,7 +24,7 @@ enum Search {
 }
 
 impl Verifier {
-    /// Proves that no event follows the last states, for all images of pairs and for particles at walls or surfaces.
+    /// Proves that no event follows the last states. Searches all images of pairs, and all walls and surfaces.
     ///
     /// # Errors
     /// [`Fault::EndedEarly`] if an event is due; [`Fault::EndNotShown`] if an event cannot be excluded.
@@ -44,7 +44,7 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// Fails if a particle will touch a wall. Otherwise, returns a contact that cannot be excluded, if any.
+    /// Returns an error if the particle will touch a wall. Returns a contact if the search cannot exclude it.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -61,7 +61,7 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Fails if a particle will touch a surface. Otherwise, returns a contact that cannot be excluded, if any.
+    /// Returns an error if the particle will touch a surface. Returns a contact if the search cannot exclude it.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
@@ -72,7 +72,7 @@ impl Verifier {
         let mut open = None;
         for facet in at_rest.filter(|_| !rests).chain(world.facets.iter().filter(moving)) {
             let is_missed = self.search_facet(facet, i)?;
-            // Along a periodic axis, a feature with ends has infinitely many images. Only some of them are searched.
+            // Along a periodic axis, a feature with ends has infinitely many images. Only some images are searched.
             let has_images = (0..3).any(|k| world.periods[k] > 0.0 && !facet.is_endless(k));
             if open.is_none() && (has_images || !is_missed) {
                 open = Some(facet.contact(i));
@@ -81,7 +81,7 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Whether a particle provably misses a feature during all future motion of its surface.
+    /// Whether a particle provably misses a feature during all future motion of the surface.
     fn search_facet(&self, facet: &Facet, i: u32) -> Result<bool, Fault> {
         let (motions, elapsed) = (&self.world.motions, &self.before.elapsed);
         let (motion, now) = (self.world.motion(&self.before, i), motions.now(elapsed));
@@ -110,7 +110,7 @@ impl Verifier {
         Ok(false)
     }
 
-    /// Fails if a pair has a future event. Otherwise, returns whether an event cannot be excluded.
+    /// Returns an error if the pair has a future event. Returns true if an event cannot be excluded.
     fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
         let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
         let state = self.pairs.get(i, j).unwrap_or(0);
@@ -155,7 +155,7 @@ impl Verifier {
         soonest.map_or(none, Search::Due)
     }
 
-    /// Returns the time that the search of a pair's images must cover, and the result if there is no event.
+    /// Returns how long the images of a pair must be searched, and the result if the search finds no event.
     fn long_enough(&self, flight: &Approach, distance: f64, most_images: f64) -> (f64, Search) {
         let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
         let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();
@@ -171,17 +171,17 @@ impl Verifier {
         if let [axis] = round[..]
             && flight.acceleration[axis] == 0.0
         {
-            // The pair moves along one periodic axis only. After one period, the separations of its images repeat.
+            // The pair moves along one periodic axis only. After one period, the separations of the images repeat.
             return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
         }
-        // The search covers about `along` periods along each axis; in 3D, these are a tenth of `most_images` images.
+        // The search covers about `along` periods along each axis. In 3D, these are a tenth of the permitted images.
         let along = libm::cbrt(0.1 * most_images);
         let time = |&k: &usize| 0.5 * along * self.world.periods[k] / flight.velocity[k].abs().max(f64::MIN_POSITIVE);
         (round.iter().map(time).fold(f64::INFINITY, f64::min), Search::Open)
     }
 }
 
-/// Last time at which a flight along one axis is within `distance` of the origin; 0 if it never is `[time]`.
+/// Last time `[time]` at which a flight along one axis is within `distance` of the origin; 0 if there is no such time.
 fn last_within(x: f64, v: f64, a: f64, distance: f64) -> f64 {
     let mut last = 0.0_f64;
     for edge in [x - distance, x + distance] {

@@ -1,4 +1,4 @@
-//! Facets: the features of surfaces, and their periodic images.
+//! Facets: the features of surfaces and the periodic images of these features.
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
@@ -16,9 +16,9 @@ use crate::model::surface_motion::Piece;
 use crate::model::{ParticleId, Scene};
 use std::sync::Arc;
 
-/// Relative rounding error in the test that skips distant features.
+/// Relative rounding error when distant features are skipped.
 const ROUNDING: f64 = MARGIN - 1.0;
-/// Beyond this distance from a feature, in particle radii, round-off cannot explain a gap.
+/// At larger distances from a feature, in particle radii, round-off cannot explain a gap.
 const NEAR: f64 = 1.001;
 
 /// A feature of a surface (a point, a line or a plane), or one of its periodic images.
@@ -26,9 +26,7 @@ const NEAR: f64 = 1.001;
 pub(super) struct Facet {
     pub feature: Feature,
     pub surface: u32,
-    /// Lower and upper corner of the feature's bounding box `[length]`.
     bounds: [Vector; 2],
-    /// Largest coordinate of the feature `[length]`.
     pub farthest: f64,
     slenderness: f64,
 }
@@ -39,8 +37,8 @@ pub(super) fn facets(scene: &Scene, periods: &Vector) -> Vec<Facet> {
     all.flat_map(|feature| images(feature, &scene.space, periods, radius)).map(Facet::of).collect()
 }
 
-/// Returns a feature with all its images that particles may touch within a window. Particles are at most half a period
-/// outside the box, and travel at most one period within a window.
+/// Returns a feature and its images that particles may touch within a window. A particle is at most half a period
+/// outside the box, and travels at most one period within a window.
 fn images(feature: Feature, space: &Space, periods: &Vector, radius: f64) -> Vec<Feature> {
     let mut images = vec![feature];
     for axis in (0..3).filter(|&k| periods[k] > 0.0) {
@@ -82,7 +80,7 @@ impl Facet {
         (0..3).all(|k| start[k] <= upper[k] && lower[k] <= end[k])
     }
 
-    /// Whether a sphere may touch the facet. The motion of the sphere is in the frame of the surface.
+    /// Returns true if a sphere may touch the facet. The motion of the sphere is relative to the surface.
     pub fn is_near(&self, Motion { position, radius, .. }: &Motion, beside: &Beside<'_>) -> bool {
         let rounding = ROUNDING * (position.amax() + self.farthest + beside.sway.length);
         let around = Vector::repeat(radius * NEAR + rounding);
@@ -93,14 +91,14 @@ impl Facet {
         self.bounds[0][axis] == f64::NEG_INFINITY
     }
 
-    /// Returns the flight of a particle towards the facet. The flight begins at the time `since` in the window.
+    /// Returns the flight of a particle towards the facet, from the time `since` in the window.
     pub fn approach(&self, world: &World, states: &States, i: u32, since: f64) -> Approach {
         let (motion, now) = (world.motion(states, i), world.motions.now(&states.elapsed));
         self.approach_in(world.motions.piece(self.surface, &states.elapsed), &motion, now, since)
     }
 
-    /// `piece` is the current piece of the surface's motions; `None` if the surface never moves. `now` is the simulated
-    /// time at which the flight begins, and `since` is the same time in the window.
+    /// Like [`Self::approach`], for the current piece of the surface's motions; `None` if the surface never moves.
+    /// `now` is the simulated time at `since`.
     pub fn approach_in(&self, piece: Option<&Piece>, motion: &Motion, now: f64, since: f64) -> Approach {
         let slenderness = self.slenderness;
         let Some(piece) = piece else { return approach_of(&self.feature, slenderness, motion, since) };
@@ -111,9 +109,9 @@ impl Facet {
         Arc::new(Swing::new(passage, slenderness, since)).at(since)
     }
 
-    /// Whether a particle provably never reaches the facet, if the surface continues its current motion for ever.
-    /// `seen` is the motion of the particle in the frame of the surface. `size` is added to the magnitude of the
-    /// rounded coordinates; it is 0 for a surface at rest `[length]`.
+    /// Returns true if a particle provably never reaches the facet, provided that the surface never changes its current
+    /// motion. `seen` is the particle's motion relative to the surface. The rounded coordinates have an additional
+    /// magnitude `size`, which is 0 for a surface at rest `[length]`.
     pub fn is_clear(&self, seen: &Motion, size: f64) -> bool {
         let Motion { position, velocity, acceleration, radius } = *seen;
         let size = size + position.norm() + self.farthest + radius;
@@ -124,7 +122,7 @@ impl Facet {
         if across.foot.is_none() {
             return false;
         }
-        // A particle behind the face cannot reach the face if it never touches the plane of the face from behind.
+        // A particle behind the face cannot reach the face if it never touches the plane from behind.
         let height = across.position.x + radius;
         if across.boundary == Boundary::Plane && height < 0.0 {
             let along = |length: f64| Vector::new(length, 0.0, 0.0);
@@ -138,7 +136,7 @@ impl Facet {
                 return true;
             }
         }
-        // A feature with ends fits into a sphere around the centre of its bounding box.
+        // A bounded feature fits into a sphere around the centre of its bounding box.
         let [start, end] = self.bounds;
         let distance = 0.5 * (end - start).norm() + radius;
         let boundary = Boundary::Sphere { distance, side: Side::Positive };
@@ -147,7 +145,7 @@ impl Facet {
     }
 }
 
-/// Returns the flight towards a feature in the frame of the surface. It begins at the time `since` in the window.
+/// Returns the flight towards a feature relative to the surface, from the time `since` in the window.
 pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, since: f64) -> Approach {
     let Across { position, velocity, acceleration, barrier } = feature.across(motion);
     let boundary = match barrier {
@@ -169,7 +167,7 @@ impl World {
         Motion { position, velocity, acceleration: self.accelerations[at], radius: self.radius(i) }
     }
 
-    /// Returns the facets that a particle may reach within `time`, if their surfaces interact with it in this stage.
+    /// Returns the facets that a particle may reach within `time`, except for surfaces that ignore the particle.
     pub fn facets_near<'a>(&'a self, states: &States, i: u32, time: f64) -> impl Iterator<Item = &'a Facet> + use<'a> {
         let motion = self.motion(states, i);
         let Motion { position, velocity, acceleration, radius } = motion;

@@ -1,4 +1,4 @@
-//! Checks that all particles follow their flights, and that only the current event changes velocities.
+//! Checks that particles fly freely, and that only the current event changes velocities.
 
 use super::certificate::note;
 use super::verifier::Verifier;

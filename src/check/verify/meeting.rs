@@ -169,7 +169,7 @@ impl Verifier {
         Err(fault.unwrap_or(unknown))
     }
 
-    /// Returns the features of a surface that a particle may touch, nearest first. Rounding decides which of them the
+    /// Returns the features of a surface that a particle may touch, nearest first. Rounding decides which feature the
     /// engine uses. If none is near, returns all features onto which the particle projects, for the error message.
     fn meetings(&self, contact: Contact, surface: u32) -> Vec<Meeting> {
         let Some(i) = contact.particles().next() else { return Vec::new() };
@@ -248,7 +248,7 @@ impl Verifier {
         if gap.is_nan() || gap > bound {
             return Err(Fault::Early { contact, gap, bound });
         }
-        // Because of round-off, an event may be after the minimum of the gap, which has then grown by `missed`.
+        // Because of round-off, an event may be after the minimum of the gap. The gap has then grown by `missed`.
         let missed = closing * closing / (2.0 * approach.curvature());
         if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });

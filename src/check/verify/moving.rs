@@ -17,8 +17,8 @@ const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
 /// Longest interval that is searched at the end of a run, in units of the longest window.
 const MOST_SEARCHED: f64 = 1e3;
-/// The engine resolves contact times at an oscillating or rotating surface to the round-off of a sum of times. One term
-/// of this sum is this fraction of a period.
+/// At an oscillating or rotating surface, contact times have the round-off of a sum of times. One term of this sum is
+/// this fraction of a period.
 const RESOLVED: f64 = 0.125;
 
 #[derive(Debug, Default)]
@@ -66,7 +66,7 @@ pub(super) struct Sway {
     pub falling: f64,
     /// Scale of the direction error caused by rounded times, for a rotating surface; a pure number.
     pub turning: f64,
-    /// Scale of the acceleration of the surface, including its change due to the rounding of times `[length / time^2]`.
+    /// Scale of the acceleration of the surface, including the error caused by rounded times `[length / time^2]`.
     pub push: f64,
 }
 
@@ -109,8 +109,8 @@ impl Motions {
         std::iter::successors(self.piece(surface, elapsed), next)
     }
 
-    /// Returns a particle beside a surface, with the current piece of the surface's motions. If rounding leaves open
-    /// whether the next piece has begun, returns the particle with each of the two pieces.
+    /// Returns a particle beside a surface, with the current piece of the surface's motions. If rounding makes the
+    /// current piece uncertain, returns the particle with each of the two possible pieces.
     pub fn beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Vec<Beside<'_>> {
         let now = self.now(elapsed);
         let Some(timeline) = self.timeline(surface) else {
@@ -127,7 +127,7 @@ impl Motions {
         self.beside(surface, motion, elapsed).iter().fold(Sway::default(), |sway, beside| sway.max(&beside.sway))
     }
 
-    /// Returns the time from now until a surface begins the next piece of its motions, at most the longest window.
+    /// Returns the time until a surface begins the next piece of its motions, at most the longest window.
     pub fn steady_for(&self, elapsed: &Elapsed) -> f64 {
         let now = self.now(elapsed);
         let pieces = self.timelines.iter().flatten().map(|timeline| timeline.piece_at(now + self.rounding(now)));
@@ -158,7 +158,7 @@ impl Motions {
             length += position.amax();
         }
         // Bounds on the motion of the surface: speed, acceleration, relative rate of change of the acceleration, and
-        // angular velocity. The error of contact times contains the round-off of the time `resolved`.
+        // angular velocity. The round-off of the time `resolved` is a part of the error of contact times.
         let (speed, push, rate, turning, resolved) = match piece.kind {
             None => (0.0, 0.0, 0.0, 0.0, 0.0),
             Some(MotionKind::Translation { velocity, acceleration }) => {
@@ -196,13 +196,13 @@ fn longest(piece: &Piece) -> f64 {
     }
 }
 
-/// Whether a time interval in a piece of a motion is short enough for a complete search for events.
+/// Whether a time interval in a piece of a motion can be searched completely for events.
 pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
     time <= MOST_SEARCHED * longest(piece)
 }
 
 /// Returns an upper bound on the displacement of a particle along each axis within `time`, in the frame of a surface
-/// `[length]`. `seen` is the particle's motion in this frame.
+/// `[length]`. `seen` is the motion in the frame of the surface.
 fn path(piece: &Piece, motion: &Motion, seen: &Motion, time: f64) -> Vector {
     let Motion { position, velocity, acceleration, .. } = motion;
     let flown = reach(velocity, acceleration, time);

@@ -19,7 +19,7 @@ use crate::model::{ContactLaw, Roughness};
 pub(super) struct Encounter<'a> {
     pub world: &'a World,
     pub event: &'a Event,
-    /// States just before the event, from free flights, and recorded states just after the event.
+    /// States just before the event, calculated from free flights, and states just after the event, as recorded.
     pub before: &'a States,
     pub after: &'a States,
     pub bounds: Bounds,
@@ -30,11 +30,11 @@ pub(super) struct Encounter<'a> {
 
 /// Curvature and acceleration that may bring a particle back to a barrier.
 struct Bend {
-    /// Radius of curvature of the barrier: infinite for a plane, negative for a barrier around the particle `[length]`.
+    /// Radius of curvature of the barrier `[length]`. Infinite for a plane, negative for a barrier around the particle.
     radius: f64,
-    /// Direction of the line if the barrier surrounds a line. The barrier has no curvature in this direction.
+    /// Axis of a cylindrical barrier, along which the barrier has no curvature.
     along: Option<Vector>,
-    /// Acceleration relative to the partner or the surface, and the magnitude of its terms `[length / time^2]`.
+    /// Acceleration relative to the partner or the surface, and the magnitude of the terms in it `[length / time^2]`.
     acceleration: Vector,
     rounded_with: f64,
 }
@@ -42,7 +42,6 @@ struct Bend {
 /// The relative motion of two particles, or of a particle and a wall or surface, at their contact.
 struct Motion<'a> {
     particles: &'a [u32],
-    /// Inverse masses of the particles `[1 / mass]`.
     weights: &'a [f64],
     reduced_mass: f64,
     /// Unit vector from the partner, wall or surface towards the particle.
@@ -50,7 +49,6 @@ struct Motion<'a> {
     /// Direction of the valid side: 1 along the normal, -1 against it.
     outwards: f64,
     velocity: Vector,
-    /// Component of the relative velocity along the normal.
     radial: f64,
     /// Velocity of the surface at the contact; zero for other contacts `[length / time]`.
     surface: Vector,
@@ -72,7 +70,7 @@ impl Motion<'_> {
 }
 
 impl Encounter<'_> {
-    /// Checks the outcome of a pair event, which follows from the energy step and the radial kinetic energy.
+    /// Checks the outcome of a pair event.
     pub fn check_pair(
         &mut self,
         j: u32,
@@ -142,7 +140,7 @@ impl Encounter<'_> {
         self.check_reflection(&normal, law, &bend, [&velocity, &spin])
     }
 
-    /// Returns a rough contact. `bodies` are the particle and its partner, if it has one.
+    /// Returns a rough contact. `bodies` contains the particle and, in a pair event, the partner.
     fn rub(
         &self,
         roughness: Roughness,
@@ -163,8 +161,8 @@ impl Encounter<'_> {
         }
     }
 
-    /// Checks a reflection. The normal points to the particle. `surface` is the velocity of the surface at the contact,
-    /// and its angular velocity.
+    /// Checks a reflection. The normal points to the particle. `surface` contains the velocity of the surface at the
+    /// contact, and the angular velocity.
     fn check_reflection(
         &mut self,
         normal: &Vector,
@@ -206,7 +204,7 @@ impl Encounter<'_> {
         let turns = seen.is_barrier() && self.contacts.is_some();
         let speed = if turns { motion.velocity.norm() } else { motion.radial.abs() };
         let change = speed + (speed * speed + step).sqrt();
-        // The tangential impulse is at most twice the product of the tangential mass and the velocity of the surfaces.
+        // The tangential impulse is at most `2 m v`, with the tangential mass `m` and the velocity `v` of the surfaces.
         let rubbing = motion.rub.map_or(0.0, |rub| 2.0 * (motion.velocity.norm() + rub.turning_speed()));
         for (flight, weight) in self.flights.iter_mut().zip(motion.weights) {
             let gained = weight * motion.reduced_mass * (change + rubbing);
@@ -215,8 +213,8 @@ impl Encounter<'_> {
         }
     }
 
-    /// Returns the outcome that the energies require, and whether the pair crosses the discontinuity. If the energies
-    /// are equal within round-off, the outcome `found` decides.
+    /// Also returns whether the pair crosses the discontinuity. If the energies are equal within round-off, accepts
+    /// `found`.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),
@@ -232,7 +230,7 @@ impl Encounter<'_> {
         (if crosses { crossing } else { Outcome::Bounce }, crosses)
     }
 
-    /// Checks a contact with a barrier. `arriving` contains the round-off bounds before the contact.
+    /// Checks a contact with a barrier. The round-off bounds before the contact are `arriving`.
     fn check_barrier(
         &mut self,
         motion: &Motion,
@@ -296,7 +294,7 @@ impl Encounter<'_> {
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
     }
 
-    /// Checks the torques of the event, and that the spins change by them only.
+    /// Checks the torques of the event. Only these torques may change the spins.
     fn check_spins(&mut self, motion: &Motion, rubbed: &Rubbed) -> Result<(), Fault> {
         let twist = motion.normal.cross(&rubbed.impulse);
         let arms = motion.rub.map_or([0.0; 2], |rub| rub.arms);
@@ -316,8 +314,8 @@ impl Encounter<'_> {
         Ok(())
     }
 
-    /// Checks that the velocities change only by the impulse along the normal, by `turned`, the change of the relative
-    /// tangential velocity, and by the tangential impulse of a rough contact.
+    /// Checks that the velocities change only by the normal impulse, the tangential impulse of a rough contact, and
+    /// `turned`, a change of the relative tangential velocity.
     fn check_velocities(
         &mut self,
         motion: &Motion,
@@ -349,8 +347,8 @@ impl Encounter<'_> {
         Ok(())
     }
 
-    /// Checks that the kinetic energy changes only by the energy step and the dissipated energy. In its own frame, a
-    /// moving surface does no work. `speed_bound` is the uncertainty of the speed after the contact.
+    /// Checks that the kinetic energy changes only by the energy step and the dissipated energy, in the frame of a
+    /// moving surface. `speed_bound` is the uncertainty of the speed after the contact.
     fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64, rubbed: &Rubbed) -> Result<(), Fault> {
         let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
         let mut work = 0.0;

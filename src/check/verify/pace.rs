@@ -9,8 +9,8 @@ const FIRST: f64 = 0.1;
 /// Smallest number of events for which a window is planned, because opening windows also takes time.
 const FEWEST: u64 = 64;
 
-/// Chooses the length of windows so that a window has about as many events as there are particles. The search of all
-/// pairs at the start of a window then takes about as long as the searches after its events.
+/// Chooses the length of time windows. A window has about as many events as particles, so that the initial search of
+/// all pairs takes about as long as the searches after the events.
 #[derive(Debug)]
 pub(super) struct Pace {
     target: f64,
@@ -30,15 +30,15 @@ impl Pace {
         self.target = window.length * (wanted / window.events.max(1) as f64).clamp(0.25, 4.0);
     }
 
-    /// Returns the length of a window that begins now and should contain the next event, a time `next` later `[time]`.
-    /// To limit the number of images, the window ends before the fastest particle can travel around a periodic box.
+    /// Returns the length of a window that begins now `[time]`. The next event happens after a time `next`. The window
+    /// ends before the fastest particle can travel around a periodic box, to limit the number of images.
     pub fn length(&self, world: &World, states: &States, next: f64) -> f64 {
         let wanted = if self.target.is_finite() { self.target.max(1.01 * next) } else { 1.01 * next };
         round_the_box(world, states, &world.moving, wanted).min(wanted)
     }
 }
 
-/// Returns the time in which a particle may travel around a periodic box; infinity if it exceeds `within`.
+/// Returns the shortest time in which a particle could travel around the box; infinity if longer than `within`.
 pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], within: f64) -> f64 {
     let shortest = world.shortest_period;
     let time = |&i: &u32| {

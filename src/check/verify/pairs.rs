@@ -1,4 +1,4 @@
-//! Pair states of the verifier. They follow from the distances at the start, and from the outcomes of events later.
+//! Pair states of the verifier. Initial states follow from the distances, later states from the outcomes of events.
 
 use super::bounds::rounded;
 use super::contact::Contact;
@@ -9,7 +9,7 @@ use crate::model::ParticleId;
 use crate::model::potential::Potential;
 use std::collections::BTreeMap;
 
-/// A pair at the start of the check. Its initial pair state follows from its distance.
+/// A pair at the start of the check.
 struct Start {
     distance: f64,
     /// Scalar product of separation and relative velocity: positive if the two particles move apart.
@@ -28,7 +28,7 @@ impl Start {
     }
 
     /// Returns the number of potential radii larger than the distance. If the distance equals a radius within
-    /// round-off, the pair is inside if the particles approach, and outside if they move apart.
+    /// round-off, the pair is inside the radius if the particles approach, and outside if they move apart.
     fn state(&self, potential: &Potential) -> usize {
         let captured = |radius: f64| match (self.distance - radius).abs() <= self.rounding {
             true if self.parting < 0.0 => true,

@@ -9,7 +9,7 @@ use crate::engine::{EngineError, Reason, Simulation, States, Until};
 use crate::model::Scene;
 use std::ops::ControlFlow;
 
-/// Number of events between two calls of `watch` while events before the range are skipped.
+/// Number of events between two calls of `watch` before the range.
 const CHUNK: u64 = 100_000;
 /// Number of events between two calls of `watch` within the range.
 const FEW: u64 = 64;
@@ -35,13 +35,12 @@ pub struct RunEnd {
 }
 
 impl RunEnd {
-    /// Returns the round-off bound of the recorded time, for a run that starts at the time `start` `[time]`.
+    /// Returns the round-off error of the recorded time. The run starts at the time `start` `[time]`.
     fn rounding(&self, start: f64) -> f64 {
         4.0 * f64::EPSILON * self.time.abs().max(start.abs())
     }
 }
 
-/// A function that is called repeatedly with the progress, and decides whether to continue.
 type Watch<'w> = &'w mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>;
 
 /// Progress of a verification.
@@ -58,7 +57,7 @@ pub struct VerifyProgress {
 }
 
 impl VerifyProgress {
-    /// Returns the completed fraction, from 0 to 1: of the events to skip, and later of the events to prove.
+    /// Returns the completed fraction, from 0 to 1. Before the proof begins, this is the fraction of skipped events.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         let EventRange { from, events } = self.range;
@@ -79,8 +78,8 @@ pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate 
 
 /// Replays a finished run and proves a range of its events.
 ///
-/// Unlike with [`verify`], the replay ends at the recorded end of the run, so automatic equilibrations are possible. If
-/// the number of events or the end time differs from the record, the certificate has the end [`End::Departed`].
+/// The replay ends at the recorded end of the run. Unlike [`verify`], this function supports automatic equilibrations.
+/// If the number of events or the end time differs from the record, the certificate has the end [`End::Departed`].
 #[must_use]
 pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, Some(ended), watch)
@@ -132,13 +131,11 @@ struct Replay<'w> {
     watch: Watch<'w>,
     /// Remaining intervals of the run in reverse order.
     stretches: Vec<Stretch>,
-    /// An interval that has begun, and must still be passed to the verifier.
+    /// Interval that has not been passed to the verifier yet.
     begun: Option<Stretch>,
     /// Simulated time and number of events at which the current interval ends; `None` between intervals.
     ends: Option<Until>,
-    /// Recorded end of the run; `None` for the planned end.
     recorded: Option<RunEnd>,
-    /// Whether the replay has reached the recorded time of the run.
     has_run_out: bool,
 }
 
@@ -202,7 +199,7 @@ impl Replay<'_> {
         End::RunEnded
     }
 
-    /// Called if the replay reaches `time` without an event, at the end of the current interval or of the recorded run.
+    /// Ends the current interval, or the recorded run. The replay has reached `time` without an event.
     fn end_at(&mut self, time: f64) {
         if self.ends.is_some_and(|ends| ends.last_time() <= time) {
             self.ends = None;
@@ -211,10 +208,7 @@ impl Replay<'_> {
         }
     }
 
-    /// Replays the events before the range without a proof.
-    ///
-    /// # Errors
-    /// The end of the verification, if the replay ends before the range.
+    /// Replays the events before the range without a proof. Fails if the replay ends before the range.
     fn skip(&mut self) -> Result<(), End> {
         while self.events() < self.range.from {
             if self.is_stopped(false) {
@@ -278,10 +272,7 @@ impl Replay<'_> {
         }
     }
 
-    /// Proves the next event of the run.
-    ///
-    /// # Errors
-    /// The end of the verification, if there is no next event or it is not proven.
+    /// Proves the next event of the run. Fails if there is no next event or if the event is wrong.
     fn step(&mut self, verifier: &mut Verifier) -> Result<(), End> {
         let Some(stretch) = self.stretch() else {
             return Err(match self.ended() {

@@ -4,7 +4,7 @@ use super::bounds::{Bounds, rounded};
 use crate::Vector;
 use crate::model::Roughness;
 
-/// A rough contact before its event. The two bodies are the particle, and its partner or the surface.
+/// A rough contact before its event. The first body is a particle. The second body is a particle or a surface.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rub {
     pub roughness: Roughness,
@@ -17,11 +17,9 @@ pub(super) struct Rub {
     /// Distances of the point of contact from the centres of the bodies `[length]`.
     pub arms: [f64; 2],
     pub inverse_inertias: [f64; 2],
-    /// Sum of the inverse masses `[1 / mass]`.
     pub inverse_mass: f64,
 }
 
-/// Tangential impulse on the first body, and the energy that it dissipates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rubbed {
     pub impulse: Vector,
@@ -33,13 +31,12 @@ pub(super) struct Rubbed {
 }
 
 impl Rubbed {
-    /// The effect of a smooth contact.
     pub const NONE: Self =
         Self { impulse: Vector::new(0.0, 0.0, 0.0), bound: 0.0, dissipated: 0.0, dissipated_bound: 0.0 };
 }
 
 impl Rub {
-    /// Speed of the two surfaces at the point of contact that the spins cause `[length / time]`.
+    /// Upper bound of the relative speed that the spins cause at the point of contact `[length / time]`.
     pub fn turning_speed(&self) -> f64 {
         self.spins[0].norm() * self.arms[0] + self.spins[1].norm() * self.arms[1]
     }
@@ -51,8 +48,8 @@ impl Rub {
         velocity - self.normal * self.normal.dot(&velocity)
     }
 
-    /// Returns the impulse for the normal impulse `pushed`, given with its uncertainty. Near the limit of friction, the
-    /// impulse is the same for sticking and for sliding, so that no case has to be decided.
+    /// Returns the tangential impulse. `pushed` is the normal impulse and its uncertainty. At the limit of friction,
+    /// sticking and sliding have equal impulses, so no case has to be decided.
     pub fn rubbed(&self, pushed: (f64, f64), bounds: &Bounds) -> Rubbed {
         let turn = |k: usize| self.arms[k] * self.arms[k] * self.inverse_inertias[k];
         let mass = 1.0 / (self.inverse_mass + turn(0) + turn(1));
@@ -65,9 +62,9 @@ impl Rub {
         let limit_bound = if friction < f64::INFINITY { friction * pushed.1 + rounded(limit) } else { 0.0 };
         let size = sticking.min(limit);
         let impulse = slip.try_normalize(0.0).map_or(Vector::zeros(), |direction| direction * -size);
-        // If friction is far from its limit, its uncertainty has no effect.
+        // Far from the limit of friction, the uncertainty of the limit has no effect.
         let of_limit = if limit - limit_bound > 2.0 * (sticking + stick * slip_bound) { 0.0 } else { limit_bound };
-        // A contact whose normal impulse may be zero may be smooth or rough.
+        // If the normal impulse may be zero, the contact may be smooth or rough.
         let of_touch = if pushed.0 <= pushed.1 { stick * (slip.norm() + slip_bound) } else { 0.0 };
         let bound = stick * slip_bound + rounded(size) + of_limit + of_touch;
         let dissipated = -impulse.dot(&slip) - impulse.norm_squared() / (2.0 * mass);

@@ -6,9 +6,9 @@ use crate::model::potential::Potential;
 /// The side of a discontinuity on which a pair is valid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Side {
-    /// The pair is valid outside the discontinuity, at larger distances.
+    /// Valid pairs have larger distances.
     Positive,
-    /// The pair is valid inside the discontinuity, at smaller distances.
+    /// Valid pairs have smaller distances.
     Negative,
 }
 
@@ -21,11 +21,10 @@ impl Side {
     }
 }
 
-/// A discontinuity of a potential, for a pair in a certain state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
     pub distance: f64,
-    /// `dU`, the potential energy of the pair beyond the discontinuity minus its present potential energy `[energy]`.
+    /// `dU`, the change of the potential energy in a crossing `[energy]`.
     pub energy: f64,
 }
 

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 /// Tolerance of the smallest gap, relative to the magnitude of coordinates.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
-/// Largest number of intervals in one search for the next event. A particle that stays on a surface may exceed it. The
-/// search then returns the time that it has reached, and later continues from there.
+/// Largest number of intervals in one search for the next event. A longer search, as for a particle that stays on a
+/// surface, is continued later.
 const MOST_LOOKS: u64 = 1 << 17;
 
 /// A particle beside a feature of a surface that oscillates or turns.
@@ -42,7 +42,7 @@ impl Swing {
         found.filter(|_| from <= until).map(|after| self.since + after)
     }
 
-    /// Returns the smallest gap between two times in the window. After the first time, only gaps on the feature count.
+    /// Returns the smallest gap in an interval of the window. After the time `from`, gaps off the feature are ignored.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         let mut lowest = self.snapshot(from).gap_now();
         let end = self.snapshot(to);

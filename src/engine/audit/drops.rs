@@ -1,8 +1,8 @@
 //! Tests that the audit finds skipped contacts.
 //!
 //! Each scene runs for some events. Then the next contact is delayed, until the particles overlap. The relative depth
-//! of the overlap is random, over eleven orders of magnitude. The engine runs as usual in the meantime, so another
-//! event may disturb the particles and even drive them apart. Such cases are counted separately.
+//! of the overlap is random, over eleven orders of magnitude. Other events may disturb the particles before they
+//! overlap, or drive them apart. Such cases are counted separately.
 //!
 //! An overlap deeper than round-off must be counted at an event. The test has its own bound on round-off, which assumes
 //! twice as many roundings and includes all motion since the start of the scene.
@@ -33,11 +33,9 @@ struct Dropped {
     round_off: f64,
     /// True if another event came before the delayed contact.
     is_disturbed: bool,
-    /// True if the engine counted the overlap.
     is_found: bool,
 }
 
-/// A contact to be skipped.
 struct Passing {
     /// The particle and its partner. For a surface, the particle is listed twice.
     who: [u32; 2],

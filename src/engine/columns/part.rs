@@ -6,8 +6,8 @@ use crate::engine::sources::Sources;
 use crate::engine::state::State;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns an engine for a subset of the particles, in a given order. It has no table of ids, an empty queue, and
-    /// no event sources for the whole system.
+    /// Returns an engine for a subset of the particles, in a given order. The new engine has an empty queue, no table
+    /// of ids, and no event sources for the whole system.
     pub(in crate::engine) fn part(&self, order: &Order) -> Self {
         let (state, sources) = (&self.state, &self.sources);
         Self {

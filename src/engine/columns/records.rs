@@ -29,8 +29,8 @@ pub(in crate::engine) struct Record {
     pub surface_contacts: u32,
     /// States of the particle's pairs; `None` if no pair can be captured.
     pub captured: Option<Vec<PairState>>,
-    /// Cell, or centre of the neighbour list. `None` keeps the present value; a new particle then gets the value for
-    /// its position.
+    /// Cell, or centre of the neighbour list. If `None`, an existing particle keeps its value, and a new particle gets
+    /// the value for its position.
     pub place: Option<Place>,
     /// Prediction; `None` if the particle must be predicted anew.
     pub prediction: Option<Prediction>,
@@ -60,9 +60,8 @@ impl Record {
         Self { number, body, prediction: Some(prediction), ..record }
     }
 
-    /// Replaces the numbers of other particles. `number` returns the new number for an old number; `None` if that
-    /// particle is absent. Pairs with absent particles are dropped. In the prediction, an absent partner keeps the old
-    /// number, which is marked as absent.
+    /// Replaces the numbers of other particles by `number(old)`, which is `None` for an absent particle. Pairs with
+    /// absent particles are dropped. An absent partner in the prediction keeps the old number and is marked as absent.
     pub fn renumber(&mut self, number: impl Fn(u32) -> Option<u32>) {
         if let Some(captured) = &mut self.captured {
             captured.retain_mut(|pair| number(pair.partner).map(|partner| pair.partner = partner).is_some());
@@ -76,7 +75,7 @@ impl Record {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Removes particles, and predicts the particles again that were predicted to meet them.
+    /// Removes particles, and predicts all particles again that would have met a removed particle.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
         let mut stays = vec![true; count];
@@ -115,8 +114,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts a particle that has just been inserted. For a static particle, the moving particles nearby are
-    /// predicted again. `first` is the number of the first inserted particle.
+    /// Predicts an inserted particle. If the particle is static, moving particles nearby are predicted again. `first`
+    /// is the number of the first inserted particle.
     pub(super) fn predict_arrival(&mut self, particle: u32, first: u32) {
         if !self.is_static(particle) {
             return self.repredict(particle, self.clock.now);

@@ -12,7 +12,6 @@ use std::ops::ControlFlow;
 pub(in crate::engine) enum With {
     /// Another particle, which gets the opposite impulse.
     Particle(u32),
-    /// A surface, given by its index.
     Surface(u32),
     Bath,
     /// A restraint of a distance to an umbrella window.
@@ -49,8 +48,7 @@ pub(in crate::engine) struct Change {
 }
 
 impl Change {
-    /// Creates a velocity change of one particle by a non-conservative force. All energy that the particle gains is
-    /// supplied.
+    /// Creates a velocity change of one particle. All energy that the particle gains is supplied.
     #[inline]
     pub fn of_one(other: With, particle: u32, before: &Vector, after: Vector, inverse_mass: f64) -> Self {
         let gained = after - before;

@@ -14,7 +14,7 @@ pub(in crate::engine) struct Frame {
     pub side: Side,
     /// `r_ij`.
     pub apart: Vector,
-    /// `r_ij` times `stretch`. If `r_ij` is zero, a unit vector along which the particles approach.
+    /// `r_ij` times `stretch`. If `r_ij` is zero, a unit vector opposite to the relative velocity.
     pub line: Vector,
     /// Factor of `r_ij`, see [`stretch`].
     pub stretch: f64,
@@ -26,25 +26,24 @@ pub(in crate::engine) struct Frame {
     pub approach: Approach,
 }
 
-/// Returns a factor for the line of centres that keeps its squared length away from powers of two.
+/// Returns a factor for the line of centres, which keeps the squared length away from powers of two.
 ///
-/// The contact law divides by this squared length. Spheres of diameter 1 meet where `|r|^2` is within a few floats of
-/// 1, and a division by `1 + k eps` rounds up more often than down. The mean bias is a twentieth of a rounding error
-/// per event, which heats a fluid. With a squared length of `9/16 |r|^2`, quotients are rounded up as often as down,
-/// and a head-on collision with simple numbers remains exact. For some diameters, such as 4/3, `9/16 |r|^2` is close to
-/// a power of two, and the line keeps its length.
+/// The contact law divides by this squared length. For spheres of diameter 1, `|r|^2` at contact differs from 1 by a
+/// few floats. A division by `1 + k eps` rounds up more often than down, with a mean bias of a twentieth of a rounding
+/// error per event, which heats a fluid. A division by `9/16 |r|^2` has no such bias, and head-on collisions with
+/// simple numbers remain exact. If `9/16 |r|^2` is close to a power of two, as for the diameter 4/3, the line keeps its
+/// length.
 #[inline]
 pub(in crate::engine) fn stretch(squared: f64) -> f64 {
-    // The mantissa of `9/16 |r|^2`, plus a constant. The sum wraps around, so that it is smallest for numbers just
-    // below or above a power of two.
+    // The mantissa of `9/16 |r|^2`, plus a constant. Because of overflow, it is small near a power of two.
     let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
     if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
 }
 
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
-/// A number is close to a power of two if fewer floats than this lie between them. At a contact, round-off changes the
-/// distance of a pair by a few tens of floats only.
+/// A number is close to a power of two if there are fewer floats than this in between. At a contact, round-off changes
+/// the distance of a pair by only a few tens of floats.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -66,7 +65,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Frame { i, j, side, apart, line, stretch, velocity, opening_speed, approach }
     }
 
-    /// Records an overlap or a turning point, if there is one. `flown` holds the times since the states were written.
+    /// Records an overlap or a turning point. `flown` holds the times since the two states were written.
     #[inline]
     pub(in crate::engine) fn note_state(&mut self, pair: &Frame, seen: &Discontinuity, flown: [f64; 2]) {
         let sign = pair.side.sign();
@@ -92,7 +91,7 @@ pub(super) fn opening(speed: f64, squared: f64) -> f64 {
     if speed == 0.0 { 0.0 } else { speed * squared.sqrt() }
 }
 
-/// Returns a unit vector along which a pair approaches. It replaces `r_ij` if `r_ij` is zero.
+/// Returns a unit vector opposite to the relative velocity, which replaces `r_ij` if `r_ij` is zero.
 fn any_normal(velocity: &Vector) -> Vector {
     velocity.try_normalize(0.0).map_or(Vector::x(), |direction| -direction)
 }

@@ -1,7 +1,4 @@
 //! Contact laws: the velocities after a contact, computed from the frame of the contact.
-//!
-//! The laws cover steps of a potential, with constant restitution or the TC model, and rough contacts, for pairs and for
-//! surfaces.
 
 use super::frame::{Frame, opening};
 use crate::Vector;
@@ -11,8 +8,7 @@ use crate::physics::overlap::Side;
 use crate::physics::response::{ContactLaw, Leaving, Response, respond, tc_contact};
 use crate::physics::rough::{Grip, Roughness, Touch};
 
-/// Uncertainty of a relative velocity, as a fraction of the sum of the two speeds. Each velocity was rounded at the
-/// last two events.
+/// Uncertainty of a relative velocity, divided by the sum of the two speeds.
 const LOST: f64 = 2.0 * f64::EPSILON;
 
 /// Relative motion before a contact, which the TC model needs.
@@ -27,7 +23,7 @@ pub(in crate::engine) struct Arrival {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the outcome of a pair event, and the relative motion of the pair after it.
+    /// Returns the outcome of a pair event, and the relative motion of the pair after the event.
     #[inline]
     pub(in crate::engine) fn leave(
         &mut self,
@@ -53,8 +49,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
         let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
         let arriving = (-side.sign() * vn).max(0.0);
-        // The TC model keeps no contact times of static particles and walls. They meet many particles, and all of these
-        // contacts would become elastic.
+        // The TC model keeps no contact times of static particles and walls. Many particles collide with them, so all
+        // of these contacts would become elastic.
         let moving: &[u32] = match (self.is_static(i), self.is_static(j)) {
             (true, _) => &[j],
             (_, true) => &[i],
@@ -95,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Returns the velocities of a pair after a contact. The relative velocity changes by `change` times the line of
-    /// centres. Its tangential part is multiplied by a factor, and a rough contact adds a tangential impulse.
+    /// centres. The tangential part is multiplied by a factor, and a rough contact adds a tangential impulse.
     #[inline]
     pub(in crate::engine) fn reflected(
         &self,
@@ -122,10 +118,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Returns the tangential impulse of a rough contact between two particles. `normal_impulse` is the magnitude of
-    /// the normal impulse, and `distance` the distance of the centres at the contact.
+    /// the normal impulse. `distance` is the distance of the centres.
     ///
-    /// The point of contact divides this distance in the ratio of the diameters of the particles. The lever arms then
-    /// add up to the distance, and the angular momentum is conserved for non-additive diameters, too.
+    /// The point of contact divides the distance in the ratio of the diameters. This conserves the angular momentum
+    /// even if the diameters are non-additive.
     #[inline(never)]
     pub(in crate::engine) fn grip(
         &self,
@@ -163,8 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ///
     /// In an inelastic collapse, each contact keeps only a fraction of the speed. In exact arithmetic, infinitely many
     /// contacts follow within a finite time. In floating-point numbers, the series ends when the relative speed falls
-    /// below the round-off of the velocities. An ordinary contact is as slow as this with a probability of [`LOST`]
-    /// squared.
+    /// below the round-off of the velocities. An ordinary contact is so slow with a probability of [`LOST`] squared.
     #[inline]
     fn note_lost_speed(&mut self, pair: &Frame, restitution: f64) {
         let approach = -pair.side.sign() * pair.approach.radial;
@@ -194,9 +189,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Adds `change` to the relative velocity `v_i - v_j`, at constant total momentum.
     ///
-    /// The heavier particle gets its share `w / (w_i + w_j)`, where `w` is an inverse mass. The lighter particle gets
-    /// the remainder, so that the sum is exact. If both shares were rounded, the error of the sum would be the same in
-    /// every event, as if the restitution were `1 +- eps`.
+    /// The heavier particle gets the share `w / (w_i + w_j)`, where `w` is its inverse mass. The lighter particle gets
+    /// the remainder. If both shares were rounded, their sum would have the same error in every event, as if the
+    /// restitution were `1 +- eps`.
     #[inline]
     fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
         let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
@@ -209,9 +204,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Makes sure that a reflected pair moves away from the discontinuity, in spite of rounding.
     ///
-    /// Rounding can undo a small velocity change, and the same event would then repeat forever. A velocity as small as
-    /// the spacing of floats is therefore added, and doubled until the pair moves away. A pair in contact at its core
-    /// may stay at relative rest. A pair at the maximum length of its bond must move inwards.
+    /// Rounding can undo a small velocity change, and the event would then repeat forever. Therefore, a tiny velocity
+    /// is added, and doubled until the pair moves away. A pair in contact at its core may stay at relative rest. A pair
+    /// at the maximum length of its bond must move inwards.
     #[inline]
     fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
         let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;
@@ -239,8 +234,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the relative velocity of the images that meet. Across a sliding side, it is not the difference of the
-    /// particles' velocities.
+    /// Returns the relative velocity of the images in contact. Images across a sliding side have other velocities.
     #[inline]
     fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
         let velocity = velocities[0] - velocities[1];

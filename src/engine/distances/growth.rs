@@ -11,20 +11,20 @@ use crate::model::Growth;
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
 
-/// Cells and lists are made for spheres that are larger by this factor. With a smaller factor, they are rebuilt more
-/// often. With a larger factor, searches cover larger distances.
+/// Cells and lists are made for spheres that are larger by this factor. A smaller factor means more frequent
+/// rebuilding, a larger factor longer searches.
 const STAGE: f64 = 1.1;
 
-/// Growth of all diameters. At a time `t`, they are `1 + rate (t - start)` times the diameters of the scene.
+/// Growth of all diameters. At the time `t`, a diameter is `1 + rate (t - start)` times the diameter in the scene.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct GrowingDiameters {
     /// Growth rate `[1 / time]`.
     pub rate: f64,
-    /// Time since the epoch at which the growth started.
+    /// Start of the growth, as time since the epoch.
     start: f64,
-    /// Largest scale factor for which the cells or lists are valid.
+    /// Largest scale factor for the current cells or lists.
     pub reach: f64,
-    /// Scale factor of the diameters at the end of the growth.
+    /// Scale factor at the end of the growth.
     largest: f64,
 }
 
@@ -34,7 +34,7 @@ impl GrowingDiameters {
         1.0 + self.rate * (time - self.start)
     }
 
-    /// Returns the scale factor of all diameters and its growth rate `[1, 1 / time]`, at a time since the epoch.
+    /// Returns the scale factor of all diameters, and the growth rate `[1, 1 / time]`.
     #[inline]
     pub fn factor(&self, time: f64) -> [f64; 2] {
         [self.scale(time), self.rate]
@@ -44,19 +44,18 @@ impl GrowingDiameters {
         self.start -= shift;
     }
 
-    /// Time since the epoch at which the spheres outgrow the cells or lists; infinite if they never do.
+    /// Time since the epoch at which the cells or lists become too small; infinite if the growth ends before.
     pub fn next_stage(&self) -> f64 {
         if self.reach < self.largest { self.start + (self.reach - 1.0) / self.rate } else { f64::INFINITY }
     }
 }
 
-/// Returns the time until two spheres touch. `distance` is their current contact distance, which grows at `speed`.
+/// Returns the time until two spheres touch. `distance` is the current contact distance, which grows at `speed`.
 ///
-/// With the relative position `r`, the relative velocity `v`, the contact distance `s` and its growth rate `u`, the
+/// Let `r` be the relative position, `v` the relative velocity, `s` the contact distance and `u` its growth rate. The
 /// overlap function is `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`. As in
-/// [`crate::physics::detection`], the contact is the first time at which `f <= 0` and `f` falls. If the contact
-/// distance grows faster than the particles can recede, every pair meets in the end, and the quadratic opens downwards.
-/// The function has the same form as the height of a ball above a floor, with an acceleration of either sign.
+/// [`crate::physics::detection`], the contact is the first time at which `f <= 0` and `f` falls. The function has the
+/// form of the height of a ball above a floor, with an acceleration of either sign.
 #[inline]
 pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> Option<f64> {
     let (r, v) = (&state.position, &state.velocity);
@@ -64,7 +63,6 @@ pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, spee
     plane::next_event(height, 2.0 * (r.dot(v) - distance * speed), 2.0 * (v.norm_squared() - speed * speed))
 }
 
-/// Counts that continue when one engine replaces another.
 #[derive(Debug, Clone)]
 pub(in crate::engine) struct Carried {
     event_counts: EventCounts,
@@ -96,7 +94,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.state.images.set(|particle| images[bodies[particle as usize].name as usize]);
     }
 
-    /// Lets all diameters grow from now on, up to `largest` times the diameters of the scene.
+    /// Lets all diameters grow up to `largest` times the diameters of the scene.
     pub fn grow(&mut self, rate: f64, largest: f64) {
         self.join();
         let growing = GrowingDiameters { rate, start: self.clock.now, reach: STAGE.min(largest), largest };
@@ -106,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Sorts the spheres into new cells or lists when they have outgrown the old ones.
+    /// Sorts the spheres into new cells or lists when the old ones are too small.
     pub(in crate::engine) fn begin_distance_stage(&mut self) -> Result<Repredict, InvariantBroken> {
         let Some(growing) = &mut self.distances.growing else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
@@ -125,21 +123,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.fill_lists();
     }
 
-    /// Returns the longest contact distance of any pair until the spheres are sorted again.
+    /// Returns the longest contact distance until the spheres are sorted again.
     fn longest_meeting(&self) -> f64 {
         self.distances.reach_factor() * self.ranges.between.iter().copied().fold(0.0, f64::max)
     }
 }
 
 impl Simulation {
-    /// Lets all diameters grow from now on, to at most `largest` times their current values.
+    /// Lets all diameters grow up to `largest` times their current values.
     ///
-    /// The scene has been checked: growth needs hard spheres without gravity in a periodic box.
+    /// The caller guarantees hard spheres without gravity in a periodic box.
     pub(crate) fn grow(&mut self, growth: &Growth, largest: f64) {
         with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
     }
 
-    /// Ends the growth. The diameters keep their current values.
+    /// Ends the growth at the current diameters.
     pub(crate) fn end_growth(&mut self) {
         let scale = with_engine!(&self.engine, engine => engine.scale());
         let snapshot = self.snapshot();
@@ -179,11 +177,11 @@ mod tests {
     #[test]
     fn spheres_that_grow_meet_at_rest_and_when_they_part_slowly() {
         assert_eq!(next_contact(&state(2.0, 0.0), 1.0, 0.5), Some(2.0));
-        // The centres are 2 + t/4 apart, and the diameter is 1 + t/2.
+        // The distance is 2 + t/4, and the diameter is 1 + t/2.
         assert_eq!(next_contact(&state(2.0, 0.25), 1.0, 0.5), Some(4.0));
         assert_eq!(next_contact(&state(2.0, 0.5), 1.0, 0.5), None);
         assert_eq!(next_contact(&state(2.0, 1.0), 1.0, 0.5), None);
-        // The centres are 2 - t apart, and the diameter is 1 + t.
+        // The distance is 2 - t, and the diameter is 1 + t.
         assert_eq!(next_contact(&state(2.0, -1.0), 1.0, 1.0), Some(0.5));
     }
 
@@ -191,7 +189,7 @@ mod tests {
     fn a_contact_is_due_at_once_only_where_the_gap_closes() {
         assert_eq!(next_contact(&state(1.0, 0.0), 1.0, 0.5), Some(0.0));
         assert_eq!(next_contact(&state(1.0, 1.0), 1.0, 0.5), None);
-        // The pair recedes at 0.25, but its contact distance grows at 0.5.
+        // The pair recedes at 0.25, but the contact distance grows at 0.5.
         assert_eq!(next_contact(&state(1.0, 0.25), 1.0, 0.5), Some(0.0));
     }
 }

@@ -15,13 +15,11 @@ use std::time::Instant;
 #[derive(Debug, Clone)]
 pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub regions: Regions,
-    /// The domains that this process runs.
     pub domains: Vec<Domain<FALLING, TABLE>>,
-    /// Time since the epoch that all domains have reached.
+    /// Simulated time that all domains have reached, relative to the epoch.
     pub now: f64,
-    /// Time of the last step since the epoch, or the time limit once the run has reached it.
+    /// Time of the last step, or the time limit if the run has reached it. The time is counted from the epoch.
     pub latest: f64,
-    /// Number of steps in this epoch so far.
     pub steps: u64,
     /// True if the single engine has the current state.
     pub is_settled: bool,
@@ -29,7 +27,7 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub is_complete: bool,
     /// True until the first window after the cut is accepted.
     pub is_fresh: bool,
-    /// Results of the last comparison for the domains of this process, and outcomes of the last window for all domains.
+    /// Results of the last comparison, only for the domains of this process.
     pub compared: Vec<Compared>,
     pub outcomes: Vec<Outcome>,
     /// The heat bath before this window, for a rollback.

@@ -18,13 +18,13 @@ use crate::engine::sources::andersen::Collision;
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub struct Held {
-    /// For an owned particle, the set of domains that hold it, including its owner; empty for a copy.
+    /// Set of domains that hold an owned particle, including the owner; empty for a copy.
     pub known_to: u64,
     /// Number of the particle in the whole system.
     pub whole: u32,
     pub owner: u8,
-    /// Digest of all steps of the particle in this window and of their predictions; 0 before the first step. Copies
-    /// that were equal before the window, and have equal digests, are equal after it.
+    /// Digest of all steps and predictions of the particle in this window; 0 before the first step. If a particle and
+    /// its copy agree before the window, and have equal digests, they agree after the window.
     pub digest: u64,
 }
 
@@ -43,10 +43,8 @@ impl Held {
 #[derive(Debug, Clone)]
 pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub engine: Engine<FALLING, TABLE>,
-    /// The number of this domain, and its bit in sets of domains.
     pub number: u8,
     pub bit: u64,
-    /// Owned particles and copies, by local number.
     pub held: Vec<Held>,
     pub owned: Marks,
     /// Particles that several domains hold: all copies, and owned particles with copies elsewhere.
@@ -61,7 +59,6 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub log: Log,
     /// True if contacts change nothing but motions and predictions, so that the log can be compact.
     pub is_plain: bool,
-    /// Steps of the shared particles in this window.
     pub steps: Vec<Step>,
     /// The particles in `steps`, each listed once.
     pub touched: Vec<u32>,
@@ -70,7 +67,6 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub tally: Tally,
     /// Upcoming collisions with the heat bath in this window, with local numbers, in reverse order of time.
     pub collisions: Vec<(u32, Collision)>,
-    /// Time at which the domain could not continue alone, if any.
     pub trouble: Option<f64>,
 }
 
@@ -159,8 +155,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.owned_particles().map(due).fold(f64::INFINITY, f64::min)
     }
 
-    /// Starts the next epoch, and brings owned particles without recent events forward. Returns those of them that
-    /// other domains hold, and the sets of these domains.
+    /// Starts the next epoch, and brings owned particles without recent events forward. Returns the forwarded particles
+    /// that other domains hold, with the sets of these domains.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved) -> Vec<(u32, u64)> {
         self.engine.clock = whole.clock.clone();
         self.engine.shift_columns(moved.shift);
@@ -179,7 +175,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         to_publish
     }
 
-    /// Returns the record of a particle, with global numbers.
     pub fn record_for_whole(&self, particle: u32) -> Record {
         let mut record = self.engine.record(particle);
         record.renumber(|number| self.held.get(number as usize).map(|held| held.whole));

@@ -7,7 +7,7 @@ use crate::engine::{Reason, Until};
 use std::time::Instant;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Ends the epoch. The single engine does this if all particles must be examined; otherwise the domains do.
+    /// Ends the epoch, in the single engine if all particles must be examined, otherwise in the domains.
     pub(super) fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
         let is_proof_due = until.last_time() == f64::INFINITY && whole.is_proof_due();

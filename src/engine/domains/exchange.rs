@@ -13,34 +13,33 @@ use serde::{Deserialize, Serialize};
 /// A step of a particle that several domains hold.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Step {
-    /// Local number of the particle; the global number in messages.
+    /// Local number of the particle. In messages, it is the global number.
     pub particle: u32,
-    /// True if the particle was only predicted again. Such a step changes no data that other particles read.
+    /// True if the particle was only predicted again. Such a step does not change the state of the particle.
     pub is_void: bool,
     /// Time of the step since the epoch.
     pub time: f64,
     /// Hash of the time and of the data that the step changed.
     pub hash: u64,
-    /// Domains whose particles can read this particle before or after the step, as bits.
+    /// Domains with particles that can read this particle before or after the step, as bits.
     pub readers: u64,
 }
 
-/// The steps of some copies in a window, which a domain reports to their owner.
+/// Report of a domain about the steps of its copies in a window. The owner of the copies receives the report.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Report {
     pub from: u8,
     pub to: u8,
     /// Global numbers of the copies that had steps, and the digests of their steps.
     pub touched: Vec<(u32, u64)>,
-    /// All steps of these copies, with global numbers.
     pub steps: Vec<Step>,
 }
 
-/// Current state of a particle, which its owner sends to other domains.
+/// Current state of a particle. The owner of the particle sends it to other domains.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Published {
     pub from: u8,
-    /// Global number of the particle. The record has global numbers, too.
+    /// Global number of the particle. The numbers in the record are global, too.
     pub particle: u32,
     /// Id of the predicted partner.
     pub partner: u32,
@@ -54,18 +53,17 @@ pub struct Published {
 pub struct Transfer {
     /// Global number.
     pub particle: u32,
-    /// The domains that hold the particle from now on, as bits, and the owner.
+    /// Domains that hold the particle after the transfer, as bits.
     pub known_to: u64,
     pub owner: u8,
 }
 
-/// Result of comparing owned particles with their copies in other domains.
+/// Differences between the owned particles and the copies in other domains.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
-    /// Time of the first difference between an owned particle and a copy. Copies that no particle can have read are
-    /// ignored.
+    /// Earliest time at which a copy differs from the owned particle, ignoring copies that no particle can have read.
     pub difference: Option<f64>,
-    /// Owned particles to send to other domains, by local number, and the receiving domains as bits.
+    /// Local numbers of the particles to send, and the receiving domains as bits.
     pub to_publish: Vec<(u32, u64)>,
     pub transfers: Vec<Transfer>,
 }
@@ -103,7 +101,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     fn compare_with(&self, report: &Report, compared: &mut Compared) {
         let bit = 1 << report.from;
-        // Local and global numbers of particles that differ from their copies.
         let mut differing = Vec::new();
         let mut are_touched = Marks::default();
         for &(whole, digest) in &report.touched {
@@ -140,13 +137,13 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 continue;
             }
             if owner != self.number && new & 1 << owner == 0 {
-                // The new owner has a copy, but the prediction of the copy may be different.
+                // The new owner has a copy, but the copy may have a different prediction.
                 compared.to_publish.push((particle, 1 << owner));
             }
             if new != 0 {
                 compared.to_publish.push((particle, new));
-                // A domain that gets a new copy may hold a neighbour that is predicted to meet this particle. That
-                // prediction marks this particle as absent, so the prediction of the neighbour is sent, too.
+                // The new domain may hold a neighbour that is predicted to meet this particle. There, the prediction
+                // marks this particle as absent, so the neighbour is sent, too.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);
@@ -175,7 +172,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         published.collect()
     }
 
-    /// Applies the states and transfers that other domains have sent.
     pub fn refresh(&mut self, published: &[Published], transfers: &[Transfer]) {
         let bit = self.bit;
         let mut for_this: Vec<&Published> = Vec::new();
@@ -249,7 +245,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 }
 
-/// Returns the steps of the given particles, sorted by particle and time.
 fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
     let mut wanted = Marks::default();
     particles.iter().for_each(|&particle| wanted.put(particle, true));
@@ -264,8 +259,8 @@ fn of_particle(steps: &[Step], particle: u32) -> &[Step] {
     &steps[first..end]
 }
 
-/// Returns the time of the first step in which a particle and its copy differ; `None` if they agree, or if no particle
-/// in the domain of the copy can have read the copy.
+/// Returns the time of the first step in which a particle and its copy differ. Returns `None` if they agree, or if no
+/// particle in the domain of the copy can have read the copy.
 fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
     if one.iter().chain(copy).all(|step| step.readers & bit == 0) {
         return None;
@@ -281,8 +276,7 @@ fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
     }
 }
 
-/// Returns a hash of a list of numbers. Each number is mixed in by a multiplication whose high and low halves are
-/// combined.
+/// Returns a hash of a list of numbers.
 #[inline(always)]
 pub fn hash<const N: usize>(start: u64, numbers: [u64; N]) -> u64 {
     const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -13,12 +13,11 @@ use std::time::Instant;
 const MOST_AT_ONCE: usize = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Copies all states to the single engine. It is then up to date, but cannot continue before [`Self::complete`].
+    /// Copies all states to the single engine, which can continue only after [`Self::complete`].
     pub fn settle(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return };
         let begin = Instant::now();
         cut.is_settled = true;
-        // When the single engine pauses, its time is the time of the last step.
         whole.clock.now = cut.latest;
         whole.schedule.queue.resume(cut.now, cut.steps);
         let record = |domain: &Domain<FALLING, TABLE>, particle: u32| {
@@ -26,7 +25,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         };
         cut.gather(&self.team, record, |(particle, mut record)| {
             let of_id = |id: u32| whole.state.numbers.get(id as usize).copied();
-            // The record has global numbers, but the ids of absent partners.
+            // The record has global numbers, except for absent partners, which are given by their ids.
             record.renumber(|number| number.checked_sub(FIRST_ABSENT).map_or(Some(number), of_id));
             whole.write_record(particle, &record);
         });
@@ -45,7 +44,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.work.gathering += begin.elapsed();
     }
 
-    /// Gives the single engine all that it needs to continue.
+    /// Copies all data that the single engine needs to continue.
     pub fn complete(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         self.settle(whole);
         if self.cut.as_ref().is_none_or(|cut| cut.is_complete) {
@@ -60,7 +59,6 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Moves all particles back to the single engine.
     pub fn join(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         self.complete(whole);
         self.cut = None;
@@ -68,7 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Passes the data of each particle from its owner to `write`.
+    /// Passes data of each particle from the owning domain to `write`.
     fn gather<T: Serialize + DeserializeOwned>(
         &self,
         team: &Team,

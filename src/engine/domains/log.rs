@@ -4,12 +4,11 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
-/// Log to roll a window back, in the order of the steps. An entry is either a motion and a prediction, or a complete
-/// record. The arrays are compact, because the log is written at each step and would otherwise push other data out of
-/// the caches.
+/// Log for rolling back a window, in the order of the steps. An entry is either a motion with a prediction, or a
+/// complete record. Compact arrays leave more room for other data in the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
-    /// For each entry, the particle whose motion and prediction are stored, or [`NO_PARTICLE`] for a record.
+    /// For each entry, the particle with the stored motion and prediction, or [`NO_PARTICLE`] for a record.
     order: Vec<u32>,
     bodies: Vec<Body>,
     predictions: Vec<Prediction>,

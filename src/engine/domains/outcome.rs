@@ -14,14 +14,13 @@ pub struct Seen {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tally {
-    /// Number of engine steps of owned particles in this window, and number of all engine steps.
+    /// Number of engine steps of owned particles in this window, and total number of engine steps.
     pub done: u64,
     pub done_in_all: u64,
     /// Time of the last step of an owned particle in this window.
     pub latest: f64,
-    /// Observed events of owned particles.
     pub events: Vec<Seen>,
-    /// Times of the latest events of owned particles, and times of the transitions after the last event.
+    /// Times of the latest events of owned particles, and of the transitions after the last event.
     pub last: Vec<f64>,
     pub quiet: Vec<f64>,
 }
@@ -41,12 +40,11 @@ impl Tally {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Time of the first step in which an owned particle and its copy in another domain differ. Copies that no particle
-    /// can have read are ignored.
+    /// Time of the first step in which an owned particle differs from a copy that may have affected other particles.
     pub difference: Option<f64>,
     pub counts: Box<Counts>,
     pub tally: Tally,
-    /// True if so many copies have arrived that a new cut is due.
+    /// True if so many copies have arrived that the box must be divided anew.
     pub has_grown: bool,
 }
 
@@ -58,8 +56,8 @@ pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
     (last, outcomes.iter().map(after).sum::<usize>() as u64)
 }
 
-/// Returns the new `since` and `events` of the watch after a window. Returns `None` if too few event times are known,
-/// or if time stands still. `span` is the span of the queue.
+/// Returns the new fields `since` and `events` of the watch. Returns `None` if too few event times are known, or if
+/// time stands still.
 pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;
     let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.tally.last.len() as u64;

@@ -1,14 +1,15 @@
-//! Regions: the blocks into which the box is cut, and the domains that own, hold or read a particle at each place.
+//! Cuts the box into blocks, one for each domain. Finds the domains that own a particle, copy the particle, or read the
+//! particle in predictions.
 
 use crate::base::numbers::{trunc_to_u32, trunc_to_usize};
 use crate::engine::neighbours::{Neighbours, Place};
 use crate::engine::parts::Engine;
 use crate::model::space::Boundary;
 
-/// Number of columns per range of the neighbour lists. Positions in the same column are not distinguished.
+/// Number of columns per range of the neighbour lists.
 const COLUMNS_PER_REACH: f64 = 8.0;
 
-/// Largest number of columns of an axis, in total and per particle. Every cut visits all columns.
+/// Largest number of columns of an axis, because every cut visits all columns.
 const MOST_COLUMNS: f64 = 65_536.0;
 const MOST_COLUMNS_PER_PARTICLE: f64 = 64.0;
 
@@ -31,11 +32,9 @@ pub type Columns = [u32; 3];
 /// The place of a particle is its cell, or the centre of its neighbour list.
 #[derive(Debug, Clone)]
 pub struct Regions {
-    /// The axes along which the box is cut.
     axes: Vec<Axis>,
 }
 
-/// An axis that is divided into columns. With lists, the columns are finer than cells.
 #[derive(Debug, Clone)]
 struct Axis {
     axis: usize,
@@ -43,14 +42,14 @@ struct Axis {
     per_width: f64,
     is_periodic: bool,
     last: u32,
-    /// Distance, in columns, up to which the prediction of a particle can read other particles.
+    /// Predictions read other particles up to this distance, in columns.
     reach: f64,
     load: Vec<usize>,
     slabs: Slabs,
 }
 
-/// Sets of domains for each column of an axis, as bits. For a place in the box, the sets along all axes are
-/// intersected.
+/// Sets of domains for each column of an axis, one bit per domain. The set for a place in the box is the intersection
+/// of the sets along all axes.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
     /// Domains whose regions contain the column.
@@ -64,8 +63,8 @@ struct Slabs {
 }
 
 impl Regions {
-    /// Divides the box into regions of up to 64 domains, with about equal numbers of particles. Among all divisions
-    /// into blocks, chooses the one whose largest domain is smallest, copies included.
+    /// Divides the box into regions of up to 64 domains. The division minimises the number of particles in the largest
+    /// domain, copies included.
     pub fn of<const FALLING: bool, const TABLE: bool>(
         engine: &Engine<FALLING, TABLE>,
         domains: usize,
@@ -86,7 +85,7 @@ impl Regions {
         best.map_or_else(|| Self { axes: Vec::new() }, |(_, regions)| regions)
     }
 
-    /// Returns the size of the largest domain: its number of sampled particles, copies included.
+    /// Returns the number of sampled particles in the largest domain, copies included.
     fn largest<const FALLING: bool, const TABLE: bool>(
         &self,
         engine: &Engine<FALLING, TABLE>,
@@ -139,7 +138,7 @@ impl Regions {
         self.common(columns, |slabs| &slabs.holders)
     }
 
-    /// Returns the domains that are in the sets of the columns along all axes; the first domain if the box is not cut.
+    /// Returns the intersection of the sets along all axes, or the first domain if the box is not cut.
     #[inline(always)]
     fn common(&self, columns: Columns, sets: impl Fn(&Slabs) -> &[u64]) -> u64 {
         if self.axes.is_empty() {
@@ -153,7 +152,6 @@ impl Regions {
 }
 
 impl Axis {
-    /// Creates an uncut axis; `None` for a flat axis.
     fn of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, axis: usize) -> Option<Self> {
         let space = &engine.state.space;
         if space.boundary[axis] == Boundary::Flat {
@@ -178,7 +176,6 @@ impl Axis {
         Some(of)
     }
 
-    /// Cuts the axis into slabs with about equal numbers of particles.
     fn cut(&self, numbers: [usize; 3], halo: Halo) -> Self {
         let columns = self.load.len();
         let none = || vec![0; columns];
@@ -202,9 +199,8 @@ impl Axis {
         Self { slabs, load: Vec::new(), ..self.clone() }
     }
 
-    /// Adds the owners of each column to the sets of all columns within `width` columns.
-    ///
-    /// Works slab by slab, which is fast even for a halo as wide as the box.
+    /// Adds the owners of each column to the sets of all columns within `width` columns. Works slab by slab, which is
+    /// fast even for a halo as wide as the box.
     fn widen(&self, owners: &[u64], width: usize, sets: &mut [u64]) {
         let columns = owners.len();
         let mut begin = 0;

@@ -29,9 +29,8 @@ pub enum CountedKind {
 }
 
 impl CountedKind {
-    /// Kinds of events of two particles, in the order of storage.
+    /// Kinds of pair events, in the order of storage.
     const OF_PAIRS: [Self; 5] = [Self::Core, Self::Capture, Self::Release, Self::Bounce, Self::Bond];
-    /// Kinds of events of one particle, in the order of storage.
     const OF_ONE: [Self; 2] = [Self::Wall, Self::Thermostat];
 
     /// Returns the name of this kind of event in files and tables.
@@ -57,12 +56,10 @@ impl CountedKind {
 pub struct EventCountsBySpecies {
     /// Counts of pair events. The species with the lower index comes first.
     pairs: Pairs,
-    /// Counts of wall and thermostat events.
     singles: BTreeMap<u32, [u64; 2]>,
 }
 
-/// Largest number of species for which the counts of all pairs are stored. With more species, pairs without events are
-/// not stored.
+/// Largest number of species for which all pairs are stored. With more species, only pairs with events are stored.
 const MOST_LISTED: usize = 128;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,7 +91,6 @@ impl EventCountsBySpecies {
         Self { pairs, singles: BTreeMap::new() }
     }
 
-    /// Creates the counts for hard spheres of one species, from the total counts.
     pub(crate) fn of_one_species(species: usize, event_counts: &EventCounts) -> Self {
         let mut counts = Self::new(0);
         counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [event_counts.core, 0, 0, 0, 0])]));
@@ -153,8 +149,7 @@ impl EventCountsBySpecies {
         counts[usize::from(kind == CountedKind::Thermostat)] += 1;
     }
 
-    /// Returns all counts that are not zero: the kind of event, the species involved (one, or two in ascending order),
-    /// and the count.
+    /// Returns the kind, the species and the count for each nonzero count. Two species are in ascending order.
     #[must_use]
     pub fn entries(&self) -> Vec<(CountedKind, Vec<u32>, u64)> {
         let mut entries = Vec::new();

@@ -1,7 +1,6 @@
 //! Prefetching: the processor loads data before they are needed.
 //!
-//! Successive events are far apart in space and therefore in memory. Without prefetching, a large system
-//! waits for memory most of the time.
+//! Successive events are far apart in memory. Without prefetching, a large system waits for memory most of the time.
 
 /// Begins to load an element of a slice into the cache. An index beyond the slice is harmless.
 #[inline(always)]

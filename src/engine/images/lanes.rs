@@ -9,7 +9,7 @@ use crate::physics::detection::lanes::Lanes;
 pub(in crate::engine) struct Sliding {
     /// Displacement of the image above the box along the flow, reduced by whole periods `[length]`.
     pub displacement: f64,
-    /// Speed of this image along the flow `[length / time]`.
+    /// Speed of the image above the box along the flow `[length / time]`.
     pub speed: f64,
 }
 

@@ -21,8 +21,8 @@ use crate::model::Scene;
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
 
-/// Whenever images have slid by this fraction of the box length, pairs across the sliding sides are predicted again. In
-/// between, a particle can meet only the nearest image and the images on either side.
+/// When images have slid by this fraction of the box length, pairs across the sliding sides are predicted again. Until
+/// then, a particle can meet only the nearest image and its two neighbours.
 const SLIDE: f64 = 0.25;
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -35,7 +35,7 @@ pub(in crate::engine) struct LeesEdwards {
     displacement: f64,
     /// Coordinate y at which the streaming velocity is zero `[length]`.
     middle: f64,
-    /// Time since the epoch at which the pairs across the sliding sides are next predicted.
+    /// Time of the next prediction of pairs across the sliding sides, counted from the epoch.
     next_refresh: f64,
     /// Interval between predictions of the pairs across the sliding sides `[time]`.
     between_refreshes: f64,
@@ -77,7 +77,7 @@ impl LeesEdwards {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The streaming velocity at a position: `g (y - y_middle)` along x for the shear rate `g`, and zero without shear.
+    /// Returns the streaming velocity at a position, which is `g (y - y_middle)` along x. Zero without shear.
     #[inline]
     pub(in crate::engine) fn streaming_velocity(&self, position: &Vector) -> Vector {
         let mut streaming = Vector::zeros();
@@ -87,8 +87,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         streaming
     }
 
-    /// Changes `state` to the relative state for the nearest image. Returns true if this image lies across a sliding
-    /// side.
+    /// Changes `state` to the relative state for the nearest image. Returns true if the image is across a sliding side.
     #[inline]
     pub(in crate::engine) fn nearest_sheared(&self, state: &mut RelativeState, shear: &LeesEdwards, time: f64) -> bool {
         let height = state.position[GRADIENT];
@@ -105,8 +104,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_across
     }
 
-    /// Returns true for a particle of a sheared box that has the same contacts as without shear. It has no neighbours
-    /// across the sliding sides, and can meet each neighbour in a single image.
+    /// Returns true if a particle has the same contacts as without shear. It then has no neighbours across the sliding
+    /// sides, and can meet each neighbour in a single image.
     #[inline]
     pub(in crate::engine) fn is_off_sliding_sides(&self, particle: u32) -> bool {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return false };
@@ -124,8 +123,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image.then_some(Sliding { displacement, speed: shear.speed })
     }
 
-    /// Calls `visit` for the particles across the sliding side next to a particle, in all cells along the flow. Which
-    /// of these cells are adjacent changes with time.
+    /// Calls `visit` for the particles across the sliding side next to a particle. All cells along the flow are
+    /// visited, because the adjacent cells change with time.
     pub(in crate::engine) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return };
         cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
@@ -137,8 +136,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.images.slide() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
     }
 
-    /// Moves a particle that leaves through a sliding side to the opposite side, with the position and the velocity of
-    /// its image.
+    /// Moves a particle that crosses a sliding side to the position and velocity of its image on the opposite side.
     pub(in crate::engine) fn slide(&mut self, particle: u32, face: CellFace, time: f64) -> Result<(), InvariantBroken> {
         let Some(shear) = self.images.sliding else {
             return Err(self.broken(particle, None, Invariant::Transition));
@@ -167,8 +165,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Moves a particle back to a sliding side if rounding put it slightly beyond, where the velocity of its image is
-    /// different.
+    /// Moves a particle back to a sliding side if rounding put it beyond, where velocities are different.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
         if self.images.slide() {
             let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
@@ -188,7 +185,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         image
     }
 
-    /// Adapts the images to an epoch that is later by `shift`.
+    /// Moves the epoch of the images by `shift`.
     ///
     /// Whole periods are moved from the displacement of the image above to the image numbers along x, so that
     /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` stays continuous.
@@ -211,7 +208,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now = shear.next_refresh;
         shear.next_refresh += shear.between_refreshes;
         let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
-        // Bonded partners beyond the range of their own interaction can meet from several rows of cells away.
+        // Distant bonded partners can be several rows of cells away from the side.
         let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
         let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
         Ok(Repredict::Some(found.collect()))

@@ -107,7 +107,7 @@ impl Candidates {
         &self.found[..self.length]
     }
 
-    /// Returns the candidates, padded with the particle `with` to a multiple of eight, and their number.
+    /// Returns the candidates and their number. The list is padded with the particle `with` to a multiple of eight.
     #[inline]
     pub fn filled_up(&mut self, with: u32) -> (&[u32], usize) {
         let filled_up = self.length.next_multiple_of(8);

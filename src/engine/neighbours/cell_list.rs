@@ -15,7 +15,7 @@ const CELLS_PER_POINT: f64 = 2.0;
 pub(crate) struct CellList {
     grid: Grid,
     periods: Vector,
-    /// Displacement along x of the image one period up along y, in a sheared box.
+    /// Displacement along x of the periodic image above a sheared box.
     displacement: f64,
     range: f64,
     /// For each cell, the index of its first point. The last entry is the number of points.
@@ -26,8 +26,8 @@ pub(crate) struct CellList {
 }
 
 impl CellList {
-    /// Sorts points into cells. Along periodic axes, the points must be inside `space`. The image one period up along y
-    /// is displaced by `displacement` along x.
+    /// Sorts points into cells. Along periodic axes, the points must be inside `space`. The periodic image above a
+    /// sheared box is displaced by `displacement` along x.
     pub fn new(space: &Space, displacement: f64, range: f64, points: impl Iterator<Item = (u32, Vector)>) -> Self {
         let (ids, positions): (Vec<u32>, Vec<Vector>) = points.unzip();
         let grid = Grid::new(&bounds(space, &positions), range, &positions, [0.0; 3], CELLS_PER_POINT);
@@ -82,8 +82,7 @@ impl CellList {
         found.is_break()
     }
 
-    /// Calls `visit(id, separations)` for each point, with the vectors to the point from all other points within the
-    /// range.
+    /// Calls `visit(id, separations)` for each point. Separations lead to the point from all other points in range.
     pub fn for_each_particle(&self, mut visit: impl FnMut(u32, &[Vector])) {
         let mut separations = Vec::new();
         let _ = self.for_each(|index, runs| {
@@ -113,8 +112,7 @@ impl CellList {
         (separation.norm_squared() < self.range * self.range).then_some(separation)
     }
 
-    /// Calls `visit(index, runs)` for each point, cell by cell, until `visit` breaks. `runs` are the index ranges of
-    /// the points in the same and the adjacent cells.
+    /// Calls `visit(index, runs)` for each point. `runs` are the indices of the points in the same and adjacent cells.
     fn for_each(&self, mut visit: impl FnMut(usize, &[(usize, usize)]) -> ControlFlow<()>) -> ControlFlow<()> {
         let mut runs = Vec::with_capacity(27);
         for (cell, bounds) in (0..).zip(self.starts.windows(2)) {

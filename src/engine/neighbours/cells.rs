@@ -1,8 +1,8 @@
 //! A grid of cells no smaller than the longest interaction range, and the particles in each cell.
 //!
-//! An uncaptured pair can only meet if its particles are in the same cell or in adjacent cells. The cell of a particle
-//! changes only at a cell transition. It is never recomputed from the position, because round-off may put a position on
-//! the wrong side of a face. Along axes that are not periodic, the outermost cells extend to infinity.
+//! Uncaptured pairs can only meet in the same cell or in adjacent cells. The cell of a particle changes only at a cell
+//! transition. It is never recomputed from the position, because round-off may put a position on the wrong side of a
+//! face. Along axes that are not periodic, the outermost cells extend to infinity.
 
 mod search;
 
@@ -35,16 +35,14 @@ pub struct Cells {
 }
 
 /// Side of a cell in a thin fluid, in units of the mean distance of particles, in one, two and three dimensions.
-/// Particles leave smaller cells more often. Larger cells hold more candidates. In three dimensions, sides from 0.6 to
-/// 0.8 are within a tenth of the best speed at packing fractions of 0.02 and 0.1.
+/// Particles leave smaller cells more often, and larger cells hold more candidates.
 const FINE: [f64; 3] = [1.0, 0.8, 0.7];
 
 /// Maximum number of cells per particle. More cells would cost memory and cause more transitions.
 const CELLS_PER_PARTICLE: f64 = 8.0;
 
 impl Cells {
-    /// Checks data from a file: whether the arrays have the right sizes, and each particle is in the list of its cell
-    /// only.
+    /// Checks data from a file: the sizes of the arrays, and that each particle is only in the list of its cell.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         if !self.grid.is_sound()
@@ -101,7 +99,6 @@ impl Cells {
         let mut next = Vec::with_capacity(homes.capacity());
         next.resize(homes.len(), NO_PARTICLE);
         let mut first = vec![NO_PARTICLE; self.first.len()];
-        // Inserts in reverse, so that the list of each cell is in ascending order.
         for (particle, home) in homes.iter().enumerate().rev() {
             next[particle] = std::mem::replace(&mut first[*home as usize], id(particle));
         }
@@ -166,8 +163,7 @@ impl Cells {
         self.relocate(particle, to);
     }
 
-    /// Calls `visit` for the particles across the sliding side next to a cell, in all cells along the flow. `axes` are
-    /// the flow and the gradient.
+    /// Calls `visit` for the particles across the sliding side next to a cell. `axes` are the flow and the gradient.
     pub fn for_each_across(&self, cell: u32, axes: [usize; 2], mut visit: impl FnMut(u32)) {
         self.grid.for_each_across(cell, axes, |across| {
             let mut at = self.first[across as usize];

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A known divisor. Division by it is replaced by a multiplication, which is several times as fast.
+/// A divisor that is used many times. A multiplication replaces the division, because it is several times as fast.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Divisor {
     by: u32,

@@ -1,4 +1,4 @@
-//! A grid of cells no smaller than the longest interaction range: positions and adjacency of cells.
+//! A grid of cells no smaller than the longest interaction range.
 //!
 //! Along axes that are not periodic, the outermost cells extend to infinity.
 
@@ -18,7 +18,7 @@ pub struct CellFace {
 }
 
 impl CellFace {
-    /// Sign of the direction from the face into the cell.
+    /// Returns 1 if the direction into the cell is along the axis, otherwise -1.
     #[inline]
     #[must_use]
     pub fn inwards(self) -> f64 {
@@ -35,22 +35,21 @@ pub struct Grid {
     side: Vector,
 }
 
-/// With more cells than this along a periodic axis, particles in adjacent cells can meet in their nearest image only.
-/// With exactly this number, they can be half a period apart, where two images are equally near.
+/// With more cells along a periodic axis, particles in adjacent cells can only meet in their nearest image. With
+/// exactly this number, two images may be equally near, because particles can be half a period apart.
 const UNAMBIGUOUS: u32 = 4;
 
-/// Cells are wider than the interaction range by this factor, so that round-off of positions (below about `1e-10` of
-/// the box) never hides a neighbour.
+/// Cells are wider than the interaction range by this factor, because positions have round-off.
 const MARGIN: f64 = 1.0 + 1e-6;
 
 impl Grid {
-    /// Creates a grid over `space` for interactions up to `range` `[length]`. Beyond open faces, it is extended to all
+    /// Creates a grid over `space` for interactions up to `range` `[length]`. At open faces, the grid extends to all
     /// `positions`.
     ///
-    /// The grid ends at walls. A static particle beyond a wall is assigned to the outermost cell at that wall.
+    /// The grid ends at walls. Static particles beyond a wall are assigned to the outermost cells at the wall.
     ///
-    /// Cells are no smaller than `finest` times the mean distance of particles, with one value each for one, two and
-    /// three dimensions. Except in small systems, there are at most `most` cells per particle.
+    /// Cells are no smaller than `finest` times the mean distance of particles. `finest` has one number each for one,
+    /// two and three dimensions. Except in small systems, there are at most `most` cells per particle.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector], finest: [f64; 3], most: f64) -> Self {
         let is_periodic = space.boundary.map(|b| b == Boundary::Periodic);
@@ -79,8 +78,8 @@ impl Grid {
         let counts = loop {
             let counts = std::array::from_fn(|k| {
                 let fit = |side: f64| if side > 0.0 { (extent[k] / side).floor() } else { 0.0 };
-                // With few particles, cells could be so large that pairs have to be tested in several images. This
-                // minimum number of cells avoids that, if the range permits.
+                // In systems of few particles, cells could be so large that pairs must be tested in several images. If
+                // the range permits, this minimum number of cells avoids such tests.
                 let few = if is_periodic[k] { fit(range * MARGIN).min(f64::from(UNAMBIGUOUS)) } else { 1.0 };
                 fit(target).max(few).clamp(1.0, f64::from(u32::MAX))
             });
@@ -99,7 +98,7 @@ impl Grid {
         }
     }
 
-    /// Checks data from a file: whether the number of cells is valid, and the divisors match the numbers of cells.
+    /// Checks data from a file.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let [x, y, z] = self.counts;
@@ -112,8 +111,8 @@ impl Grid {
         self.counts.iter().map(|&n| n as usize).product()
     }
 
-    /// Returns the cell beyond a face, and the number of periods to add to the coordinate of a particle that enters it.
-    /// `None` at the end of an axis that is not periodic.
+    /// Returns the cell beyond a face, and the number of periods to add to the coordinate of a particle that enters the
+    /// cell. `None` at the end of an axis that is not periodic.
     #[inline]
     #[must_use]
     pub fn behind(&self, cell: u32, face: CellFace) -> Option<(u32, i32)> {
@@ -124,15 +123,13 @@ impl Grid {
         Some((self.join(at), wrap))
     }
 
-    /// Calls `visit(first, count)` for runs of one or three consecutive cells, which together cover a cell and all
-    /// adjacent cells.
+    /// Calls `visit(first, count)` for runs of consecutive cells, which together cover a cell and all adjacent cells.
     #[inline(always)]
     pub fn for_each_run(&self, cell: u32, mut visit: impl FnMut(usize, usize)) {
         let at = self.split(cell);
         let strides = [1, self.counts[0], self.counts[0] * self.counts[1]];
         let is_inner = |k: usize| at[k].wrapping_sub(1) < self.counts[k].saturating_sub(2);
         if is_inner(0) && is_inner(1) && is_inner(2) {
-            // Loops of constant length are faster.
             let first = cell - strides[2] - strides[1] - 1;
             for z in 0..3 {
                 for y in 0..3 {
@@ -154,9 +151,9 @@ impl Grid {
     }
 
     /// Calls `visit` for runs of consecutive cells, which together cover a cell and all adjacent cells. A run is one
-    /// cell or a whole row along x.
+    /// cell, or a row along x.
     ///
-    /// If images slide, all cells of a row across a sliding side can be adjacent.
+    /// If images slide past each other, every cell of a row beyond a sliding side may be adjacent.
     pub fn for_each_row(&self, cell: u32, is_sliding: bool, mut visit: impl FnMut(Range<u32>)) {
         let at = self.split(cell);
         let [(xs, nx), (ys, ny), (zs, nz)] = [0, 1, 2].map(|axis| self.around(axis, at[axis]));
@@ -172,15 +169,15 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for each adjacent cell of `cell` that was not adjacent to the previous cell of a particle. The
-    /// particle enters `cell` through the face `face` of the previous cell.
+    /// Calls `visit` for each cell adjacent to `cell` that was not adjacent to the previous cell of a particle. The
+    /// particle leaves the previous cell through `face`.
     #[inline(always)]
     pub fn for_each_new(&self, cell: u32, face: CellFace, mut visit: impl FnMut(u32)) {
         let at = self.split(cell);
         let axis = usize::from(face.axis);
         let n = self.counts[axis];
         if self.is_periodic[axis] && n <= 3 {
-            return; // every cell along the axis was near before
+            return; // all cells along the axis were adjacent
         }
         let Some((ahead, _)) = self.beyond(axis, at[axis], face.is_upper) else { return };
         let (others_a, others_b) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -200,12 +197,11 @@ impl Grid {
         self.counts
     }
 
-    /// Returns the displacements of images except the nearest in which a pair can meet before either particle changes
-    /// its cell.
+    /// Returns the displacements of images, except the nearest, in which a pair can meet before a cell transition.
     ///
     /// The list is empty unless a periodic axis has fewer than four cells. Between two predictions of a pair, each
     /// particle travels at most one cell. The list therefore contains images one period away along axes of two to four
-    /// cells (for four cells, see [`Self::tied_axes`]), and images up to two periods away along axes of one cell.
+    /// cells, and up to two periods away along axes of one cell. For four cells, see [`Self::tied_axes`].
     #[must_use]
     pub fn further_images(&self, periods: &Vector) -> Vec<Vector> {
         let mut images = vec![Vector::zeros()];
@@ -236,20 +232,20 @@ impl Grid {
         images
     }
 
-    /// Returns which periodic axes have exactly four cells. Along such an axis, particles at the outer faces of
-    /// adjacent cells are half a period apart, and can meet in two images that are equally near.
+    /// Returns the periodic axes with exactly four cells. Along such an axis, particles in adjacent cells can be half a
+    /// period apart, so two images are equally near.
     #[must_use]
     pub fn tied_axes(&self) -> [bool; 3] {
         std::array::from_fn(|axis| self.is_periodic[axis] && self.counts[axis] == UNAMBIGUOUS)
     }
 
-    /// Returns the cell of a position, for a particle that has no cell yet.
+    /// Returns the cell of a position.
     #[must_use]
     pub fn cell_at(&self, position: &Vector) -> u32 {
         let index = |k: usize| {
             let at = (position[k] - self.lower[k]) / self.side[k];
-            // The conversion saturates: positions beyond the grid are in the outermost cells, and NaN from 0/0 on flat
-            // axes is in the first cell.
+            // The conversion saturates. Positions outside the grid are in the outermost cells. On flat axes, 0/0 is
+            // NaN, which becomes the first cell.
             trunc_to_u32(at).min(self.counts[k] - 1)
         };
         self.join([index(0), index(1), index(2)])
@@ -273,7 +269,7 @@ impl Grid {
         [x, y, z]
     }
 
-    /// Returns the indices of a cell and its adjacent cells along an axis, and their number.
+    /// Returns the indices of a cell and of its adjacent cells along an axis, and the number of these cells.
     #[inline]
     fn around(&self, axis: usize, index: u32) -> ([u32; 3], usize) {
         let n = self.counts[axis];
@@ -294,8 +290,7 @@ impl Grid {
         }
     }
 
-    /// Returns the index of the cell beyond a face, and the number of periods to add to the coordinate of a particle
-    /// that enters it.
+    /// Like [`Self::behind`], for the index of a cell along one axis.
     #[inline]
     fn beyond(&self, axis: usize, index: u32, is_upper: bool) -> Option<(u32, i32)> {
         let last = self.counts[axis] - 1;
@@ -341,8 +336,8 @@ impl Grid {
         }
     }
 
-    /// Returns the cell of a particle that has crossed a sliding side. It is in the first or last row along the
-    /// gradient, and has the same index along the flow as the cell `along`.
+    /// Returns the cell of a particle that has crossed a sliding side. The cell is in the first or last row along the
+    /// gradient, and has the index of the cell `along` in the direction of the flow.
     #[must_use]
     pub fn slid(&self, cell: u32, along: u32, [flow, gradient]: [usize; 2], is_last: bool) -> u32 {
         let mut at = self.split(cell);
@@ -351,7 +346,7 @@ impl Grid {
         self.join(at)
     }
 
-    /// Calls `visit` for the cells across the sliding side next to `cell`, if any, including all cells along the flow.
+    /// Calls `visit` for the adjacent cells beyond a sliding side, including all cells along the flow.
     pub fn for_each_across(&self, cell: u32, [flow, gradient]: [usize; 2], mut visit: impl FnMut(u32)) {
         let mut at = self.split(cell);
         let last = self.counts[gradient] - 1;
@@ -371,7 +366,7 @@ impl Grid {
         }
     }
 
-    /// Returns the lower and the upper corner of a cell. Coordinates are infinite where the cell is unbounded.
+    /// Returns the lower and the upper corner of a cell. Coordinates of unbounded cells are infinite.
     #[must_use]
     pub fn bounds(&self, cell: u32) -> [Vector; 2] {
         let mut bounds = [Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)];
@@ -379,7 +374,7 @@ impl Grid {
         bounds
     }
 
-    /// Returns whether the cell is the first along an axis, and whether it is the last.
+    /// Returns two flags: the cell is the first along an axis, the cell is the last.
     #[inline]
     #[must_use]
     pub fn is_outermost(&self, cell: u32, axis: usize) -> [bool; 2] {

@@ -22,7 +22,7 @@ const LENGTH: u32 = 29;
 /// Maximum number of unused blocks at the end of a list.
 const MOST_SPARE: u32 = (1 << (32 - LENGTH)) - 1;
 
-/// The place of a list: its first block, length, and number of unused blocks.
+/// The place of a list.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     first: u32,
@@ -63,11 +63,11 @@ impl Span {
 pub struct Lists {
     spans: Vec<Span>,
     entries: Vec<u32>,
-    /// Free runs of blocks, by the number of blocks.
+    /// Free runs of blocks, by their length.
     free: Vec<Vec<u32>>,
     /// Previous entries of a list that is renewed.
     old: Vec<u32>,
-    /// The particles that the last [`Self::renew`] added to a list, padded to whole blocks, and their number.
+    /// The particles added by the last [`Self::renew`], padded to whole blocks, and their number.
     newcomers: Vec<u32>,
     coming: usize,
 }
@@ -103,7 +103,7 @@ impl Lists {
         permuted
     }
 
-    /// Checks data from a file: whether each list is within the array, and contains numbers of particles.
+    /// Checks lists from a file. Each list must lie within the array and contain numbers of particles.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         let blocks = self.entries.len() / BLOCK;
@@ -136,8 +136,7 @@ impl Lists {
         &self.entries[span.start()..span.start() + span.length() as usize]
     }
 
-    /// Returns the list of a particle, padded with the particle itself to a multiple of eight, and the length of the
-    /// list.
+    /// Returns the list of a particle, padded with the particle itself to a multiple of eight, and the list's length.
     #[inline]
     #[must_use]
     pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {
@@ -256,8 +255,7 @@ impl Lists {
     }
 }
 
-/// Returns the number of blocks for a list that needs `needed` blocks. Long lists get a quarter more, but less than
-/// [`MOST_SPARE`] more.
+/// Returns the number of blocks for a list that needs `needed` blocks. A list gets up to a quarter more.
 fn room_for(needed: u32) -> u32 {
     needed + (needed / 4).min(MOST_SPARE - 1)
 }
@@ -314,7 +312,6 @@ mod tests {
         fn rebuilding_a_list_updates_its_neighbours_lists(
             steps in prop::collection::vec((0..12_u32, prop::collection::btree_set(0..14_u32, 0..14)), 1..60),
         ) {
-            // Particles 12 and 13 have no lists.
             let mut lists = Lists::new(14);
             let mut pairs = BTreeSet::new();
             for (particle, mut new) in steps {

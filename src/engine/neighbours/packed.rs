@@ -1,7 +1,7 @@
-//! Centres of Verlet lists, packed by cell in blocks of eight, which a search tests at once.
+//! Centres of Verlet lists, packed in blocks of eight. A search tests the centres of a block at once.
 //!
 //! Packed centres have single precision. A search finds all particles that *may* be within reach. If single precision
-//! is not certain, all particles found are tested again in double precision: see [`super::verlet::VerletLists`].
+//! is not sufficient, all particles found are tested again in double precision, see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
 use super::cells::NO_PARTICLE;
@@ -22,8 +22,7 @@ const NONE: u32 = u32::MAX;
 /// Rounding error of numbers near 1 in single precision.
 const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 
-/// Beyond this coordinate, distances are not tested. Squares of smaller coordinates do not overflow in single
-/// precision.
+/// Larger coordinates are not tested, because their squares could overflow in single precision.
 const FAR: f64 = 1e15;
 
 /// Cells are as small as the reach permits, but there is at most about one cell per particle.
@@ -54,7 +53,7 @@ pub struct Packed {
     free: Vec<u32>,
     /// Periods of the box; infinite along axes that are not periodic.
     periods: [f32; 3],
-    /// Largest coordinate of the box along periodic axes, as an absolute value `[length]`.
+    /// Largest absolute coordinate of the box along periodic axes `[length]`.
     scale: f64,
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[serde(skip, default = "Simd::most")]
@@ -67,7 +66,7 @@ struct Ball {
     centre: [f32; 3],
     /// Squared radius, increased by the rounding errors of single precision.
     squared: f32,
-    /// Squared radius within which a centre is certainly within reach.
+    /// Squared radius, decreased by the rounding errors. Centres inside are certainly within reach.
     certain: f32,
     periods: [f32; 3],
 }
@@ -92,8 +91,7 @@ impl Packed {
         empty.of_others(positions)
     }
 
-    /// Returns a grid with the same cells and new `centres`. Particles with successive ids are close together in
-    /// memory.
+    /// Returns the same cells with other centres. Particles with successive ids are close together in memory.
     #[must_use]
     pub fn of_others(&self, centres: &[Vector]) -> Self {
         let mut others = Self {
@@ -110,7 +108,7 @@ impl Packed {
         others
     }
 
-    /// Checks data from a file: whether each block is free or in one cell, and its entries are numbers of particles.
+    /// Checks data from a file. Each block must be free or in one cell, and all particle numbers must be valid.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         let mut is_used = vec![false; self.blocks.len()];
@@ -207,19 +205,18 @@ impl Packed {
 
     /// Returns the largest rounding error of a distance up to `reach`; infinite beyond [`FAR`].
     ///
-    /// Rounding moves each of the six coordinates, the three differences and the period by at most half a unit in the
-    /// last place. In units of `ROUNDING * scale`, these errors add up to less than 8 along each axis, and to less than
-    /// 14 in three dimensions.
+    /// Coordinates, differences and periods are rounded. In units of `ROUNDING * scale`, the errors add up to less than
+    /// 8 along each axis, and to less than 14 in three dimensions.
     #[inline]
     fn slack(&self, reach: f64, centre: &Vector) -> f64 {
         let scale = self.scale.max(centre.amax()) + reach;
         if scale >= FAR { f64::INFINITY } else { 14.0 * ROUNDING * scale }
     }
 
-    /// Finds all particles with centres within `reach`, and possibly some that are farther away by up to about twice
-    /// [`Self::slack`]. Returns true if all of them are certainly within reach.
+    /// Finds all particles with centres within `reach`. May also find particles that are farther away by about twice
+    /// [`Self::slack`]. Returns true if all particles found are certainly within reach.
     ///
-    /// The sum of squares adds 4 rounding errors. The squared radii allow for 8.
+    /// The sum of squares adds up to 4 rounding errors to the squared distance. The squared radii allow for 8.
     #[inline]
     pub fn find_within(
         &self,
@@ -291,7 +288,7 @@ impl Packed {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches the first blocks in a cell and in the adjacent cells, after [`Self::prefetch_rows`].
+    /// Prefetches the first blocks in a cell and in the adjacent cells. Call [`Self::prefetch_rows`] first.
     #[inline]
     pub fn prefetch_near(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, count| {
@@ -306,8 +303,7 @@ impl Packed {
 }
 
 impl Ball {
-    /// Squared distance from the centre of the ball, with the same operations as in the search of eight centres at
-    /// once.
+    /// Squared distance from the centre of the ball, with the same operations as in the AVX2 version.
     #[inline]
     fn squared_distance(&self, block: &Block, lane: usize) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| {

@@ -5,8 +5,7 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ranges {
-    /// Distances at which uncaptured pairs meet `[length]`, as a matrix over table rows. Negative for pairs that never
-    /// meet.
+    /// Contact distances of uncaptured pairs `[length]`, as a matrix over table rows. Negative without contacts.
     pub between: Vec<f64>,
     /// The largest interaction distance, including bonds `[length]`.
     pub longest: f64,

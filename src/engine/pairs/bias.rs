@@ -41,7 +41,7 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the discontinuity `seen`. With multicanonical weights, its energy step is the cost of the step.
+    /// Returns a discontinuity with the cost of its energy step. Without weights, the cost is the energy step.
     #[inline(always)]
     pub(in crate::engine) fn weighted(&self, seen: &Discontinuity) -> Discontinuity {
         match &self.pairs.bias {

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ContactTimes {
-    /// Contact time `t_c` `[time]`.
     pub contact_time: f64,
     pub last: Vec<f64>,
 }
@@ -15,7 +14,7 @@ impl ContactTimes {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// Records a contact. Returns true if the previous contact of any of the particles was less than `t_c` ago.
+    /// Records a contact. Returns true if a particle had its previous contact less than the contact time ago.
     pub fn note(&mut self, particles: &[u32], time: f64) -> bool {
         let mut is_recent = false;
         for &particle in particles {

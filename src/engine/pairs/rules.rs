@@ -19,7 +19,7 @@ pub struct Discontinuity {
     pub energy_step: f64,
 }
 
-/// The outer and inner discontinuities of a potential, and its energies, by pair state.
+/// Discontinuities and energies of a potential for each pair state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Steps {
     /// Outer discontinuity of each pair state; `None` in state 0.
@@ -27,7 +27,6 @@ pub struct Steps {
     /// Inner discontinuity of each pair state; `None` in the last state.
     inner: Vec<Option<Discontinuity>>,
     edges: Vec<Edges>,
-    /// Potential energy of each pair state `[energy]`.
     energies: Vec<f64>,
     /// Contact law of infinite energy steps.
     pub law: ContactLaw,
@@ -59,8 +58,8 @@ impl Steps {
         (lengths == [count; 3]).then_some(count)
     }
 
-    /// Returns the inner discontinuity of a pair in `state` on the positive side, and the outer one on the negative
-    /// side.
+    /// Returns the discontinuity of a pair in `state`: the inner one on the positive side, the outer one on the
+    /// negative side.
     #[inline]
     #[must_use]
     pub fn seen_from(&self, state: u16, side: Side) -> Option<Discontinuity> {
@@ -104,8 +103,8 @@ pub struct Meeting {
 }
 
 impl Meeting {
-    /// Returns the squared range of a pair without relative acceleration `[length^2]`. For other pairs, it is negative
-    /// infinity, so that the prediction for constant relative velocity finds no contact.
+    /// Returns the squared range `[length^2]`. Negative infinity excludes pairs without interaction, and pairs with a
+    /// relative acceleration.
     fn inertial_squared(&self) -> f64 {
         if self.exists && !self.is_accelerated { self.squared } else { f64::NEG_INFINITY }
     }
@@ -147,9 +146,7 @@ pub struct Rules {
     pub steps: Vec<Steps>,
     /// Discontinuities at which uncaptured pairs meet, for all pairs of table rows.
     meetings: Vec<Meeting>,
-    /// The matrix of [`Self::inertial_squared`].
     inertial: Vec<f64>,
-    /// The matrix of [`Self::accelerated_squared`].
     accelerated: Vec<f64>,
     /// For each table row, whether any pair has a relative acceleration.
     is_met_accelerated: Vec<bool>,
@@ -158,7 +155,7 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// Checks data from a file: the sizes of the tables, the interactions in them, and the states of `pairs`.
+    /// Checks tables and pair states that were read from a file.
     #[must_use]
     pub fn is_sound<'p>(&self, mut pairs: impl Iterator<Item = &'p PairState>) -> bool {
         let rows = self.rows.species().len();
@@ -210,7 +207,7 @@ impl Rules {
     }
 
     /// Returns the squared distances at which a particle of a given species meets uncaptured particles of each species
-    /// `[length^2]`. They are negative infinity for pairs that never meet, or have a relative acceleration.
+    /// `[length^2]`. Negative infinity excludes pairs that never meet, or have a relative acceleration.
     #[inline]
     #[must_use]
     pub fn inertial_squared(&self, species: u16) -> &[f64] {
@@ -218,12 +215,11 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// Returns bounds of the squared distances at which a particle of a given species meets uncaptured particles of
-    /// each species `[length^2]`, for pairs with a relative acceleration.
+    /// Like [`Self::inertial_squared`], for pairs with a relative acceleration. Returns `None` if there are no such
+    /// pairs.
     ///
-    /// The bound is the squared range if the other species has no acceleration, and infinite if it has one. It is
-    /// negative infinity for pairs that never meet, or have no relative acceleration. Returns `None` if no pair has a
-    /// relative acceleration.
+    /// The result is the squared range if the other species has no acceleration, and infinity if it has one. Negative
+    /// infinity excludes pairs that never meet, or have no relative acceleration.
     #[inline]
     #[must_use]
     pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {

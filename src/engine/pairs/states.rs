@@ -1,8 +1,8 @@
-//! Pair states: how many steps of their potential captured pairs have entered.
+//! The state of a captured pair is the number of steps of the potential that the pair has entered.
 //!
 //! The state of a pair changes only at an event. It is never recomputed from the distance, because round-off may put a
 //! distance on the wrong side of a step. A pair without an entry is uncaptured: it is in state 0 of the potential of
-//! its species. Bonded pairs always have an entry. Each moving particle has its own list of partners.
+//! the two species. Bonded pairs always have an entry. Each moving particle has its own list of partners.
 
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PairState {
     pub partner: u32,
-    /// Number of steps of the potential that the pair has entered.
     pub state: u16,
     pub interaction: u16,
 }
@@ -40,8 +39,7 @@ impl CapturedPairs {
         self.lengths.is_empty()
     }
 
-    /// Checks data from a file: whether all partners are particles, and each particle has a list if `has_lists` is
-    /// true.
+    /// Checks data from a file. All partners must be particles, and lists must exist exactly if `has_lists` is true.
     #[must_use]
     pub fn is_sound(&self, particles: usize, has_lists: bool) -> bool {
         let expected = if has_lists { particles } else { 0 };
@@ -56,7 +54,6 @@ impl CapturedPairs {
         (0..).zip(&self.lengths).flat_map(|(particle, _)| self.of(particle))
     }
 
-    /// The captured and bonded partners of a particle.
     #[inline]
     #[must_use]
     pub fn of(&self, particle: u32) -> &[PairState] {

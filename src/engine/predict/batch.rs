@@ -130,8 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
                     F::all(batch.squared[0])
                 };
                 if FALLING && TABLE && squared.at_most(0.0) == (1 << F::COUNT) - 1 {
-                    // No contact can be predicted here. For example, falling grains accelerate relative to static
-                    // particles.
+                    // No contact can be predicted, for example of a falling grain with a static particle.
                     F::all(f64::INFINITY).write(due);
                     continue;
                 }
@@ -309,8 +308,7 @@ pub(in crate::engine) mod tests {
         assert!(ends.iter().all(|end| *end == ends[0]));
     }
 
-    /// Returns the time and the partner of the first contact of a particle at rest in the middle of a box. `middle` is
-    /// the id of this particle. `others` holds the positions and velocities of all other particles.
+    /// Returns the time and the partner of the first contact of a particle at rest in the middle of a box.
     fn first_met(potential: &Potential, others: &[(Vector, Vector)], middle: usize) -> (f64, u32) {
         let mut scene = SceneBuilder::new("middle")
             .space(Space { lower: Vector::zeros(), size: Vector::repeat(16.0), boundary: [Boundary::Periodic; 3] })

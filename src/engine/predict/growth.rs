@@ -1,4 +1,4 @@
-//! Contacts of growing spheres. SIMD lanes select a few pairs. Their contact times are then computed one by one.
+//! Contacts of growing spheres. SIMD lanes select a few pairs, and scalar code computes their contact times.
 
 use super::Streamed;
 use super::batch::{Batch, dot};
@@ -9,17 +9,17 @@ use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
 const TOGETHER: usize = 32;
 
-/// Relative uncertainty of results in SIMD lanes. If a pair is closer to a limit than this, the scalar code decides.
+/// Relative uncertainty in SIMD lanes. Pairs closer to a limit are left to the scalar code.
 const SLACK: f64 = 1e-9;
 
-/// Relative uncertainty of contact times. It is larger than [`SLACK`], because digits are lost by cancellation.
+/// Relative uncertainty of contact times. It is larger than [`SLACK`], because of cancellation.
 const SLACK_OF_TIMES: f64 = 1e-6;
 
 struct GrowingContacts<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Scale factor of all diameters, and the growth rate of this factor `[1, 1 / time]`.
+    /// Scale factor of all diameters, and its growth rate `[1, 1 / time]`.
     growth: [f64; 2],
     horizon: f64,
 }
@@ -48,13 +48,12 @@ impl Work for GrowingContacts<'_> {
             let discriminant = squares.sub(v2.mul(r2));
             let root = r2.div(discriminant.sqrt().sub(b));
             let dt = b.if_less(zero, zero.if_less(discriminant, root, never), never);
-            // Three kinds of pairs are left to the scalar code: pairs in contact, grazing pairs, and receding pairs
-            // whose growing particles may still meet.
+            // The scalar code handles pairs in contact, grazing pairs, and receding pairs that growth may overtake.
             let is_touching = r2.sub(F::all(SLACK).mul(contact).mul(contact));
             let is_overtaken = b.if_less(zero, never, v2.sub(F::all(SLACK).mul(speed).mul(speed)));
             let is_grazing = discriminant.mul(discriminant).sub(F::all(SLACK * SLACK).mul(squares).mul(squares));
             let is_unsure = is_touching.at_most(0.0) | is_overtaken.at_most(0.0) | is_grazing.at_most(0.0);
-            // If two species do not meet, their squared distance is negative. Its root is NaN, and comparisons with NaN
+            // Species that do not interact have a negative squared distance. The root is NaN, for which all comparisons
             // are false, so the pair is ignored.
             unsure |= is_unsure << (at * F::COUNT);
             let dt = zero.if_less(is_touching, dt, never);
@@ -73,8 +72,8 @@ impl Work for GrowingContacts<'_> {
 }
 
 impl Batch<'_> {
-    /// Returns a bit mask of the particles in `others` that may be the first to meet `me`, before `horizon`. The true
-    /// first contact is always included. `others` has at most [`TOGETHER`] entries.
+    /// Returns a bit mask of particles in `others` that may be the first to meet `me` before `horizon`. The mask
+    /// includes the true first contact. `others` has at most [`TOGETHER`] entries.
     #[inline]
     fn growing_contacts(&self, me: &Streamed, others: &[u32], growth: [f64; 2], horizon: f64) -> u32 {
         self.width.run(GrowingContacts { batch: self, me, others, growth, horizon })
@@ -136,7 +135,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Compares every prediction with tests of all pairs. Returns whether cells were used, and whether lists were used.
+    /// Compares every prediction with tests of all pairs. Returns two flags: cells were used, lists were used.
     fn finds_what_one_by_one_finds<const TABLE: bool>(scene: &Scene, rate: f64, largest: f64) -> [bool; 2] {
         let mut used = [false; 2];
         for width in Simd::all() {
@@ -154,7 +153,7 @@ mod tests {
                 for particle in engine.particles() {
                     let mut one_by_one = Prediction::NONE;
                     let me = engine.streamed(particle, now);
-                    // The list is sufficient: a particle outside the list must enter it before a contact.
+                    // The list is sufficient, because a particle must enter the list before a contact.
                     let others = if let Some(verlet) = engine.neighbours.verlet() {
                         verlet.lists.of(particle)
                     } else {

@@ -11,7 +11,7 @@ use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
-/// Relative tolerance for a distance of half a period. It is far larger than the round-off of positions.
+/// Relative tolerance for half a period, far larger than the round-off of positions.
 const TIED: f64 = 1e-6;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -31,8 +31,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_surfaces_of_cell(me, cells, prediction);
     }
 
-    /// Predicts a particle that has just entered a cell through `face`. The motion of the particle has not changed. Its
-    /// predicted contact stays valid, and only the new candidates are tested.
+    /// Predicts a particle that has entered a cell through `face`. The motion has not changed, so the predicted contact
+    /// stays valid, and only new candidates are tested.
     pub(in crate::engine) fn predict_in_next_cell(
         &self,
         me: &Streamed,
@@ -51,7 +51,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn predict_surfaces_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
         if !self.sources.surfaces.is_empty() {
-            // Other surfaces cannot be reached before the particle leaves its cell.
+            // A particle leaves its cell before it can reach other surfaces.
             let is_near = |surface: &Placed, radius| surface.shape.is_near(&cells.grid, cell, radius);
             self.predict_surfaces(me, is_near, prediction);
         }
@@ -103,8 +103,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         leaves.transition_time
     }
 
-    /// Predicts contacts with further images of particles that are half a period away, within round-off. Such a
-    /// particle has two or more nearest images, and one image is tested elsewhere.
+    /// If two particles are half a period apart, two or more images are equally near. One of these images is tested
+    /// elsewhere. This function predicts contacts with the others.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
         let least: [f64; 3] = std::array::from_fn(|axis| {
             if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
@@ -123,7 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             } else {
                 self.pairs.rules.meeting(0, 0).squared
             };
-            // If particles are half a period apart along several axes, each combination of axes is another image.
+            // Each combination of axes with half a period is a further image.
             for sides in 1..8_u8 {
                 let is_other = |axis: usize| sides >> axis & 1 == 1;
                 if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
@@ -145,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !FALLING {
             grid.for_each_face_ahead(cell, &me.velocity, |face: CellFace, at| {
                 let axis = usize::from(face.axis);
-                // Because of round-off, the particle may already be beyond the face of its cell.
+                // Because of round-off, the particle may be slightly outside its cell.
                 let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
                 if time < prediction.transition_time {
                     (prediction.transition_time, prediction.exit) = (time, face);

@@ -1,4 +1,4 @@
-//! Prediction with Verlet lists: contacts with the particles in a list, and the time when the particle leaves its skin.
+//! Prediction with Verlet lists: contacts with listed particles, and the time when a particle leaves its skin.
 
 use super::Streamed;
 use crate::Vector;
@@ -12,7 +12,7 @@ use crate::physics::overlap::{Quadratic, Side};
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
-        // The slow square root and division of the transition run while the list is loaded from memory.
+        // The slow square root and division run while the list is loaded from memory.
         prediction.transition_time = self.leaves_skin(me, verlet);
         self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
         if !self.sources.surfaces.is_empty() {
@@ -20,8 +20,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts a particle whose motion has not changed. Its predicted contact stays valid, and only particles that are
-    /// new in the list are tested.
+    /// Predicts a particle whose motion has not changed. The predicted contact stays valid, so only new particles in
+    /// the list are tested.
     pub(in crate::engine) fn predict_with_newcomers(
         &self,
         me: &Streamed,
@@ -38,7 +38,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the first contact with the particles of a list, given as a padded list and its length.
+    /// Predicts the first contact with listed particles. `listed` is the padded list and its length without padding.
     #[inline]
     fn predict_listed(
         &self,
@@ -50,11 +50,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
     }
 
-    /// Returns the time at which the particle leaves its skin. The particle is then at the distance `delta`, the half
-    /// skin, from the position `c` where its list was built.
+    /// Returns the time when a particle leaves its skin. Its distance from `c`, where the list was built, is then
+    /// `delta`, half the width of the skin.
     ///
-    /// For a falling particle, the time is a lower bound. It assumes that the particle flies and accelerates straight
-    /// away from `c`: `|v| t + |a| t^2 / 2 = delta - |r|`. Here `r` is the current position relative to `c`.
+    /// For a falling particle, the time is a lower bound for motion straight away from `c`:
+    /// `|v| t + |a| t^2 / 2 = delta - |r|`, where `r` is the position relative to `c`.
     #[inline]
     fn leaves_skin(&self, me: &Streamed, verlet: &VerletLists) -> f64 {
         let position = me.position - verlet.centres[me.id as usize];

@@ -1,7 +1,6 @@
-//! Bonded pairs that are farther apart than the range of the bond's interaction.
+//! Bonded pairs beyond the range of their interaction.
 //!
-//! The neighbour search does not find these pairs. A bonded pair keeps its interaction at any distance, and the two
-//! particles may meet again across any side of a periodic box.
+//! The neighbour search does not find these pairs. The two particles may meet again across any side of a periodic box.
 
 use super::{Streamed, is_out_of_reach};
 use crate::engine::parts::Engine;
@@ -17,8 +16,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
     }
 
-    /// Predicts the first contact with distant bonded partners, in all images in which a pair can meet. When the
-    /// particle leaves its cell or skin, it is predicted again, so later contacts are ignored.
+    /// Predicts the earliest contact with the periodic images of distant bonded partners. Contacts after the next
+    /// transition of the particle are ignored, because the particle is predicted again at the transition.
     pub(in crate::engine) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];

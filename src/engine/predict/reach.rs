@@ -8,21 +8,19 @@ use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
-/// Returns a bit mask of the selected candidates. `is_selected` returns one bit for each lane.
 #[inline(always)]
 fn select<F: Lanes>(others: &[u32], is_selected: impl Fn(&[u32]) -> u32) -> u32 {
     let in_lanes = others.chunks_exact(F::COUNT).enumerate();
     in_lanes.fold(0, |bits, (at, ids)| bits | is_selected(ids) << (at * F::COUNT))
 }
 
-/// Returns contact distances `[length]`. `squared` holds the squared contact distance for each species.
 #[inline(always)]
 fn contact_distances<F: Lanes>(batch: &Batch<'_>, squared: &[f64], ids: &[u32]) -> F {
     let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
     F::each(&squared).sqrt()
 }
 
-/// Returns how far squared distances exceed squared reaches, with a margin for round-off.
+/// Returns `squared - reach^2`, with a margin for round-off.
 #[inline(always)]
 fn beyond<F: Lanes>(squared: F, reach: F) -> F {
     squared.sub(reach.mul(reach).mul(F::all(SLACK)))
@@ -32,8 +30,8 @@ struct WithinReach<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Squared contact distance of `me` with each species `[length^2]`. At infinity, pairs are always tested. At
-    /// negative infinity, they are never tested.
+    /// Squared contact distance with each species `[length^2]`. Infinity selects every pair, and negative infinity
+    /// selects none.
     squared: &'a [f64],
     horizon: f64,
 }
@@ -46,8 +44,8 @@ impl Work for WithinReach<'_> {
         let Self { batch, me, others, squared, horizon } = self;
         let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
         select::<F>(others, |ids| {
-            // Accelerations of partners are ignored. An accelerated partner has an infinite contact distance and is
-            // always selected. If pairs are never tested, the reach is NaN, and the comparison is false.
+            // Accelerated partners have an infinite contact distance, so they are always selected. A negative infinite
+            // `squared` makes the reach NaN, so the comparison is false.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let path = dot(&v, &v).sqrt().add(gained).mul(F::all(horizon));
             beyond(dot(&r, &r), contact_distances::<F>(batch, squared, ids).add(path)).at_most(0.0)
@@ -81,7 +79,6 @@ struct HalfAPeriodAway<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Smallest separation along each axis at which a candidate is selected `[length]`.
     least: [f64; 3],
 }
 
@@ -125,8 +122,7 @@ impl Batch<'_> {
         self.width.run(HalfAPeriodAway::<FALLING> { batch: self, me, others, least })
     }
 
-    /// Selects the candidates that `me` can meet before a finite `horizon` in a sheared box. Returns a bit mask. Some
-    /// selected candidates may not meet `me`, but no contact is missed.
+    /// Selects all candidates that `me` may meet within a finite time `horizon` in a sheared box. Returns a bit mask.
     #[inline]
     fn within_reach_across<const FALLING: bool>(
         &self,
@@ -144,7 +140,8 @@ impl Batch<'_> {
         self.width.run(AnotherImage::<FALLING> { batch: self, me, others, horizon })
     }
 
-    /// Selects candidates that could reach `me` before a finite `horizon` by flying straight at it. Returns a bit mask.
+    /// Selects candidates that could reach `me` within a finite time `horizon` by flying straight at `me`. Returns a
+    /// bit mask.
     #[inline]
     pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
         self.width.run(WithinReach { batch: self, me, others, squared, horizon })
@@ -192,7 +189,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Predicts the first contact in images other than the nearest image.
     pub(in crate::engine) fn predict_further_images(
         &self,
         me: &Streamed,
@@ -217,8 +213,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
-/// Calls `predict` for the candidates that `kept` selects. The second argument of `kept` is the time until the earliest
-/// contact so far, or until `last` if this is earlier.
+/// Calls `predict` for the candidates that `kept` selects. The time passed to `kept` ends at the earliest contact so
+/// far, and not later than `last`.
 #[inline]
 fn for_each_kept(
     others: &[u32],

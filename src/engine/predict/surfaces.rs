@@ -6,8 +6,8 @@ use crate::engine::prediction::{Prediction, SEARCH};
 use crate::engine::surfaces::{Flight, Found, Placed, Surface};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts contacts with unbounded surfaces for which `is_near` is true. Also predicts contacts with features that
-    /// the particle can reach before its predicted event.
+    /// Predicts contacts with unbounded surfaces for which `is_near` is true, and with features that the particle can
+    /// reach before the predicted event.
     #[inline]
     pub(in crate::engine) fn predict_surfaces(
         &self,
@@ -26,7 +26,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts contacts with features that the particle can reach before its predicted event. If the transition is
+    /// Predicts contacts with features that the particle can reach before the predicted event. If the transition is
     /// postponed later, the search must be repeated.
     #[inline(never)] // most scenes have only walls
     pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
@@ -49,7 +49,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Whether surfaces may have periodic images. If so, a particle that crosses a periodic side can meet other images.
+    /// Whether surfaces may have periodic images, which a particle can meet when it crosses a periodic side.
     pub(in crate::engine) fn has_images_of_surfaces(&self) -> bool {
         !self.sources.surfaces.of_scene().is_empty()
     }

@@ -27,8 +27,7 @@ pub(in crate::engine) struct Andersen {
 }
 
 impl Andersen {
-    /// Creates a heat bath for `particles` mobile particles. The bath acts from the time `now` on. Each `stage` of a
-    /// run has its own random numbers.
+    /// Creates a heat bath that acts from the time `now` on. Each stage of a run has its own random numbers.
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
         let seed = StatePoint::new(seed).with(&[bath.temperature, bath.rate]);
         let random = Random::new(seed.number(), Purpose::Thermostat, stage);
@@ -61,7 +60,7 @@ impl Andersen {
         self.next += self.random.exponential() / self.rate;
     }
 
-    /// Draws the next collision, and the time of the collision after it. There is always a mobile particle.
+    /// Draws the next collision and the time of the following collision. The loop ends, because a particle is mobile.
     fn draw(&mut self, ids: usize, is_moving: impl Fn(usize) -> bool) -> Collision {
         let time = self.next;
         let id = loop {
@@ -78,7 +77,6 @@ impl Andersen {
 
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Collision {
-    /// Time of the collision, since the epoch.
     pub time: f64,
     pub id: usize,
     temperature: f64,
@@ -92,7 +90,6 @@ pub(crate) struct Bath {
     pub temperature: f64,
     /// Collision rate of each particle `[1 / time]`.
     pub rate: f64,
-    /// Axes along which velocities are drawn.
     pub axes: [bool; 3],
 }
 

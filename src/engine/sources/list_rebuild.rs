@@ -18,8 +18,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let has_own_interactions = self.has_own_interactions(particle);
         if FALLING && !has_own_interactions {
-            // The predicted time was a lower bound. If the particle has moved little, only this time is predicted
-            // again.
+            // The predicted time was a lower bound. If the particle has moved little, a new prediction is enough.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
                 let mut prediction = self.schedule.predictions[particle as usize];
@@ -83,7 +82,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Captured pairs must be stored before this call, because the lists do not contain captured partners.
+    /// Captured pairs must be stored first, because the lists do not contain captured partners.
     pub(in crate::engine) fn fill_lists(&mut self) {
         let mut scratch = self.take_scratch();
         let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };

@@ -96,7 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (outcome, change)
     }
 
-    /// Energy that a contact receives from sliding images and from growing diameters.
+    /// Energy that sliding images and growing diameters supply in a contact.
     #[inline(always)]
     fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
@@ -148,9 +148,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    /// Returns the discontinuity that a pair in `state` can reach. If `side` is positive, it is the inner
-    /// discontinuity, otherwise the outer one. Also returns the contact law, and the speed at which the discontinuity
-    /// moves outwards. `None` if there is no discontinuity.
+    /// Returns the inner discontinuity of a pair if `side` is positive, otherwise the outer discontinuity. Also returns
+    /// the contact law, and the speed at which the discontinuity moves outwards.
     #[inline]
     fn discontinuity(
         &self,

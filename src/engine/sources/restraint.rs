@@ -1,11 +1,10 @@
-//! Restraint of a distance `|R_A - R_B|` between the centres of mass of two groups. The distance is reflected at the
-//! ends of an umbrella window. A group may be a single particle.
+//! Restrains the distance `|R_A - R_B|` between the centres of mass of two groups to an umbrella window. The distance
+//! is reflected at the ends of the window. A group may be a single particle.
 //!
-//! Between events of the members, the vector `R_A - R_B` changes at a constant rate, so the time of a reflection
-//! follows from the equations for a pair. The restraint depends only on `R_A - R_B`. The force on particle `i` of group
-//! `A` is therefore the fraction `m_i / M_A` of the force on the centre, with the masses `m_i` and `M_A`. In a
-//! reflection, all members of a group change their velocities by the same amount. Momentum and energy are conserved,
-//! and motion within a group is unchanged.
+//! Between events of the members, the vector `R_A - R_B` changes at a constant rate. The time of a reflection therefore
+//! follows from the equations for a pair. In a reflection, all members of a group change their velocities by the same
+//! amount, because the force on particle `i` of group `A` is the fraction `m_i / M_A` of the force on the centre.
+//! Momentum and energy are conserved, and motion within a group is unchanged.
 
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -34,7 +33,7 @@ struct Member {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Group {
     members: Vec<Member>,
-    /// Connections between the members. Positions are unwrapped along these connections.
+    /// Connections between the members, along which positions are unwrapped.
     along: Component,
     inverse_mass: f64,
 }
@@ -42,13 +41,12 @@ struct Group {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Restraint {
     groups: [Group; 2],
-    /// Each member and the index of its group, sorted by id.
     group_of: Vec<(ParticleId, usize)>,
     /// Lower and upper end of the window `[length]`. Without a restraint, they are 0 and infinity.
     window: [f64; 2],
     /// Time of the next reflection since the epoch, or infinity.
     next: f64,
-    /// The end of the window at the next reflection: [`Side::Positive`] is the lower, [`Side::Negative`] the upper end.
+    /// [`Side::Positive`] if the next reflection is at the lower end of the window.
     side: Side,
 }
 
@@ -71,7 +69,7 @@ impl Restraint {
         Some(self.group_of[place].1)
     }
 
-    /// Returns the time until the distance reaches an end of the window, and the side from which it comes.
+    /// Returns the time until the distance reaches an end of the window, and the valid side of this end.
     fn next_end(&self, apart: &RelativeState) -> Option<(f64, Side)> {
         let [lower, upper] = self.window;
         let at = |distance: f64, side| {
@@ -155,7 +153,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(restraint) = &self.sources.restraint else { return };
         let partner = match change.other {
             With::Particle(partner) => Some(partner),
-            // The next reflection is predicted afterwards.
             With::Restraint => return,
             _ => None,
         };
@@ -176,13 +173,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(self.centres_apart(restraint).position.norm())
     }
 
-    /// Returns the current vector between the centres of the groups, in the nearest image, and its rate of change.
     fn centres_apart(&self, restraint: &Restraint) -> RelativeState {
         let [a, b] = restraint.groups.each_ref().map(|group| self.centre(group));
         self.nearest(a.position - b.position, a.velocity - b.velocity, self.clock.now).0
     }
 
-    /// Returns the centre of mass of a group, and its velocity. Members are unwrapped along `group.along`.
     fn centre(&self, group: &Group) -> RelativeState {
         let now = self.clock.now;
         let state = |member: &Member| self.state_at(self.number(member.id), now);
@@ -243,8 +238,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         changes
     }
 
-    /// Returns velocity changes of the groups that move the distance away from the end of the window. If the distance
-    /// still moves towards the end because of round-off, the changes are increased until it moves away.
+    /// Returns changes of the group velocities after which the distance moves away from the end of the window. The
+    /// changes are increased as long as round-off prevents this.
     fn separated(&self, restraint: &Restraint, apart: &RelativeState, mut changes: [Vector; 2]) -> [Vector; 2] {
         let velocities = |group: &Group| -> Vec<(f64, Vector)> {
             let of = |member: &Member| (member.share, self.state.bodies[self.number(member.id) as usize].velocity);
@@ -279,8 +274,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 }
 
 /// Splits a change of the relative velocity between two groups, in proportion to their inverse masses. The caller adds
-/// the first part to the first velocity, and subtracts the second part from the second velocity. The larger part is the
-/// change minus the smaller part, so that the sum has little round-off.
+/// the first part to the first velocity, and subtracts the second part from the second velocity. The sum of the parts
+/// has little round-off.
 fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
     let less = change * (of_a.min(of_b) / (of_a + of_b));
     let more = change - less;

@@ -1,4 +1,4 @@
-//! Contacts of particles with surfaces, reflecting or thermal.
+//! Contacts of particles with reflecting and thermal surfaces.
 
 use crate::Vector;
 use crate::engine::audit::unit_of_surface;
@@ -17,8 +17,7 @@ use crate::physics::rough::{Grip, Touch};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// Random numbers of thermal surfaces. The random stream depends on the particle and on the number of its contacts. It
-/// does not depend on the order of contacts of different particles.
+/// Random numbers of thermal surfaces. The stream depends only on the particle and on the number of its contacts.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct SurfaceRandom {
     pub stream: Random,
@@ -143,9 +142,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         touch.grip(roughness, normal_impulse)
     }
 
-    /// Draws the velocity of a particle from the flux distribution of a gas at the temperature of the surface. The
-    /// component along the normal has the density `(m v / T) exp(- m v^2 / 2 T)`, and the others are normally
-    /// distributed.
+    /// Draws the velocity of a particle from the flux distribution of a gas. Along the normal, the density is
+    /// `(m v / T) exp(- m v^2 / 2 T)`. The other components have a normal distribution.
     fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
@@ -179,8 +177,7 @@ impl Touching {
         self.moment.as_ref().map_or(*direction, |moment| moment.pose.direction(direction))
     }
 
-    /// Converts the spin of the particle to the frame of the surface. Relative to a point of the surface, the surface of
-    /// the particle moves as if the spin were reduced by the angular velocity of the surface.
+    /// Converts the spin of the particle to the frame of the surface, which may rotate.
     fn spin_seen(&self, spin: &Vector) -> Vector {
         self.moment.as_ref().map_or(*spin, |moment| moment.pose.direction_of_shape(&(spin - moment.spin)))
     }
@@ -191,9 +188,8 @@ impl Touching {
         self.moment.as_ref().map_or(acceleration, seen)
     }
 
-    /// Converts a velocity to the laboratory frame. If the particle still moves into the surface because of round-off,
-    /// the velocity is increased along the normal until the particle moves away. The module
-    /// [`super::super::contact::law`] does the same for pairs.
+    /// Converts a velocity to the laboratory frame. If round-off leaves the particle moving into the surface, increases
+    /// the velocity along the normal. [`super::super::contact::law`] does the same for pairs.
     #[inline]
     fn outwards(&self, seen: Vector) -> Vector {
         let mut velocity = self.moment.as_ref().map_or(seen, |moment| moment.velocity_of(&self.place, &seen));
@@ -213,7 +209,6 @@ impl Touching {
         velocity
     }
 
-    /// Whether a velocity in the laboratory frame moves the particle into the surface.
     #[inline]
     fn is_closing(&self, velocity: &Vector) -> bool {
         match &self.moment {

@@ -8,17 +8,16 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::detection::stretch::Parabola;
 use crate::physics::motion::RelativeState;
 
-/// A triangle without its edges and corners, which are separate surfaces.
+/// A triangle without edges and corners, which are separate surfaces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Face {
-    /// The corners `[length]`. Seen from the side to which the normal points, they are in counterclockwise order.
+    /// Corners in counterclockwise order, seen from the side to which the normal points `[length]`.
     pub corners: [Vector; 3],
     pub normal: Vector,
-    /// For each edge, a unit vector that points into the face. It is in the plane of the face and perpendicular to the
-    /// edge.
+    /// For each edge, the unit vector in the plane that is perpendicular to the edge and points into the face.
     pub inwards: [Vector; 3],
-    /// For each edge, whether positions are measured from its second corner. Two coplanar faces use the same corner of
-    /// their common edge, so that round-off leaves no gap between the faces.
+    /// For each edge, true if positions are measured from its second corner. Two coplanar faces use the same corner of
+    /// a common edge, so round-off leaves no gap between the faces.
     pub from_second: [bool; 3],
 }
 
@@ -41,7 +40,7 @@ impl Face {
         self.normal.dot(&(position - self.corners[0]))
     }
 
-    /// Whether the projection of a position onto the plane lies in the face or on an edge.
+    /// Returns true if the projection of a position onto the plane lies in the face or on an edge.
     fn holds(&self, position: &Vector) -> bool {
         (0..3).all(|side| self.inwards[side].dot(&(position - self.end(side))) >= 0.0)
     }
@@ -100,7 +99,7 @@ impl Surface for Face {
         }
     }
 
-    /// The overlap function is `h^2 - R^2` with the height `h` above the plane. It is smooth on both sides of the face.
+    /// The overlap function is `h^2 - R^2`, where `h` is the height above the plane.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         let (height, rate) = (self.height(position), self.normal.dot(velocity));
         ((height - radius) * (height + radius), 2.0 * height * rate)
@@ -118,7 +117,7 @@ impl Surface for Face {
         position.lp_norm(1) + self.corners[0].lp_norm(1)
     }
 
-    /// Always true, because the tree selects the faces near a particle.
+    /// The tree has selected the faces near the particle.
     fn is_near(&self, _: &Grid, _: u32, _: f64) -> bool {
         true
     }

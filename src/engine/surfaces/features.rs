@@ -1,8 +1,8 @@
-//! Conversion of the shapes of a scene to features: the faces, edges and corners of a mesh, and their periodic images.
+//! Converts the surfaces of a scene to features, such as the faces, edges and corners of a mesh, and periodic images.
 //!
-//! An edge between coplanar faces is not a feature, because a sphere always meets a face before such an edge. Both
-//! faces decide by the same expression, with opposite signs, on which side of the edge a projection lies. The
-//! projection is therefore always on at least one face.
+//! An edge between coplanar faces is not a feature, because a sphere touches a face first. The two faces evaluate the
+//! same expression, with opposite signs, to decide on which side of the edge a projection lies. Each projection is
+//! therefore on at least one of the faces.
 
 use super::Shape;
 use super::face::Face;
@@ -14,11 +14,11 @@ use crate::model::triangle_mesh::EdgeUse;
 use crate::model::{SurfaceShape, TriangleMesh};
 
 /// An edge is flat if the sine of the angle between its faces is at most this value. When a sphere rolls across the
-/// edge, the gap then changes by less than a billionth of its radius.
+/// edge, the gap changes by less than a billionth of the radius.
 const FLAT: f64 = 1e-9;
 
-/// Calls `visit` with the features of a shape, their numbers, and their periodic images. Particles may be up to half a
-/// period beyond the box before they are wrapped, so images in this region are included.
+/// Calls `visit` with each feature of a shape, and with its periodic images. An image has the number of its feature.
+/// Particles may be up to half a period outside the box, so images in this region are included.
 pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: impl FnMut(Shape, u32)) {
     let is_periodic = space.periods().iter().any(|period| period.is_finite());
     let mut all = Vec::new();
@@ -45,7 +45,6 @@ pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: im
                 shape.moved(&by)
             };
             let Some([start, end]) = shape.span(axis) else { continue };
-            // Several images of a long feature may reach into the box.
             let first = ((lower - end) / period).ceil();
             let last = ((upper - start) / period).floor();
             let mut periods = first;
@@ -71,8 +70,8 @@ impl Shape {
         }
     }
 
-    /// Returns the lower and the upper end of the shape along an axis. `None` if the shape has no images along this
-    /// axis, because it encloses particles or extends to infinity.
+    /// Returns the lower and the upper end of the shape along an axis. `None` if the shape encloses particles or is
+    /// unbounded, because it has no images then.
     fn span(&self, axis: usize) -> Option<[f64; 2]> {
         let corners = match self {
             Self::Round(round) if !round.is_inside => round.around(),
@@ -104,7 +103,7 @@ fn for_each(shape: &SurfaceShape, visit: &mut dyn FnMut(Shape)) {
     }
 }
 
-/// Returns the cylinder around a line segment, without its ends. `None` if the segment has no length.
+/// Returns a cylinder around a line segment, without the ends. `None` if the segment has no length.
 fn segment([start, end]: &[Vector; 2], radius: f64) -> Option<Shape> {
     let along = end - start;
     let axis = along.try_normalize(0.0)?;
@@ -122,8 +121,7 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         uses[0].ends.iter().for_each(|vertex| is_corner[*vertex as usize] = true);
     }
     faces.into_iter().flatten().map(Shape::Face).for_each(&mut *visit);
-    // A triangle with equal corners collapses to a line or a point. These lines and points are added as features,
-    // unless they are part of other triangles.
+    // A triangle with equal corners collapses to a line or a point: a feature, unless other triangles contain it.
     let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
     if !needles.is_empty() {
         let mut is_used = vec![false; mesh.vertices.len()];
@@ -148,14 +146,13 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         .for_each(visit);
 }
 
-/// If corners of a triangle are equal, returns the ends of the line or point to which the triangle has collapsed, as
-/// vertex numbers in ascending order.
+/// If a triangle has collapsed to a line or a point, returns the numbers of the two end vertices in ascending order.
 fn needle(&[a, b, c]: &[u32; 3]) -> Option<[u32; 2]> {
     let is_one = a == b || b == c || c == a;
     is_one.then(|| [a.min(b).min(c), a.max(b).max(c)])
 }
 
-/// Whether the faces at an edge are coplanar. If so, their inward directions are made exactly opposite.
+/// Returns true if the faces at an edge are coplanar, and makes their inward directions exactly opposite.
 fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) -> bool {
     let &[one, other] = uses else { return false };
     let [(one, side), (other, other_side)] = [one, other].map(|of| {
@@ -177,14 +174,13 @@ fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) 
 
 /// Returns the face of a triangle, or `None` if the triangle has no area.
 ///
-/// Directions are perpendicular to the longest edge. Round-off can then only turn a thin triangle about this edge.
+/// Directions are perpendicular to the longest edge, so round-off can turn a thin triangle only about this edge.
 fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     let along = |side: usize| corners[(side + 1) % 3] - corners[side];
     let longest = (0..3).max_by(|a, b| along(*a).norm_squared().total_cmp(&along(*b).norm_squared()))?;
     let u = along(longest).try_normalize(0.0)?;
     let third = corners[(longest + 2) % 3] - corners[longest];
     let across = third - u * u.dot(&third);
-    // The triangle has no area if its height above the longest edge is below round-off.
     let rounding = 4.0 * f64::EPSILON * (along(longest).norm() + third.norm());
     let across = if across.norm() > rounding { across.try_normalize(0.0)? } else { return None };
     let w = (across - u * u.dot(&across)).normalize();
@@ -193,7 +189,7 @@ fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     for (side, inwards) in inwards.iter_mut().enumerate() {
         *inwards = if side == longest { w } else { normal.cross(&along(side)).try_normalize(0.0)? };
     }
-    // Positions are measured from the corner with the smaller number, so both faces at an edge use the same corner.
+    // Two faces at an edge use the same corner: the corner with the smaller number.
     let from_second = [0, 1, 2].map(|side: usize| triangle[side] > triangle[(side + 1) % 3]);
     Some(Face { corners, normal, inwards, from_second })
 }

@@ -27,14 +27,12 @@ thread_local! {
     static STEPS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Returns the number of steps of all searches in this thread. They are the cost of surfaces that oscillate or turn.
-/// The numbers of events do not show this cost.
+/// Returns the number of steps of all searches in this thread, which is the cost of surfaces that oscillate or turn.
 pub(crate) fn search_steps() -> u64 {
     STEPS.get()
 }
 
-/// A moving surface. Its features are consecutive in the list of all features. The list contains their initial
-/// positions.
+/// A moving surface. The list of all features contains its features consecutively, at their initial positions.
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     pub timeline: Timeline,
@@ -51,7 +49,7 @@ pub(crate) enum Found {
     NoneUntil(f64),
 }
 
-/// The free flight of a particle during one piece of a surface's motion. The flight begins at the simulated time `now`.
+/// The free flight of a particle during one piece of a surface's motion. The flight begins at the time `now`.
 #[derive(Debug, Clone, Copy)]
 struct Passage<'a> {
     flight: &'a Flight<'a>,
@@ -71,8 +69,7 @@ struct Seen {
 }
 
 impl Moving {
-    /// Returns the first contact of a sphere with this surface within the time `horizon`. The list `all` contains the
-    /// features of all surfaces.
+    /// Returns the first contact of a sphere within the time `horizon`. The list `all` contains all features.
     pub fn next_contact(
         &self,
         all: &[Placed],
@@ -97,8 +94,7 @@ impl Moving {
         }
     }
 
-    /// Calls `visit` for the features within the distance `reach` of a sphere. The position is in the frame of the
-    /// surface.
+    /// Calls `visit` for the features within `reach` of a sphere. The position is in the frame of the surface.
     pub fn for_each_within(
         &self,
         all: &[Placed],
@@ -212,7 +208,7 @@ impl Moving {
 }
 
 impl Passage<'_> {
-    /// The argument `after` is the time from now.
+    /// Returns the position and the velocity at the time `after` from now.
     fn state(&self, after: f64) -> (Vector, Vector) {
         let Flight { position, velocity, acceleration, .. } = *self.flight;
         (stream_position(position, velocity, acceleration, after), velocity + acceleration * after)
@@ -258,8 +254,7 @@ impl Passage<'_> {
         Seen { position: seen_position, speed, acceleration, path }
     }
 
-    /// Finds the first contact with one feature between the times `after` and `end`. The argument `seen` contains
-    /// bounds for this interval.
+    /// Finds the first contact with one feature between the times `after` and `end`, with the bounds in `seen`.
     fn advance(
         &self,
         (index, placed): (u32, &Placed),

@@ -54,8 +54,7 @@ impl Surface for Plane {
         self.normal.component_mul(position).lp_norm(1) + self.at.abs()
     }
 
-    /// A cell is near if any part of it is behind the plane, or less than a radius in front of it. The lowest corner
-    /// along the normal decides.
+    /// A cell is near if any part of the cell is behind the plane, or less than a radius in front of the plane.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         let least = |k: usize| match self.normal[k] {

@@ -1,5 +1,5 @@
-//! Round surfaces: all points at a given distance from a point or a line. They are spheres, cylinders, edges and
-//! corners.
+//! Round surfaces: spheres, cylinders, edges and corners. A round surface contains all points at a given distance from
+//! a point or a line.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -123,7 +123,8 @@ impl Surface for Round {
     }
 
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
-        // A particle at rest never meets the surface. A moving particle inside the surface is assumed to meet it.
+        // A particle at rest never meets the surface. A moving particle inside the surface is assumed to meet the
+        // surface.
         let rests = *flight.velocity == Vector::zeros() && *flight.acceleration == Vector::zeros();
         if self.is_inside || rests {
             return rests;

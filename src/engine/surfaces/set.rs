@@ -1,4 +1,4 @@
-//! The surfaces of a scene: which are present, with which species they collide, and which are near a particle.
+//! The surfaces of a scene. Finds the surfaces that are present, collide with a species, and are near a particle.
 
 use super::moving::{Found, Moving};
 use super::tree::Tree;
@@ -60,8 +60,8 @@ pub(crate) struct Surfaces {
     origin: Arc<Origin>,
     all: Arc<Vec<Placed>>,
     unlimited: usize,
-    /// For each surface and each row of the interaction table, whether they collide. Empty for a surface that collides
-    /// with all species.
+    /// Whether a surface collides with the species of each table row. Empty for a surface that collides with all
+    /// species.
     meets: Vec<Vec<bool>>,
     tree: Option<Arc<Tree>>,
     /// The moving surfaces. Their features are at the end of `all`.
@@ -123,7 +123,6 @@ impl TryFrom<Stored> for Surfaces {
     }
 }
 
-/// Whether a mesh and its periodic images have at most [`MOST_FEATURES`] triangles in total.
 fn has_few_images(space: &Space, mesh: &TriangleMesh) -> bool {
     let images = |axis: usize| {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -166,13 +165,12 @@ impl Surfaces {
         if come_and_go { self.origin.is_present.clone() } else { Vec::new() }
     }
 
-    /// Returns the surfaces of another stage, or `None` if they are the same.
+    /// Returns the surfaces of another stage, or `None` if nothing changes.
     pub fn in_stage(&self, stage: &str) -> Option<Self> {
         let is_present: Vec<bool> = self.origin.surfaces.iter().map(|surface| surface.is_in(stage)).collect();
         (is_present != self.origin.is_present).then(|| Self::from(Origin { is_present, ..(*self.origin).clone() }))
     }
 
-    /// Whether any surface is thermal in any stage.
     pub fn are_ever_thermal(&self) -> bool {
         let has_temperature = |surface: &SceneSurface| surface.law.temperature().is_some();
         self.all.iter().any(|placed| placed.law.temperature().is_some())
@@ -242,8 +240,8 @@ impl Surfaces {
         self.all.get(moving.features.start)?.number.checked_sub(FIRST_SURFACE)
     }
 
-    /// For each moving surface, calls `visit` with the next contact of a particle within `horizon`. `now` is the
-    /// simulated time, and `row` is the table row of the species. `visit` returns the horizon for the next surface.
+    /// Calls `visit` with the next contact of a particle and each moving surface, if it occurs within `horizon`.
+    /// `visit` returns the horizon for the next surface. `now` is the simulated time.
     pub fn next_moving_contacts(
         &self,
         flight: &Flight<'_>,
@@ -271,7 +269,7 @@ impl Surfaces {
     }
 
     /// Calls `visit(index, feature)` for the features that may reach into a box and that collide with a species. The
-    /// order of the features does not depend on the box.
+    /// features have the same order in every box.
     #[inline]
     pub fn for_each_feature(&self, within: &[Vector; 2], row: u16, mut visit: impl FnMut(u32, &Placed)) {
         let Some(tree) = &self.tree else { return };

@@ -1,4 +1,4 @@
-//! Results of the instruments of an exchange. The format is the same as for a run with a stage for each temperature.
+//! Results of the instruments of an exchange. The file has the format of a run with a stage for each temperature.
 
 use crate::analysis::instruments::Measured;
 use crate::exchange::TemperatureResult;

@@ -8,7 +8,7 @@ use crate::exchange::curves::ThermalCurves;
 use crate::exchange::mean_force::MeanForce;
 use crate::exchange::{Exchange, ExchangeFolderError, tables};
 
-/// Returns the header of a table, and an iterator over the other lines with their line numbers.
+/// Returns the header of a table, and the other lines with their line numbers.
 fn lines(path: &Path) -> Result<(String, impl Iterator<Item = (usize, io::Result<String>)>), ExchangeFolderError> {
     let file = File::open(path).map_err(|source| read(path, source))?;
     let mut lines = BufReader::new(file).lines();

@@ -30,7 +30,7 @@ impl ExchangeFolder {
         each as f64 * plan.replicas() as f64
     }
 
-    /// Reason why an exchange writes fewer frames than intended, if there is one.
+    /// Reason why an exchange writes fewer frames than intended, if any.
     #[must_use]
     pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
         let temperatures = scene.exchange()?.replicas();

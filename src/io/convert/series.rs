@@ -10,7 +10,7 @@ use crate::trajectory::extended_xyz::WriteError;
 
 /// Writes frames one by one, in the format of another program.
 ///
-/// Until the end, the output has a temporary name. It is removed if it is not finished.
+/// Until the end, the output has a temporary name. Unfinished output is removed.
 ///
 /// ```
 /// use carom::io::convert::FrameSeries;

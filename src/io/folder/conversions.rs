@@ -31,11 +31,11 @@ impl Conversions {
 }
 
 impl Folder {
-    /// Makes the missing conversions of a finished run. For example, a conversion is missing if the disk was full. Does
-    /// nothing without a trajectory. Files that Carom did not write are not replaced.
+    /// Makes conversions that a finished run lacks, for example because the disk was full. Does nothing without a
+    /// trajectory. Files that Carom did not write are not replaced.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading the list of files.
+    /// [`OutputError::Busy`] if another program writes to the folder, and errors of reading the list of files.
     /// Failed conversions are in [`Conversions::failures`].
     pub fn convert_missing(run: &Path) -> Result<Conversions, OutputError> {
         let trajectory = run.join(TRAJECTORY);

@@ -1,4 +1,4 @@
-//! Writes the frames of a run, particle by particle.
+//! Writes the frames of a run.
 
 use std::convert::Infallible;
 use std::io::Write;
@@ -9,15 +9,14 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
 use crate::trajectory::frame::{Frame, FrameParticle};
 
-/// Data common to all frames of a run.
 #[derive(Debug)]
 pub(crate) struct Frames {
-    /// A frame without particles. Its time and other variable parts are set before each write.
+    /// A frame without particles, whose time and other variable fields are set before each write.
     frame: Frame,
     count: usize,
-    /// Radius of each species, or 0 for species without particles.
+    /// Radius of each species; 0 for species without particles.
     radii: Vec<f64>,
-    /// Species of each particle, or a single entry if all particles have the same species.
+    /// Species of each particle. A single entry if all particles have the same species.
     species: Vec<SpeciesId>,
 }
 
@@ -96,7 +95,6 @@ impl Frames {
 
     fn heading(&self, scale: f64) -> Heading {
         let thickness = Frame::thickness_for(self.radii.iter().map(|radius| radius * scale));
-        // A scene always contains the masses of all species.
         Heading { count: self.count, has_images: true, has_masses: true, thickness }
     }
 }

@@ -1,4 +1,4 @@
-//! Names of the files of a run, and functions that read them, for the comparison with a replay.
+//! Lists and reads the files of a run, for comparison with a replay.
 
 use std::path::Path;
 

@@ -21,15 +21,15 @@ use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
     /// Resumes a run from its last checkpoint, or from the previous checkpoint if the last checkpoint is missing.
-    /// Output after the checkpoint is cut off. An unfinished replacement of the run is resumed instead of the run.
-    /// `limit` replaces the end of the measurement. On return, a checkpoint with the new end is on disk.
+    /// Output after the checkpoint is cut off. If the run was being replaced, the new run is resumed. `limit` replaces
+    /// the end of the measurement, also on disk.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes to the folder. [`OutputError::Checkpoint`] if there is no
     /// checkpoint, if a file is missing, too short or changed, or if the run is beyond the limit.
     /// [`OutputError::Foreign`] if an existing file was not written by Carom. [`OutputError::NotPlain`] if a file of
-    /// the run is a link or a folder. After these errors, everything is unchanged. [`OutputError::Write`] if a file
-    /// cannot be changed.
+    /// the run is a link or a folder. These errors leave everything unchanged. [`OutputError::Write`] if a file cannot
+    /// be changed.
     pub fn resume(target: &Path, limit: Option<Until>) -> Result<(Self, Checkpoint), OutputError> {
         Self::resume_if(target, limit, None)
     }
@@ -37,8 +37,8 @@ impl Folder {
     /// Like [`Self::resume`], for a run with custom instruments of these names.
     ///
     /// # Errors
-    /// The errors of [`Self::resume`]. [`OutputError::Instrument`] if the run began with other instruments; everything
-    /// is then unchanged.
+    /// The errors of [`Self::resume`]. [`OutputError::Instrument`] if the run began with other instruments. This error
+    /// leaves everything unchanged.
     pub fn resume_with(
         target: &Path,
         limit: Option<Until>,
@@ -67,7 +67,6 @@ impl Folder {
         let names = names_of(scene);
         outer.iter().try_for_each(|outer| outer.allow(&names))?;
         // If the list was lost, the new list may lack files of this run, so only listed files are checked here.
-        // `check_files` compares all files with the checkpoint.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         check_files(path, manifest)?;
@@ -104,8 +103,8 @@ impl Folder {
         if limit.is_some() {
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
-        // Even without a new limit, the scene may be outdated. An earlier program may have been killed between the
-        // checkpoint with a new limit and the change of the scene.
+        // The limit in the file may be outdated. An earlier program may have been killed after its checkpoint with a
+        // new limit.
         if folder.scene.is_some() {
             scene_copy::set_limit(&path.join(SCENE), checkpoint.simulation.scene().run().limit)?;
         }
@@ -123,8 +122,8 @@ fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Locks the folder of the run to resume. Returns the path and the list of the run. If this run will replace an old
-/// run, also returns the list of the old run.
+/// Locks the folder of the run to resume. Returns the path and the list of files of the run. If the run will replace an
+/// old run, returns the list of files of the old run, too.
 fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError> {
     // No list of files must be created in a folder without a run.
     if !is_run(target) {
@@ -142,8 +141,8 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
-/// Writes missing surface files. Existing files are kept. At open sides of the box, planes and cylinders extend to the
-/// initial particles. The resumed simulation may have lost some of these particles, and the surfaces would be smaller.
+/// Writes missing surface files, and keeps existing files. At open sides of the box, surfaces extend to the initial
+/// particles. The resumed simulation may have lost some of these particles.
 fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
     let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
     let names = surfaces::names(scene);
@@ -152,7 +151,7 @@ fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), Out
     surfaces::write(path, scene, is_missing)
 }
 
-/// Renames the old summary until the new summary is written. A folder with a summary holds a finished run.
+/// Renames the old summary until the new summary is written, because only a finished run has a summary.
 fn set_summary_aside(path: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     let summary = path.join(SUMMARY);
     if summary.exists() {

@@ -1,5 +1,3 @@
-//! The simulated system in numbers.
-
 use serde::{Deserialize, Serialize};
 
 use super::scale_of_scene;
@@ -13,7 +11,7 @@ pub struct System {
     pub dimensions: usize,
     /// Edges of the box; 0 along flat axes.
     pub size: [f64; 3],
-    /// Volume of the box, or its area or length in lower dimensions; `None` if a side is open.
+    /// Volume, area or length of the box; `None` if a side is open.
     pub volume: Option<f64>,
     /// Number of moving particles per volume; `None` if a side is open.
     pub number_density: Option<f64>,

@@ -1,4 +1,4 @@
-//! Writes VTK XML PolyData: a description in XML, followed by binary arrays with their lengths.
+//! Writes VTK XML PolyData. A description in XML is followed by binary arrays.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -41,7 +41,6 @@ impl PolyData {
         for word in words {
             count += 1;
             for byte in word.bytes().chain([0]) {
-                // Writing to a string cannot fail.
                 let _ = write!(codes, "{byte} ");
             }
         }

@@ -18,7 +18,6 @@ struct Placed {
     /// Name of the VTK files without frame number and extension.
     name: String,
     mesh: TriangleMesh,
-    /// Index of the surface in the scene, if known.
     number: Option<usize>,
     timeline: Option<Timeline>,
     is_written: bool,
@@ -31,7 +30,7 @@ pub(in crate::io) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Reads the surfaces beside a trajectory. The error is the path of a file and its problem.
+    /// Reads the surfaces beside a trajectory. An error has the path of a file and the problem.
     pub fn beside(trajectory: &Path) -> Result<Self, (PathBuf, String)> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let list = listed_surfaces(folder).map_err(|(path, error)| (path, error.to_string()))?;

@@ -1,6 +1,6 @@
 //! Wavefront OBJ: positions `v`, and faces `f` that refer to them. Everything else is ignored.
 //!
-//! Faces of more than three corners are cut into triangles, see [`super::polygon`]. Some truncated files look complete.
+//! Faces of more than three corners are cut into triangles, see [`super::polygon`]. A truncated file may look complete.
 
 use super::error::{MeshFileProblem, Place};
 use super::polygon::triangulate;
@@ -8,17 +8,17 @@ use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Vertices and faces read so far. A face may precede its vertices, so references are checked at the end of the file.
+/// Vertices and faces read so far. Faces may come before their vertices, so vertex numbers are checked at the end.
 #[derive(Debug, Default)]
 struct Faces {
     positions: Vec<Vector>,
     triangles: Vec<[u32; 3]>,
     polygons: Vec<Polygon>,
-    /// Largest vertex number in a face, from 1, and the line of the face.
+    /// Largest vertex number in a face, counted from 1, and the line number of the face.
     farthest: (u32, usize),
 }
 
-/// A face with more than three corners. It is first divided into a fan of triangles around its first corner.
+/// A face with more than three corners. At first, the face is divided into a fan of triangles around its first corner.
 #[derive(Debug)]
 struct Polygon {
     line: usize,
@@ -42,7 +42,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     }
 }
 
-/// Reads a position, and ignores a weight or a colour after it.
+/// Reads a position. A weight or a colour after the position is ignored.
 fn position(words: &mut Words<'_>) -> Result<Vector, MeshFileProblem> {
     let mut position = Vector::zeros();
     for coordinate in position.iter_mut() {
@@ -112,7 +112,7 @@ impl Faces {
         Ok(welder.finish())
     }
 
-    /// Replaces each fan that does not have the shape of its face.
+    /// Replaces each fan that is not a valid triangulation of its face.
     fn cut_polygons(&mut self) -> Result<(), MeshFileProblem> {
         for &Polygon { line, first, corners } in &self.polygons {
             let Some(fan) = self.triangles.get_mut(first..first + corners - 2) else { continue };

@@ -30,8 +30,8 @@ pub enum PolygonProblem {
     CrossesItself,
 }
 
-/// Cuts a polygon of `n` corners into `n - 2` triangles of the same orientation. Returns the indices of their corners,
-/// or `None` if the fan around the first corner is correct.
+/// Cuts a polygon of `n` corners into `n - 2` triangles with the orientation of the polygon. Returns the corners of the
+/// triangles, or `None` if the fan around the first corner is correct.
 pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>, PolygonProblem> {
     let Some((&origin, rest)) = polygon.split_first() else { return Ok(None) };
     let extent = rest.iter().map(|corner| (corner - origin).amax()).fold(0.0, f64::max);
@@ -56,7 +56,7 @@ pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>,
     clip_ears(polygon, &normal).map(Some)
 }
 
-/// Whether the whole face is visible from its first corner: the fan turns in one direction, by less than a full turn.
+/// Whether the fan turns in one direction by less than a full turn. The first corner then has a view of the whole face.
 fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Vector], rounding: f64) -> bool {
     let sines = || fan.iter().map(|twice_area| unit.dot(twice_area));
     let cosines = rest.windows(2).map(|pair| (pair[0] - origin).dot(&(pair[1] - origin)));

@@ -11,13 +11,10 @@ const HEADER: usize = 84;
 /// Length of a triangle: normal, corners and attributes `[bytes]`.
 const TRIANGLE: usize = 50;
 
-/// Number of bytes that are searched for zeros.
 const PROBED: usize = 1024;
 
-/// Whether a file is binary STL: it has zero bytes near its beginning, or does not begin with `solid`.
-///
-/// Some binary files begin with `solid` too. Unlike text, they contain zeros: the attributes are usually zero, and so
-/// is the highest byte of the number of triangles.
+/// Whether a file is binary STL: it has zero bytes near its beginning, or does not begin with `solid`. Some binary
+/// files begin with `solid`, too, but text has no zero bytes.
 pub(super) fn is_binary(content: &[u8]) -> bool {
     let text = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
     let is_solid = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
@@ -28,7 +25,6 @@ fn has_zeros(content: &[u8]) -> bool {
     content.iter().take(PROBED).any(|byte| *byte == 0)
 }
 
-/// Number of triangles in the header; `None` if the file is too short.
 fn announced(content: &[u8]) -> Option<u32> {
     content.get(HEADER - 4..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes))
 }

@@ -45,7 +45,6 @@ fn skip_name(words: &mut Words<'_>) -> bool {
     false
 }
 
-/// Whether a word ends a part of the file, such as `endloop` or `end loop`.
 fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
     let is_part = |text: &[u8]| text.eq_ignore_ascii_case(part.as_bytes());
     if let Some((end, rest)) = word.text.split_at_checked(3)

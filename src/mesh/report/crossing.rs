@@ -1,7 +1,8 @@
 //! Tests whether two triangles intersect outside a common corner. The test uses exact signs of determinants.
 //!
 //! Two triangles intersect if an edge of one triangle meets the other triangle. If the triangles share a corner, it is
-//! enough to test the two opposite edges. If they share an edge, they intersect elsewhere only if they are folded.
+//! enough to test the two opposite edges. Triangles with a common edge intersect elsewhere only if they are folded onto
+//! each other.
 
 use super::predicates::{Projection, Sign, side};
 use super::tree::Bounds;
@@ -45,7 +46,7 @@ fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     !Bounds::around(&[p, q, q]).meets(&Bounds::around(two))
 }
 
-/// Returns the corners of a triangle, shared corners last; `None` if all other corners are on one side of the plane.
+/// Returns the corners of a triangle, shared corners last; `None` if all unshared corners are on one side of the plane.
 fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     let [a, b, c] = triangle.map(|corner| (corner, (!other.contains(&corner)).then(|| side(other, &corner))));
     let is_on = |sign: Sign| [a, b, c].iter().all(|(_, found)| found.is_none_or(|found| found == sign));
@@ -78,7 +79,7 @@ fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> b
     !around.contains(&Sign::Greater) || !around.contains(&Sign::Less)
 }
 
-/// Whether a segment meets a triangle in the same plane. Only lines along the segment or an edge can separate them.
+/// Whether a segment meets a triangle in the same plane. If not, a line along the segment or an edge separates the two.
 fn flat_edge_meets(p: &Vector, q: &Vector, triangle: &[Vector; 3]) -> bool {
     let Some((projection, turn)) = Projection::for_triangle(triangle) else { return false };
     let [a, b, c] = triangle;

@@ -3,7 +3,7 @@ use std::fmt;
 use super::{EdgeFault, MOST_INTERSECTIONS, MOST_PAIRS, MeshReport, PairFault, TriangleFault};
 use crate::Vector;
 
-/// Fault of a mesh. The message names the first place with the fault.
+/// Fault of a mesh. The message names the first place where the fault occurs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
@@ -11,19 +11,19 @@ pub enum Finding {
     NoTriangle,
     /// A vertex is missing, not finite or too far away.
     Unusable(TriangleFault),
-    /// The surface has a rim and encloses no volume.
+    /// The surface has an open edge, so it does not enclose a volume.
     Open(EdgeFault),
     /// More than two triangles meet at an edge.
     Crowded(EdgeFault),
-    /// Normals of adjacent triangles point to different sides of the surface.
+    /// Adjacent triangles have normals on different sides of the surface.
     NotOriented(EdgeFault),
-    /// Triangles have no area, and hence no normal.
+    /// Triangles have no area, so they have no normal.
     Degenerate(TriangleFault),
     /// Triangles are duplicated.
     Duplicates(PairFault),
     /// The surface intersects itself.
     SelfIntersections(PairFault),
-    /// Not all pairs of triangles were tested, because too many are close to each other.
+    /// Too many triangles are close to each other, so not all pairs were tested.
     NotSearched,
 }
 

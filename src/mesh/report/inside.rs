@@ -1,4 +1,4 @@
-//! Whether a point is inside a closed mesh.
+//! Tests whether a point is inside a closed mesh.
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -8,9 +8,9 @@ use super::tree::Tree;
 use crate::Vector;
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Whether a closed mesh contains a point. The solid angles of the triangles add up to `4 pi` times the winding number.
+/// Returns true if a closed mesh contains a point. The solid angles add up to `4 pi` times the winding number.
 ///
-/// For a triangle with corners `a`, `b` and `c` relative to the point, the solid angle `omega` follows from
+/// The corners of a triangle are `a`, `b` and `c`, relative to the point. The solid angle `omega` follows from
 /// `tan(omega / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)` (A. van Oosterom and J.
 /// Strackee, *The Solid Angle of a Plane Triangle*, IEEE Trans. Biomed. Eng. 30, 125, 1983). The time is proportional
 /// to the number of triangles; for many points, use [`Inside`]. The result for a point on the mesh is arbitrary.
@@ -22,15 +22,15 @@ pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
         libm::atan2(a.dot(&b.cross(&c)), x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
     };
     let winding = mesh.all_corners().map(half_angle).sum::<f64>() / (2.0 * PI);
-    // The sum is an integer within round-off, but a half-integer for a point on a face.
+    // The sum is an integer within round-off, or a half-integer for a point on a face.
     winding.abs() > 0.5
 }
 
 /// Test for points inside a closed mesh. Round-off never puts a point on the wrong side.
 ///
-/// A ray runs from the point upwards. The winding number is the number of triangles through which the ray leaves the
-/// mesh, minus the number through which the ray enters. Infinitesimal shifts move the ray off edges and vertices. The
-/// time grows with the number of triangles above the point.
+/// A ray runs from the point upwards. The winding number is the number of times that the ray leaves the mesh, minus the
+/// number of times that it enters. Infinitesimal shifts move the ray off edges and vertices. The time grows with the
+/// number of triangles above the point.
 #[derive(Debug, Clone)]
 pub struct Inside<'a> {
     mesh: Cow<'a, TriangleMesh>,
@@ -50,7 +50,7 @@ impl<'a> Inside<'a> {
         Self { tree: Tree::of(&mesh), mesh: Cow::Owned(mesh) }
     }
 
-    /// Whether the mesh contains a point. The result for a point on the mesh is arbitrary.
+    /// Returns true if the mesh contains a point. The result for a point on the mesh is arbitrary.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         self.winding_number(point) != 0
@@ -67,14 +67,14 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// Returns 1 if the upward ray from a point leaves the mesh through the triangle, -1 if it enters, otherwise 0.
+/// Returns 1 if the upward ray from a point leaves the mesh through a triangle, -1 if the ray enters, otherwise 0.
 fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     let [a, b, c] = triangle;
     let turn = moved_turn(a, b, point);
     if turn == Sign::Equal || moved_turn(b, c, point) != turn || moved_turn(c, a, point) != turn {
         return 0;
     }
-    // If the normal points up, a point below the triangle is behind it.
+    // If the normal points up, points below the triangle are behind it.
     match (turn, side(triangle, point)) {
         (Sign::Greater, Sign::Less) => 1,
         (Sign::Less, Sign::Greater) => -1,

@@ -33,7 +33,6 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// Projections along x, y and z.
     pub const ALL: [Self; 3] = [Self { axes: [1, 2] }, Self { axes: [2, 0] }, Self { axes: [0, 1] }];
 
     pub fn of(self, point: &Vector) -> [f64; 2] {
@@ -46,7 +45,7 @@ impl Projection {
         sign(robust::orient2d(a, b, c))
     }
 
-    /// Returns a projection in which the triangle has an area, and the turn of its corners; `None` if there is none.
+    /// Returns a projection in which the triangle has an area, and the direction in which the corners turn.
     pub fn for_triangle([a, b, c]: &[Vector; 3]) -> Option<(Self, Sign)> {
         let normal = (b - a).cross(&(c - a));
         let best = normal.iamax();

@@ -11,7 +11,7 @@ pub struct EdgeUse {
     pub is_forward: bool,
 }
 
-/// The sides of all triangles, sorted by vertices and then by triangle. Sides on the same edge are neighbours.
+/// The sides of all triangles, sorted by vertices and then by triangle. Sides of the same edge are adjacent.
 ///
 /// Triangles with two identical vertices are left out. A surface can be closed without them.
 #[derive(Debug, Clone, PartialEq, Eq)]

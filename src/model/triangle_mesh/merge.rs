@@ -9,8 +9,8 @@ use crate::Vector;
 const MOST_CELLS: f64 = 9e15;
 
 impl TriangleMesh {
-    /// Merges vertices that are at most `tolerance` apart `[length]`, each into the nearest of the earlier vertices.
-    /// Returns the new mesh and the number of removed vertices. No triangle is removed, but some may have no area.
+    /// Merges vertices that are at most `tolerance` apart `[length]`. A vertex is merged into the nearest earlier
+    /// vertex. Returns the new mesh and the number of removed vertices. Triangles stay, but may have no area.
     #[must_use]
     pub fn merged(&self, tolerance: f64) -> (Self, usize) {
         let Some(origin) = self.vertices.first().filter(|_| tolerance > 0.0) else { return (self.clone(), 0) };
@@ -55,7 +55,7 @@ impl TriangleMesh {
 mod tests {
     use super::*;
 
-    /// The triangles of a box, each with its own slightly displaced vertices.
+    /// The triangles of a box. Each triangle has its own slightly displaced vertices.
     fn soup(off: f64) -> TriangleMesh {
         let cuboid = TriangleMesh::cuboid(&Vector::new(-1.0, 2.0, 0.5), &Vector::new(3.0, 4.0, 1.5));
         let mut mesh = TriangleMesh::default();

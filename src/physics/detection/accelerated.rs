@@ -2,8 +2,8 @@
 //!
 //! The overlap function is a quartic. It is monotone between its turning points, so each falling piece contains at most
 //! one event. The falling pieces are the paper's two regions of interaction: `(-inf, t1]` and `[t2, t3]` for `f+`,
-//! `[t1, t2]` and `[t3, inf)` for `f-`. Only turning points in the future are computed. The coefficients of the
-//! derivative show whether `f` falls just after now, so a contact that has just ended is not found again.
+//! `[t1, t2]` and `[t3, inf)` for `f-`. The derivative shows whether `f` falls just after now, so a contact that has
+//! just ended is not found again.
 
 use super::roots::{bracketed, grow, sign_changes_of_cubic};
 use super::stretch::Stretch;
@@ -32,7 +32,7 @@ pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     find_last_root(f, from)
 }
 
-/// Returns the first time in `[from, to]` at which a falling function is not positive; `None` if it stays positive.
+/// Returns the first time in `[from, to]` at which a falling function is not positive.
 #[inline(always)]
 fn begin_of_invalid(value: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
     if value(from) <= 0.0 {

@@ -1,14 +1,14 @@
 //! A sphere and a fixed feature of a surface: a point, a line or a face, unbounded or bounded.
 //!
-//! The overlap function of a feature depends only on the motion perpendicular to it: three components for a point, two
-//! for a line, one for a face. If the feature has ends, the extent `b_k` is the signed distance of the foot
-//! of the perpendicular from the end `k`, negative beyond this end. The rule of [`crate::physics::detection`] then
-//! applies while the foot is on the feature, ends included:
+//! The overlap function depends only on the motion perpendicular to the feature: three components for a point, two for
+//! a line, one for a face. If the feature is bounded, the extent `b_k` is the signed distance from the end `k` to the
+//! foot of the perpendicular. It is negative beyond the end. A contact is possible while the foot is on the feature or
+//! at an end. The rule of [`crate::physics::detection`] then becomes:
 //!
 //! > The first time at which `f <= 0`, `df/dt < 0`, and no extent `b_k < 0`.
 //!
-//! If two features share an end, either of them may report a contact there. If rounding moves the foot off a face, the
-//! line along the edge of this face still reports the contact. The foot moves along a parabola, so the extents are
+//! At an end that two features share, either feature may report a contact. If rounding moves the foot off a face, the
+//! line along the edge of the face still reports the contact. The foot moves along a parabola, so the extents are
 //! `b(t) = b0 + b1 t + b2 t^2`.
 
 use super::stretch::Parabola;
@@ -17,7 +17,7 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// Returns the time when a particle reaches the distance `s` from a point at the origin, from the given side of this
+/// Returns the time when a particle reaches the distance `s` from the origin, coming from the given side of this
 /// distance. The argument `squared` is `s^2`.
 #[inline]
 #[must_use]
@@ -29,7 +29,7 @@ pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: S
     }
 }
 
-/// The component of a vector perpendicular to a unit vector.
+/// Returns the component of a vector perpendicular to a unit vector.
 #[inline]
 #[must_use]
 pub fn across(direction: &Vector, vector: &Vector) -> Vector {
@@ -47,7 +47,7 @@ pub fn line(direction: &Vector, state: &RelativeState, acceleration: &Vector, sq
 fn motion_across(direction: &Vector, state: &RelativeState, acceleration: &Vector) -> (RelativeState, Vector) {
     let RelativeState { position, velocity } = state;
     let state = RelativeState { position: across(direction, position), velocity: across(direction, velocity) };
-    // If the acceleration is along the line, its perpendicular part is only round-off and is set to zero.
+    // If the acceleration is along the line, its perpendicular part is only round-off.
     let beside = across(direction, acceleration);
     let is_none = beside.norm() <= 4.0 * f64::EPSILON * acceleration.norm();
     (state, if is_none { Vector::zeros() } else { beside })
@@ -72,7 +72,7 @@ pub fn segment(
     accelerated::falling_stretches(&f).into_iter().flatten().find_map(|stretch| stretch.first_on(&extents))
 }
 
-/// Returns the time of the next contact with a face through the origin, from either side, while no extent is negative.
+/// Returns the time of the next contact with a face through the origin from either side, with no negative extent.
 #[must_use]
 pub fn face(height: &Parabola, distance: f64, extents: &[Parabola]) -> Option<f64> {
     let [position, velocity, half] = height.0;

@@ -3,7 +3,7 @@
 use super::stretch::Stretch;
 use crate::physics::overlap::{Quadratic, Side};
 
-/// Time to the next event of a pair without relative acceleration, for the overlap function `f` on one side.
+/// Time to the next event of a pair without relative acceleration, on one side of the discontinuity.
 #[inline]
 #[must_use]
 pub fn next_event(f: &Quadratic, side: Side) -> Option<f64> {
@@ -30,17 +30,17 @@ pub fn positive(f: &Quadratic) -> Option<f64> {
     Some(f.r2 / (discriminant.sqrt() - f.b))
 }
 
-/// The interval in which `f+` is falling and not positive, from the event of Algorithm 2 to the shortest distance.
+/// The interval in which `f+` falls and is not positive, from the event of Algorithm 2 to the shortest distance.
 #[must_use]
 pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
     let from = positive(f)?;
-    // In a grazing contact, rounding may make the time of the shortest distance equal to `from`.
+    // In a grazing contact, rounding may give both ends the same time.
     Some(Stretch { from, until: (-f.b / f.v2).max(from.next_up()) })
 }
 
 /// Algorithm 3: the next event on the negative side (Bounce, Release) of a pair with `a_ij = 0`.
 ///
-/// If a pair is outside and its path never leads back inside, the pair interacts at the shortest distance.
+/// If a pair is outside and its path never leads back inside, the event is at the shortest distance.
 #[inline]
 #[must_use]
 pub fn negative(f: &Quadratic) -> Option<f64> {
@@ -49,11 +49,11 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
     }
     let discriminant = f.b * f.b - f.v2 * f.r2;
     let dt = if discriminant > 0.0 {
-        // The later root, in the form without cancellation. If both roots are in the past, the result is 0.
+        // The later root, without cancellation. If both roots are in the past, the result is 0.
         let root = discriminant.sqrt();
         if f.b < 0.0 { -(f.b - root) / f.v2 } else { -f.r2 / (f.b + root) }
     } else if f.r2 < 0.0 {
-        // The pair is inside, but so slow that both products underflow. Its future root cannot be computed.
+        // The pair is inside and so slow that both products underflow.
         return None;
     } else {
         -f.b / f.v2

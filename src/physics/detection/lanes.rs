@@ -1,6 +1,5 @@
-//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. [`Lanes`] has three implementations: for any processor, for
-//! AVX2 with four numbers per instruction, and for AVX-512 with eight numbers. All implementations perform the
-//! operations of the scalar algorithms in the same order, without fused operations. The results agree bit for bit.
+//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. [`Lanes`] is implemented for any processor, for AVX2 and for
+//! AVX-512. All implementations perform the scalar operations in the same order, so results agree bit for bit.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -53,7 +52,7 @@ impl Simd {
         self.0 != Instructions::Any
     }
 
-    /// Returns the same instructions, limited to four lanes. For a few numbers, four lanes are cheaper than eight.
+    /// Returns the same instructions, limited to four lanes. Four lanes are cheaper than eight for a few numbers.
     #[inline]
     #[must_use]
     pub fn at_most_four(self) -> Self {
@@ -190,7 +189,8 @@ impl Lanes for Plain {
     }
 }
 
-/// Algorithm 2 for `V2 dt^2 + 2 B dt + R2`: times to the next events on the positive side; infinite if there are none.
+/// Algorithm 2 for `V2 dt^2 + 2 B dt + R2`. Returns the times to the next events on the positive side. A time is
+/// infinite if there is no event.
 #[inline(always)]
 #[must_use]
 pub fn positive<F: Lanes>(r2: F, b: F, v2: F) -> F {
@@ -202,7 +202,7 @@ pub fn positive<F: Lanes>(r2: F, b: F, v2: F) -> F {
     b.if_less(zero, approaching, never)
 }
 
-/// Algorithm 3: the times to the next events on the negative side. The arguments are the same as in [`positive`].
+/// Algorithm 3. Returns the times to the next events on the negative side, for the same coefficients as [`positive`].
 #[inline(always)]
 #[must_use]
 pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
@@ -210,7 +210,7 @@ pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
     let discriminant = b.mul(b).sub(v2.mul(r2));
     let root = discriminant.sqrt();
     let q = b.add(b.if_less(zero, zero.sub(root), root));
-    // Operands are selected before a single division, because a division takes as long as ten additions.
+    // Operands are selected first, so that a single division is enough. Divisions are slow.
     let (above, below) = (b.if_less(zero, q, r2), b.if_less(zero, v2, q));
     let (above, below) = (zero.if_less(discriminant, above, b), zero.if_less(discriminant, below, v2));
     let last = zero.sub(above).div(below);
@@ -225,7 +225,7 @@ mod tests {
     use crate::physics::overlap::Quadratic;
     use proptest::prelude::*;
 
-    /// Coefficients for which exact zeros, contacts and grazing are frequent.
+    /// Random coefficients. Exact zeros, contacts and grazing are frequent.
     fn coefficient() -> impl Strategy<Value = f64> {
         prop_oneof![
             prop::sample::select(vec![

@@ -1,8 +1,7 @@
 //! Proofs that two particles never meet, despite rounding.
 //!
-//! For the next event, it is enough that detection is exact within rounding errors. On a path of ten million diameters,
-//! however, rounding decides between a miss and a collision. The result `true` is a proof for all states within a
-//! [`Doubt`] of the given state. The result `false` proves nothing.
+//! On a path of ten million diameters, rounding errors decide between a miss and a collision. The result `true` is a
+//! proof for all states within a [`Doubt`] of the given state. The result `false` proves nothing.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;
@@ -26,15 +25,15 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// Returns the rounding errors of a relative state, from sums of magnitudes of positions and of velocities.
+    /// Returns the rounding errors of a relative state. The arguments are sums of absolute positions and velocities.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
     }
 }
 
-/// Whether a pair without relative acceleration provably never comes nearer than `distance`, or recedes forever. The
-/// velocity is taken as exact.
+/// Returns true if a pair without relative acceleration provably stays farther apart than `distance`, or recedes
+/// forever. The velocity is taken as exact.
 ///
 /// The shortest distance on a straight path is `|r x v| / |v|`. This form avoids the cancellation in the discriminant.
 #[must_use]
@@ -48,7 +47,7 @@ pub fn inertial(state: &RelativeState, doubt: &Doubt, distance: f64) -> bool {
     velocity.dot(position) > speed * doubt || position.cross(velocity).norm() > speed * kept
 }
 
-/// Whether a pair with a relative acceleration provably never comes nearer than `distance`, or recedes forever.
+/// Like [`inertial`], for a pair with a relative acceleration.
 #[must_use]
 pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, distance: f64) -> bool {
     let RelativeState { position: r, velocity: v } = state;
@@ -67,7 +66,7 @@ pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, 
     recedes || is_always_positive(&lowest, speed / push + (length / push).sqrt())
 }
 
-/// Whether a particle provably never reaches a plane. `height` is the signed distance from the plane.
+/// Returns true if a particle provably never reaches a plane. The signed distance from the plane is `height`.
 #[must_use]
 pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bool {
     if acceleration == 0.0 {
@@ -79,12 +78,12 @@ pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bo
     acceleration > 0.0 && (fastest <= 0.0 || turns_above)
 }
 
-/// Whether a quartic is provably positive for all non-negative arguments. The constant coefficient comes first. `scale`
+/// Returns true if a quartic is provably positive for all times `t >= 0`. The constant coefficient comes first. `scale`
 /// is a typical time over which the quartic changes.
 ///
-/// Arguments below and above `scale` are examined separately. Reversed coefficients map all larger arguments to a
-/// finite interval. On each interval, the quartic lies within the convex hull of its Bernstein coefficients. If a
-/// coefficient is not positive, the interval is halved, because the hulls of the halves are tighter.
+/// Times below and above `scale` are examined separately. For late times, the coefficients are reversed, so that the
+/// argument is `scale / t`. On each interval, the quartic lies within the convex hull of its Bernstein coefficients.
+/// The hulls become tighter when an interval is halved.
 fn is_always_positive(coefficients: &[f64; 5], scale: f64) -> bool {
     let mut power = 1.0;
     let near = coefficients.map(|c| {

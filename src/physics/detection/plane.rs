@@ -2,8 +2,8 @@
 
 use super::stretch::Stretch;
 
-/// Time until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling. The
-/// signed distance is the overlap function of the rule in [`crate::physics::detection`].
+/// Returns the time until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and
+/// falling. This distance is the overlap function in [`crate::physics::detection`].
 #[inline]
 #[must_use]
 pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> {
@@ -32,12 +32,10 @@ pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> 
 #[must_use]
 pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: f64) -> Option<Stretch> {
     let from = next_event(height - distance, velocity, acceleration)?;
-    let until = next_event(height, velocity, acceleration).unwrap_or_else(|| {
-        // The particle turns before it reaches the plane.
-        if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
-    });
+    let until = next_event(height, velocity, acceleration)
+        .unwrap_or_else(|| if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY });
     let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
-    // If the fall is too short for floats to resolve, the interval is one float long.
+    // Despite round-off, the interval of a fall is at least one float long.
     let until = if from > falls_from { until.max(from.next_up()) } else { until };
     Some(Stretch { from, until })
 }

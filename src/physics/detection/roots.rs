@@ -7,15 +7,15 @@ pub struct SignChanges {
     pub at: [f64; 3],
     /// Number of sign changes.
     pub count: usize,
-    /// Whether the cubic is negative just after the argument 0.
+    /// Whether the cubic is negative just after 0.
     pub starts_negative: bool,
 }
 
 /// Returns the arguments `t > 0` at which `c[0] + c[1] t + c[2] t^2 + c[3] t^3`, with `c[3] > 0`, changes sign.
 ///
 /// The turning points of the cubic divide the positive axis into monotone pieces. A piece whose ends differ in sign
-/// contains one root, which [`bracketed`] refines. Roots that stay finite as `c[3] -> 0` stay accurate. Double roots
-/// are left out, because the sign does not change there. At `t = 0`, the first nonzero coefficient decides the sign.
+/// contains one root, which [`bracketed`] refines. Roots that stay finite as `c[3] -> 0` are accurate. Double roots are
+/// left out, because the sign does not change there.
 #[must_use]
 pub fn sign_changes_of_cubic(c: &[f64; 4]) -> SignChanges {
     let value = |t: f64| ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
@@ -50,7 +50,7 @@ fn turning_points(c: &[f64; 4]) -> [f64; 2] {
     if first <= second { [first, second] } else { [second, first] }
 }
 
-/// Returns a step comparable to the largest root of the cubic, from ratios of the coefficients.
+/// Returns a step comparable to the largest root of the cubic.
 fn initial_step(c: &[f64; 4]) -> f64 {
     let step = libm::cbrt((c[0] / c[3]).abs()).max((c[1] / c[3]).abs().sqrt()).max((c[2] / c[3]).abs());
     if step > 0.0 && step.is_finite() { step } else { 1.0 }
@@ -72,14 +72,14 @@ pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Opt
 /// Returns the last argument in `[valid, invalid]` at which `f >= 0`, for a function that becomes negative once.
 ///
 /// Chandrupatla's method: inverse quadratic interpolation if the last three points allow it, otherwise bisection (Adv.
-/// Eng. Software 28, 145, 1997). The iteration ends when the bracket is one or two floats wide. The valid end is
-/// returned, so that the state at the event is valid.
+/// Eng. Software 28, 145, 1997). The iteration ends when the bracket is one or two floats wide. The valid end of the
+/// bracket is returned.
 #[must_use]
 pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
     let (mut fa, mut fb) = (f(a), f(b));
     let mut fraction = 0.5;
-    // The root is between `a`, the newest point, and `b`. The point `c` was the last to leave the bracket.
+    // The root is between `a`, the newest point, and `b`. The point `c` is the previous end of the bracket.
     for _ in 0..MOST_ITERATIONS {
         let mut x = a + fraction * (b - a);
         if x == a || x == b {
@@ -100,7 +100,6 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
             last
         };
         (a, fa) = (x, fx);
-        // A step below this resolution would be lost in rounding.
         let resolution = f64::EPSILON * a.abs().max(b.abs());
         let width = (b - a).abs();
         if width <= resolution {

@@ -14,7 +14,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// Returns the first time in the interval at which no extent is negative, so that the foot is on the feature.
+    /// Returns the first time in the interval at which no extent is negative.
     #[must_use]
     pub fn first_on(&self, extents: &[Parabola]) -> Option<f64> {
         if self.from >= self.until {
@@ -23,8 +23,7 @@ impl Stretch {
         if extents.iter().all(|extent| extent.value(self.from) >= 0.0) {
             return Some(self.from);
         }
-        // The foot reaches the feature later, which happens only if rounding hid a contact with an edge. At a corner,
-        // two extents become positive at the same time. Rounding may leave one of them negative, so times are compared.
+        // At a corner, two extents become positive together. Rounding may leave one negative, so times are compared.
         let mut at = self.from;
         // Each extent delays the time `at` at most once. After each delay, all extents are tested again.
         for _ in 0..=extents.len() {
@@ -70,11 +69,11 @@ impl Parabola {
         let root = || (rate * rate - 4.0 * c * value).sqrt();
         if value < 0.0 {
             let rises = from + plane::next_event(-value, -rate, -2.0 * c)?;
-            // A polynomial that is curved downwards is positive only until it falls to zero again.
+            // A polynomial that is curved downwards falls to zero again.
             let is_on = c >= 0.0 || at <= from + (rate + root()) / (-2.0 * c);
             return is_on.then_some(at.max(rises));
         }
-        // If the polynomial is curved upwards, it may fall below zero and become positive again.
+        // A polynomial that is curved upwards may fall below zero and rise again.
         let ends = plane::next_event(value, rate, 2.0 * c).map(|after| from + after);
         match ends {
             Some(ends) if at > ends => (c > 0.0).then(|| at.max(from + (root() - rate) / (2.0 * c))),

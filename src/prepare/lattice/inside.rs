@@ -1,4 +1,4 @@
-//! Lattice sites inside a region that is not a box.
+//! Lattice sites in a region that is not a box.
 
 use super::{Fit, Lattice, Sites};
 use crate::Vector;
@@ -7,19 +7,18 @@ use crate::model::space::Space;
 use crate::prepare::NoPlace;
 use crate::prepare::region::FillRegion;
 
-/// Factor by which the number of sites in the bounding box grows with each attempt.
+/// With each attempt, the number of sites in the bounding box grows by this factor.
 const STEP: f64 = 1.02;
 
-/// Largest number of lattice sites to try, relative to the number expected from the volume of the region.
+/// Largest number of lattice sites, divided by the number expected from the volume of the region.
 const MOST_SITES: f64 = 20.0;
 
-/// Number of lattice sites in the bounding box if the region has about `count` sites.
+/// Number of lattice sites in the bounding box of a region with about `count` sites.
 pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }
 
-/// Returns lattice sites inside a region, one for each particle. The lattice covers the bounding box. It is the widest
-/// lattice with enough sites inside the region.
+/// Returns lattice sites inside a region, one for each particle. The lattice is the widest lattice with enough sites.
 pub(crate) fn sites_inside(
     lattice: Lattice,
     space: &Space,
@@ -86,7 +85,7 @@ mod tests {
             assert!(count == 1 || least_distance(&sites, &cube) >= 1.0 - 1e-12, "{region:?}");
             assert!(count == 1 || matches!(fill(Some(2.0)), Err(NoPlace::TooTight { .. })), "{region:?}");
         }
-        // If the sites filled only half of the sphere, neighbours would be closer.
+        // In half of the sphere, the sites would be closer.
         let sphere = FillRegion::Sphere { centre: Vector::repeat(10.0), radius: 5.0 };
         let sites =
             sites_inside(Lattice::FaceCentredCubic, &cube, &sphere, Sites { count: 350, diameter: 1.0, contact: None });

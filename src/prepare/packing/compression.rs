@@ -86,7 +86,6 @@ impl Compression<'_> {
         self.core_fraction() > self.of_dimensions(HOPELESS)
     }
 
-    /// Returns positions at which no two cores overlap.
     pub(crate) fn positions(&self) -> Result<Vec<Vector>, NoPlace> {
         self.check_room()?;
         let is_equal = self.fill.kinds.iter().all(|kind| Some(kind) == self.fill.kinds.first());

@@ -8,10 +8,10 @@ use crate::prepare::NoPlace;
 use crate::prepare::packing::occupancy::Occupancy;
 use crate::prepare::region::FillRegion;
 
-/// At 90 % of the jamming density of random insertion in three dimensions, one in about 10^4 attempts succeeds.
+/// At 90 % of the jamming density in three dimensions, one in about 10^4 attempts succeeds.
 const ATTEMPTS: usize = 200_000;
 
-/// Draws a uniformly distributed position such that the whole particle is inside a box.
+/// Draws a random position such that the whole particle is inside a box.
 pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Random) -> Vector {
     Vector::from_fn(|k, _| {
         if space.boundary[k] == Boundary::Flat {
@@ -21,12 +21,12 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
         let margin = if full && space.boundary[k] == Boundary::Periodic { 0.0 } else { radius };
         let (lower, upper) = (region.lower[k] + margin, region.upper[k] - margin);
         let drawn = lower + (upper - lower).max(0.0) * random.uniform();
-        // Rounding must not put the position on the upper side, which belongs to the next image of the box.
+        // The upper side is part of the next image of the box.
         if drawn < upper { drawn } else { lower }
     })
 }
 
-/// Places particles of given radii and species one by one. Stops at the first particle without room.
+/// Places particles with given radii and species one by one. Stops when a particle has no room.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,

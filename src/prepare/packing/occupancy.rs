@@ -20,15 +20,14 @@ pub(crate) struct Overlapping {
     pub contact: f64,
 }
 
-/// Largest ratio of particle sizes in one grid. In a coarse grid, small particles have too many candidates. In a fine
-/// grid, large particles search too many cells.
+/// Largest ratio of particle sizes in one grid. Small particles have too many candidates in a coarse grid, and large
+/// particles search too many cells in a fine grid.
 const COARSER: f64 = 8.0;
 
-/// Initial capacity of each grid if there are several grids.
 const FIRST: usize = 64;
 
-/// The particles placed so far, in hashed grids of cells: a coarse grid for large particles and finer grids for smaller
-/// particles. The memory grows with the number of particles and does not depend on their distances.
+/// The particles placed so far, in hashed grids of cells. Large particles are in a coarse grid, and smaller particles
+/// in finer grids. The memory does not depend on the distances between particles.
 pub(crate) struct Occupancy<'a> {
     pub space: &'a Space,
     contacts: &'a Contacts,
@@ -45,8 +44,8 @@ pub(crate) struct Occupancy<'a> {
 /// Relative tolerance of overlaps, because coordinates are rounded.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Rounding error of the distance between two positions `[length]`. A particle near coordinate 0 may have been at the
-/// farthest periodic side during the contact, where rounding is coarser.
+/// Rounding error of the distance between two positions `[length]`. Includes the coarser rounding at the far side of a
+/// periodic box, where a particle near coordinate 0 may have been during the contact.
 fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
     ROUNDING * (positions[0].amax() + positions[1].amax() + 2.0 * side + contact)
 }
@@ -54,7 +53,7 @@ fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
 impl<'a> Occupancy<'a> {
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
-        // The shortest contact distance of a species measures its size. The longest may be with a large partner.
+        // The longest contact distance of a small particle may be with a large partner, so the shortest is used.
         let mut shortest = vec![f64::INFINITY; species];
         for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
             shortest[a] = shortest[a].min(contact);
@@ -109,7 +108,6 @@ impl<'a> Occupancy<'a> {
         let Some((surfaces, radii)) = &self.surfaces else { return false };
         let radius = radii.get(species as usize).copied().unwrap_or(0.0);
         let mut reaches = false;
-        // Scenes with more species than fit in 16 bits were rejected earlier.
         let row = u16::try_from(species).unwrap_or(u16::MAX);
         surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
             // Walls of the box need no check: positions are always drawn inside the walls.
@@ -171,7 +169,6 @@ pub(crate) fn first_overlap(
             && distance < contact - rounding([&first.position, &second.position], side, contact)
             && !is_bonded(a.min(b), a.max(b))
     };
-    // Quick test whether any particles overlap.
     if let Some(cells) = cell_list(particles, contacts, space, displacement)
         && !cells.has_pair(|a, b, _, squared| is_overlap(a, b, squared.sqrt()))
     {
@@ -198,8 +195,7 @@ pub(crate) fn first_overlap(
 /// Largest ratio of contact distances for a single cell list.
 const ALIKE: f64 = 2.0;
 
-/// Creates a cell list of all particles with contacts. Returns `None` if the contact distances differ too much, or if a
-/// pair could meet through several images in a small box.
+/// Returns `None` if the contact distances differ too much, or if a pair could meet through several images.
 fn cell_list(particles: &[Particle], contacts: &Contacts, space: &Space, displacement: f64) -> Option<CellList> {
     let largest = contacts.largest();
     let mut touches = vec![false; contacts.iter().map(|([a, b], _)| a.max(b) + 1).max()?];

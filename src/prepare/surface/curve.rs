@@ -1,6 +1,6 @@
 //! Curves of static disks: the walls of two-dimensional scenes.
 //!
-//! A moving disk passes between static disks at a distance `d` only if its contact distance is less than `d / 2`.
+//! A moving disk passes between static disks with a spacing `d` only if the contact distance is less than `d / 2`.
 
 use std::f64::consts::PI;
 

@@ -57,8 +57,8 @@ pub struct Gap {
 }
 
 impl Scene {
-    /// Returns the leaks of the static surfaces. A particle can pass through a hole if its contact distance with the
-    /// static spheres is less than the circumradius of the hole.
+    /// Returns the leaks of the static surfaces. A particle can pass a hole if its contact distance with the static
+    /// spheres is less than the circumradius of the hole.
     #[must_use]
     pub fn leaks(&self) -> Vec<Leak> {
         let contacts = self.contacts();
@@ -78,10 +78,10 @@ impl Scene {
 
     /// Returns the leaking joints between static surfaces.
     ///
-    /// An open end is joined to the nearest other surface if the distances from its spheres to that surface are small
-    /// and similar: less than three contact distances, with quartiles within a factor of 1.5. The joint leaks if its
-    /// holes have a circumradius `R = sqrt(d^2 + g^2) / 2` above the contact distance. Here `d` is the spacing along
-    /// the open end, and `g` is the median width of the gap. Wider openings are assumed to be intended.
+    /// A joint is an open end near another surface. The distances from its spheres to this surface are less than three
+    /// contact distances, and their quartiles differ by less than a factor of 1.5. The joint leaks if `sqrt(d^2 + g^2)
+    /// / 2` exceeds the contact distance. Here `d` is the spacing of the spheres along the open end, and `g` is the
+    /// median width of the gap. Wider openings are assumed to be intended.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         let contacts = self.contacts();
@@ -105,7 +105,7 @@ impl Scene {
         gaps
     }
 
-    /// Returns the surface to which an open end is joined, and the width of the gap, if the joint leaks.
+    /// Returns the other surface of a leaking joint, and the width of the gap.
     fn gap_along(&self, rim: &[ParticleId], surface: usize, contact: f64) -> Option<(usize, f64)> {
         let position = |id: u32| self.particles[id as usize].position;
         let open = Space { boundary: [Boundary::OPEN; 3], ..self.space };
@@ -141,7 +141,7 @@ impl Scene {
 mod tests {
     use super::*;
 
-    /// Two cylinders on one axis. The lower cylinder ends at the height 9, and the upper one starts at `height`.
+    /// Two coaxial cylinders. The lower cylinder ends at the height 9, and the upper cylinder starts at `height`.
     fn scene(spacing: f64, height: f64) -> Scene {
         Scene::from_toml(
             format!(

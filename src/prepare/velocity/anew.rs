@@ -10,7 +10,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{Particle, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Draws Maxwell velocities for all moving particles, scaled to exactly the kinetic temperature `temperature`
+    /// Draws Maxwell velocities for all moving particles, and scales them to the kinetic temperature `temperature`
     /// `[energy]`. The net momentum is zero along axes where momentum is conserved. In a sheared box, velocities are
     /// relative to the streaming velocity.
     ///

@@ -13,7 +13,7 @@ use super::{Checked, CheckpointError};
 pub struct ManifestEntry {
     /// Name of the file in the run folder.
     pub name: String,
-    /// Length at the time of the checkpoint `[bytes]`. Bytes after it are not part of the checkpoint.
+    /// Length at the time of the checkpoint `[bytes]`. Later bytes are not part of the checkpoint.
     pub length: u64,
     /// Number of leading bytes that are overwritten when the run ends. The checksum excludes these bytes.
     pub head: u64,
@@ -43,8 +43,7 @@ impl ManifestEntry {
 /// List of the output files of a run at the time of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// CRC-32 of the scene without the limit of the measurement, which may be changed later; `None` if the text is not
-    /// kept.
+    /// CRC-32 of the scene without the limit of the measurement, which may change; `None` if the text is not kept.
     pub scene: Option<u32>,
     /// Output files that grow during the run.
     pub files: Vec<ManifestEntry>,

@@ -12,10 +12,8 @@ use crate::base::numbers;
 
 const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
 
-/// Length of the text that identifies the kind of file `[bytes]`.
 const MAGIC: usize = 16;
 
-/// Length of the version in the header `[bytes]`.
 const VERSION: usize = 12;
 
 const PIECE: usize = 1 << 20;

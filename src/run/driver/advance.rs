@@ -1,5 +1,3 @@
-//! Advances the engine to the next check of the run, and calls `watch` on the way.
-
 use std::ops::ControlFlow;
 use std::time::Duration;
 
@@ -10,7 +8,7 @@ use crate::engine::{EngineError, Reason, Until};
 use crate::run::Ending;
 use crate::run::state::Aim;
 
-/// Number of physical events between two checks of a run. A check tests whether further events can occur.
+/// Number of physical events between two checks of a run.
 const CHUNK: u64 = 10_000;
 
 /// Number of physical events per particle between two checks of a run with several domains.
@@ -24,9 +22,9 @@ const LONGEST_WAIT: f64 = 1e12;
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl Driver<'_> {
-    /// Advances to a simulated time, a number of events or the next check of the run, whichever comes first. Returns
-    /// [`Ending::Time`] at the simulated time, another ending if the stage or the run ends, and otherwise `None`. While
-    /// initial overlaps remain, checks are frequent, to find the time of the last overlap.
+    /// Advances to a simulated time, a number of events or the next check of the run, whichever comes first. Returns an
+    /// ending at the simulated time, or if the stage or the run ends. While initial overlaps remain, checks are
+    /// frequent, to find the time of the last overlap.
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         let (wait, check) = (self.state.wait, self.state.overlap_check);
         let has_overlaps = self.state.ledger.has_overlaps();
@@ -57,8 +55,7 @@ impl Driver<'_> {
         Ok(reached)
     }
 
-    /// Returns the number of physical events until the next check. Checks are rare with several domains, because a
-    /// check moves all particles to a single engine.
+    /// Returns the number of physical events until the next check. A check moves all particles to a single engine.
     fn events_to_check(&self) -> u64 {
         if self.simulation.domain_work().is_none() {
             return CHUNK;
@@ -99,8 +96,7 @@ impl Driver<'_> {
         nothing_is_due.then_some(nothing)
     }
 
-    /// Advances to a time or a number of events, and calls `watch` on the way. The timing of these calls does not
-    /// affect the trajectory.
+    /// Advances to a time or a number of events, and calls `watch` on the way.
     fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, Failed> {
         loop {
             let started = Instant::now();
@@ -145,14 +141,13 @@ impl Driver<'_> {
         }
     }
 
-    /// Records whether the run has reached `halt`, or only the pause of a pilot run.
+    /// Records whether the run has reached `halt`.
     fn paused(&mut self, at: Until) -> Ending {
         let halt = self.halt();
         self.is_halted = !self.is_pilot && (halt.last_time() <= at.last_time() || halt.last_event() <= at.last_event());
         Ending::Interrupted
     }
 
-    /// Advances by `steps` engine steps, at most to `until`.
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, Failed> {
         let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
         let has_events = is_measuring && self.agreed(self.recorder.has_events());

@@ -17,7 +17,7 @@ const EVENTS_PER_SAMPLE: u64 = 2;
 const FEWEST_SAMPLES: u32 = 100;
 
 /// An equilibration without a limit gives up after `PATIENCE` times [`FEWEST_SAMPLES`] samples. Some systems always
-/// drift, such as a cooling gas. Others cannot be tested, such as a single particle between walls.
+/// drift, such as a cooling gas. Some cannot be tested, such as a single particle between walls.
 const PATIENCE: u32 = 1000;
 
 /// Number of events per particle after which an equilibration without a limit gives up.
@@ -30,7 +30,6 @@ const GROWTH: u32 = 4;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Monitor {
     pub(super) observer: Observer,
-    /// Number of physical events at the next sample.
     pub(super) next: u64,
     step: u64,
     samples: u32,
@@ -38,7 +37,6 @@ pub(in crate::run) struct Monitor {
 }
 
 impl Monitor {
-    /// Number of events before the first test for drift.
     pub fn shortest(&self) -> u64 {
         u64::from(FEWEST_SAMPLES).saturating_mul(self.step)
     }
@@ -92,7 +90,6 @@ mod tests {
     use crate::run;
     use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-    /// Two particles that bounce between two walls and never touch each other.
     fn to_and_fro(restitution: f64, equilibration: Until) -> Scene {
         let mut space = Space::periodic_cube(5.0);
         let wall = Face::Wall(ContactLaw::smooth(restitution));

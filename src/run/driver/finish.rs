@@ -1,4 +1,4 @@
-//! Ends a measured stage or the run: records the last row and frame, and collects the results.
+//! Ends a measured stage or the run.
 
 use super::{Driver, Failed};
 use crate::analysis::instruments::Sample;
@@ -51,7 +51,7 @@ impl Driver<'_> {
         })
     }
 
-    /// Records the last row and frame of a measurement, and returns its results.
+    /// Records the last row and frame of a measurement, and returns the results.
     fn results(&mut self) -> Result<MeasuredStage, Failed> {
         self.record(true, self.state.frames.has_last(self.state.stage.stage))?;
         if let Some((measurement, system)) = self.state.measurement.as_mut().zip(self.system.as_ref()) {
@@ -77,7 +77,7 @@ impl Driver<'_> {
         })
     }
 
-    /// Results of a measurement of zero duration, without averages.
+    /// Returns the results of a measurement of zero duration.
     fn nothing(&self) -> MeasuredStage {
         MeasuredStage {
             name: self.state.stage.stage.name(&self.simulation.scene().run).into_owned(),

@@ -1,4 +1,4 @@
-//! Stages in which spheres grow to a target size or pressure, and the detection of jams.
+//! Stages in which spheres grow to a target size or pressure. Jams end the run.
 
 use std::ops::ControlFlow;
 
@@ -8,19 +8,19 @@ use super::Driver;
 use crate::model::{Growth, GrowthTarget, Until};
 use crate::run::{Ending, Jam};
 
-/// Spheres grow beyond the target size by this factor, so that rounding cannot stop them below the target.
+/// Spheres grow beyond the target by this factor, because rounding could stop the growth below the target.
 const BEYOND: f64 = 1.0 + 1e-12;
 
-/// Spheres with a larger compressibility factor are jammed if they cannot reach their target size.
+/// Above this compressibility factor, spheres are jammed if they cannot reach the target size.
 const JAMMED: f64 = 1000.0;
 
 /// Number of contacts per particle between two checks of the pressure.
 const CONTACTS: u64 = 10;
 
-/// Compressibility factor of growing spheres, averaged between two checks.
+/// Compressibility factor of growing spheres, as an average between two checks.
 ///
-/// `Z = 1 + sum r.p / (D N T) / t`, as in [`Observer`](crate::analysis::observables::Observer). The sum runs over all
-/// contacts in the time `t`, and `p` is the momentum exchanged in a contact. Growth heats and a thermostat cools.
+/// `Z = 1 + sum r.p / (D N T) / t`, as in [`Observer`](crate::analysis::observables::Observer). The sum is over all
+/// contacts in the time `t`, and `p` is the exchanged momentum. Growth heats the spheres and a thermostat cools them.
 /// Between two scalings of the velocities, `T` is therefore the mean of the first and the last temperature.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct PressureCheck {
@@ -45,10 +45,10 @@ impl Driver<'_> {
         let dimensions = scene.space.dimensions();
         let (filled, target) = match growth.until {
             GrowthTarget::PackingFraction(target) => (scene.packing_fraction(), target),
-            // The final packing fraction is unknown, but it cannot exceed 1.
+            // The final packing fraction is unknown, but below 1.
             GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
         };
-        // Scenes with a target below the current size were rejected, so a ratio below 1 is a rounding error.
+        // A target below the current size has been rejected, so a ratio below 1 is a rounding error.
         let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
         self.simulation.grow(growth, largest);
         match growth.until {
@@ -78,13 +78,13 @@ impl Driver<'_> {
         self.state.observer.applicable().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
-    /// Returns the number of physical events at the next check, since the start of the simulation.
+    /// Returns the number of physical events, since the start of the simulation, at the next check.
     pub(super) fn next_check(&self) -> u64 {
         let pressure = self.state.pressure_check.map_or(u64::MAX, |check| check.next).min(self.next_storm_check());
         self.state.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
     }
 
-    /// Ends an averaging interval of the pressure. Called before velocities are scaled.
+    /// Ends an averaging interval of the pressure, before velocities are scaled.
     pub(super) fn end_piece(&mut self) {
         if self.state.pressure_check.is_none() {
             return;
@@ -100,7 +100,7 @@ impl Driver<'_> {
         (check.virial, check.temperature) = (virial, temperature);
     }
 
-    /// Starts an averaging interval of the pressure. Called after velocities are scaled.
+    /// Starts an averaging interval of the pressure, after velocities are scaled.
     pub(super) fn begin_piece(&mut self) {
         if let Some(mut check) = self.state.pressure_check {
             check.temperature = self.temperature();
@@ -128,22 +128,21 @@ impl Driver<'_> {
         }
     }
 
-    /// Returns a jam if the packing fraction `phi_J` of the jammed state is below the target. Near jamming in `D`
-    /// dimensions, the compressibility factor is `Z = D / (1 - phi / phi_J)` at the packing fraction `phi`.
+    /// Returns a jam if the packing fraction `phi_J` of the jammed state is below the target. In `D` dimensions near
+    /// jamming, `Z = D / (1 - phi / phi_J)` at the packing fraction `phi`.
     fn jam(&self, growth: &Growth, target: f64, factor: f64) -> Option<Jam> {
         let scene = self.simulation.scene();
         let dimensions = scene.space.dimensions() as f64;
         let grown = self.simulation.scale() / self.simulation.grown();
         let packing_fraction = scene.packing_fraction() * libm::pow(grown, dimensions);
-        // Fast growth makes contacts harder and more frequent. `Z - 1` is then too large by at most the factor
-        // `excess`.
+        // Fast growth makes contacts harder and more frequent. `Z - 1` may be too large by up to the factor `excess`.
         let species = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
         let largest = species().map(|species| species.diameter).fold(0.0, f64::max);
         let heaviest = species().map(|species| species.mass).fold(0.0, f64::max);
         let speed = (self.temperature() / heaviest).sqrt();
         let excess = libm::pow(1.0 + growth.rate * largest / speed, 2.0);
         let least = 1.0 + (factor - 1.0) / excess;
-        // `D / Z` is the relative distance to jamming. It is doubled to allow for the error of `Z`.
+        // `D / Z` is the relative distance to jamming. The factor 2 allows for the error of `Z`.
         let limit = packing_fraction * (1.0 + 2.0 * dimensions / least);
         let time = self.simulation.time();
         (least > JAMMED && limit < target).then_some(Jam {
@@ -167,8 +166,7 @@ mod tests {
     use crate::run::{Ending, Progress, RunState};
     use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-    /// Returns the factor by which diameters grow up to the target pressure. Each call of `advance` simulates at most
-    /// `step` events.
+    /// Returns the factor by which diameters grow to the target pressure, in calls with at most `step` events.
     fn grown(step: u64) -> f64 {
         let stage = StagePlan {
             name: "compress".into(),
@@ -251,7 +249,7 @@ mod tests {
     #[test]
     fn where_growth_ends_does_not_depend_on_how_it_is_cut_up() {
         let whole = grown(u64::MAX);
-        // With this growth, the engine rebuilds its cells several times.
+        // Up to this size, the engine rebuilds its cells several times.
         assert!(whole > 1.5, "{whole}");
         for step in [1, 7, 160, 1003] {
             assert_eq!(grown(step).to_bits(), whole.to_bits(), "{step}");

@@ -10,8 +10,7 @@ use crate::run::Ending;
 use crate::run::stage::Stage;
 use crate::run::state::{Measurement, NEAR};
 
-/// Maximum number of rows or frames since the last event, in a stage without a time limit. More rows would only fill
-/// the disk.
+/// Maximum number of rows or frames since the last event, in a stage without a time limit. It saves disk space.
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 impl Driver<'_> {
@@ -45,8 +44,7 @@ impl Driver<'_> {
             Some(ending) => ending,
             None => self.sample_until_end()?,
         };
-        // The checkpoint is written before the last row and frame, so that a continued run has the output of an
-        // uninterrupted run.
+        // The checkpoint precedes the last row and frame, so a continued run has the output of an uninterrupted run.
         if (self.is_last() || ending.is_early()) && !self.is_halted {
             self.keep()?;
         }
@@ -62,7 +60,7 @@ impl Driver<'_> {
         self.state.stage.stage == Stage::Measurement
     }
 
-    /// Starts or continues a stage without measurement. Returns an ending only if the whole run ends in this stage.
+    /// Starts or continues a stage without measurement. Returns an ending if the whole run ends in this stage.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, Failed> {
         if self.state.rows.is_none() {
             if self.state.pilot.is_none() {
@@ -82,7 +80,7 @@ impl Driver<'_> {
                 Some(_) => return Ok(None),
                 None if self.is_over => return Ok(None),
                 None if due >= end_time - NEAR * (end_time - self.state.stage.time) => {
-                    // Due to rounding, the last sampling time may be slightly before the end of the stage.
+                    // Because of rounding, the last sampling time may be slightly before the end of the stage.
                     let ending = self.advance(end_time, end_events)?;
                     return Ok(ending.filter(Ending::is_early));
                 }
@@ -133,7 +131,7 @@ impl Driver<'_> {
                 return Ok(Ending::Time);
             }
             self.record(row <= due, frame <= due)?;
-            // Due to rounding, the simulation may have stopped slightly before the sampling time.
+            // Because of rounding, the simulation may have stopped slightly before the sampling time.
             let now = self.simulation.time().max(due);
             let is_too_quiet = self.is_too_quiet();
             let Some(measurement) = &mut self.state.measurement else { return Ok(Ending::Time) };

@@ -9,16 +9,15 @@ use crate::run::state::Pilot;
 /// Target number of rows in a stage. There may be up to twice as many rows.
 const ROWS: u32 = 200;
 
-/// Assumed relative growth of the diameters up to a target pressure, from which the interval of rows is chosen.
+/// Assumed relative growth of the diameters up to a target pressure. It determines the interval of rows.
 const SOME_GROWTH: f64 = 0.05;
 
-/// Limits of a pilot run: a number of events that suffices to estimate a rate, and the work of a few seconds. The work
-/// is the number of events, cell transitions and Andersen collisions.
+/// Maximum number of events in a pilot run, and maximum total of events, cell transitions and Andersen collisions.
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
-/// A stage continues from its pilot run only if the pilot run has at most `1 / MOST_OF_STAGE` of the events. The pilot
-/// run then normally ends before the first row.
+/// A stage continues from its pilot run only if the pilot run has at most `1 / MOST_OF_STAGE` of the events. Such a
+/// pilot run normally ends before the first row.
 const MOST_OF_STAGE: u64 = 400;
 
 /// A pilot run stops at this fraction of an interval, so that it ends before the first row despite rounding.
@@ -39,13 +38,11 @@ pub(super) struct Pace {
 pub(super) struct Found {
     /// Expected duration of the stage `[time]`.
     duration: f64,
-    /// How the stage ended, if it ended during the pilot run.
     ending: Option<Ending>,
 }
 
 impl Driver<'_> {
-    /// Chooses the sampling times of the rows and frames of a measurement. Returns `None` if the caller interrupts the
-    /// run.
+    /// Chooses the sampling times of rows and frames. Returns `None` if the caller interrupts the run.
     ///
     /// If only the number of events is known, a pilot run over the first events estimates the duration.
     pub(super) fn pace(&mut self) -> Result<Option<Pace>, Failed> {
@@ -104,10 +101,10 @@ impl Driver<'_> {
     /// Estimates the simulated time of a number of events, from a pilot run over a thousandth of the events or of the
     /// time limit. Returns `None` if the caller interrupts the run.
     ///
-    /// A pilot run with too much work is abandoned, for example in a gas with hardly any events. The time in which a
-    /// particle crosses the box is then used instead.
+    /// A pilot run with too much work is abandoned, for example in a gas with hardly any events. The estimate is then
+    /// the time limit, or the time in which a particle crosses the box.
     ///
-    /// If no output is due during the pilot run, the stage continues from there. Otherwise, the pilot run is a copy.
+    /// If no output is due during the pilot run, the stage continues from there. Otherwise, the pilot run uses a copy.
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);
         let pilot = match self.state.pilot {
@@ -141,8 +138,7 @@ impl Driver<'_> {
         events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
     }
 
-    /// Returns a time just before the first row or frame with an interval in the scene `[time]`; infinite without
-    /// intervals.
+    /// Returns a time just before the first row or frame `[time]`. Infinite if the scene specifies no intervals.
     fn first_given(&self) -> f64 {
         let output = &self.simulation.scene().output;
         let is_measured = self.state.stage.stage.is_measured();
@@ -157,8 +153,7 @@ impl Driver<'_> {
         let (end_time, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
         let given = self.first_given();
-        // If the pilot run is abandoned, the rows follow from the duration `without_rate`. The time `early` is just
-        // before the first of these rows.
+        // A time just before the first row, if the pilot run is abandoned.
         let early = start.time + EARLIER * rounded(self.without_rate(limit)) / f64::from(ROWS);
         loop {
             let surely = soon.min(given);
@@ -192,7 +187,7 @@ impl Driver<'_> {
             } else {
                 let work = (MOST_WORK - (pilot.patience - self.work())) as f64;
                 let by_now = (done - start.events) as f64;
-                // Kinetic theory may predict more events for the fluid than there are in the initial lattice.
+                // The initial lattice may have fewer events than kinetic theory predicts for the fluid.
                 let expected = self.state.rate.map_or(by_now, |rate| by_now.max(rate * (time - start.time)));
                 if work * pilot.events as f64 >= LITTLE_WORK as f64 * expected {
                     return Ok(Outcome::Undecided);
@@ -205,13 +200,12 @@ impl Driver<'_> {
 
     /// Simulates the pilot run on a copy, which is then discarded.
     ///
-    /// No checkpoint is written meanwhile. A run that is killed during its pilot run repeats the pilot run later.
+    /// No checkpoint is written. If the run is killed, the pilot run is repeated later.
     fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, Failed> {
         let present = (self.simulation.clone(), self.state.clone());
         (self.is_pilot, self.patience) = (true, pilot.patience);
         let mut expected = self.pilot(limit, events, pilot);
-        // After too much work, the pilot run stopped at a point that depends on the wall clock. The estimate is not
-        // used.
+        // After too much work, the pilot run stops at a time that depends on the machine. The estimate is not used.
         if self.work() > self.patience
             && let Ok(Some(expected)) = &mut expected
         {
@@ -265,7 +259,7 @@ impl Driver<'_> {
 enum Outcome {
     Found(Found),
     Interrupted,
-    /// The pilot run must continue on a copy, because a row may be due first.
+    /// The pilot run must continue on a copy, because a row may be due before the pilot run ends.
     Undecided,
 }
 

@@ -6,7 +6,7 @@ use crate::engine::event::Event;
 use crate::engine::{Simulation, Snapshot};
 use crate::run::{Recorder, RunState, Stage};
 
-/// The recorder failed. [`KeepsError`] keeps the error itself.
+/// The recorder failed. The error is in [`KeepsError`].
 #[derive(Debug)]
 pub(super) struct Failed;
 

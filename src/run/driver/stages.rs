@@ -7,8 +7,7 @@ use crate::run::Blocked;
 use crate::run::stage::{Settings, Stage};
 use crate::run::state::Start;
 
-/// Number of temperature samples between two scalings of the velocities. Several samples are needed, because the
-/// temperature is not linear in time.
+/// Number of temperature samples between two scalings, because the temperature is not linear in time.
 const TEMPERATURES: f64 = 4.0;
 
 impl Driver<'_> {
@@ -20,8 +19,7 @@ impl Driver<'_> {
         let stage = self.state.stage.stage;
         let Settings { mut limit, thermostat, barostat, growth, gravity, stream, .. } = self.settings();
         let scene = self.simulation.scene();
-        // In a stage without measurement, the temperature is computed from the same velocity components as in the last
-        // measurement.
+        // A stage without measurement uses the velocity components of the last measurement for the temperature.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
         self.state.observer.set_thermostat(scene, counted.as_ref());
         let grown = self.simulation.grown();

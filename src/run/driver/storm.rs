@@ -19,7 +19,6 @@ const FEWEST: u64 = 1_000_000;
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct StormWatch {
     since: f64,
-    /// Number of physical events at the next check.
     next: u64,
     /// A storm has at least `most` events within the simulated time `within`.
     most: u64,

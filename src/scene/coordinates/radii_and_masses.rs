@@ -115,8 +115,7 @@ impl RadiiAndMasses {
     }
 }
 
-/// Whether a number in a file equals a number of the scene within single precision. A number with three or more digits
-/// may also be rounded in the last digit.
+/// Whether two numbers are equal within single precision. The last of three or more digits may be rounded.
 fn is_same(written: f64, number: f64) -> bool {
     let off = (written - number).abs();
     let text = format!("{written:e}");

@@ -23,8 +23,8 @@ pub(crate) struct ParticleFile {
     /// Initial velocity `[length / time]`.
     #[serde(default)]
     pub velocity: [f64; 3],
-    /// Initial spin, the angular velocity about the centre `[1 / time]`. In two dimensions, only the component along the
-    /// flat axis may differ from 0.
+    /// Initial angular velocity about the centre `[1 / time]`. In two dimensions, only the component along the flat
+    /// axis may differ from 0.
     #[serde(default)]
     pub spin: [f64; 3],
 }

@@ -1,5 +1,3 @@
-//! `[space]`: the box and its sides.
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 

@@ -49,7 +49,7 @@ impl<'a> Placing<'a> {
         Ok(())
     }
 
-    /// Number of particles of a group before it is placed; 0 for a static surface, which has no layout yet.
+    /// Expected number of particles in a group. Returns 0 for a static surface, which has no layout yet.
     fn count(&self, LocatedGroup { at, group }: &LocatedGroup) -> Result<u64, SceneError> {
         match group {
             Group::Listed(listed) => Ok(listed.particles.len() as u64),
@@ -222,7 +222,7 @@ impl<'a> Placing<'a> {
     }
 }
 
-/// Distance between neighbours in a chain `[length]`; by default the middle of the range of the bond.
+/// Distance between neighbours in a chain `[length]`. By default, the middle between shortest and longest bond.
 fn spacing(chain: &Chain, bond: &Potential, at: &ConfigPath) -> Result<f64, SceneError> {
     let why = "give it, because the pairs of this interaction can separate and have no bond length";
     match chain.spacing {

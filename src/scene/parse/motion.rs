@@ -12,8 +12,7 @@ pub(crate) const MOTIONS: [(&str, &[&str]); 3] = [
     ("rotation", &["point", "axis", "frequency"]),
 ];
 
-/// Parses the motions of a surface in order of time. If a motion names a stage, its times are relative to the start of
-/// that stage.
+/// Parses the motions of a surface. If a motion names a stage, its times are relative to the start of the stage.
 pub(super) fn parse_motions(
     files: Vec<MotionFile>,
     of: &ConfigPath,

@@ -1,5 +1,3 @@
-//! Parses `[space]`: the box and its sides.
-
 use super::{contact_law, variant, vector};
 use crate::model::ContactLaw;
 use crate::model::space::{Boundary, Face};
@@ -66,7 +64,6 @@ fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     given.check(at)
 }
 
-/// The values of a wall, or of all plain walls of an axis.
 struct Given {
     restitution: Option<f64>,
     tangential_restitution: Option<f64>,
@@ -89,7 +86,6 @@ impl Given {
         contact_law(self.restitution, self.tangential_restitution, self.friction)
     }
 
-    /// The keys of a contact law that are given.
     fn keys(&self) -> impl Iterator<Item = &'static str> {
         let values = [
             (self.restitution, "restitution"),

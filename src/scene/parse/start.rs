@@ -1,5 +1,3 @@
-//! Parses `[start]`: the run that a scene starts from.
-
 use std::path::Path;
 
 use crate::model::input_file::is_checksum;

@@ -32,7 +32,7 @@ pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("mesh", &["path", "closed", "weld", "scale", "rotation", "translation", "checksum"]),
 ];
 
-/// Words for the side of a surface on which the particles are, and whether this side is the inside.
+/// Words for the side of a surface with the particles, and whether this side is the inside.
 pub(crate) const SIDES: [(&str, bool); 2] = [("outside", false), ("inside", true)];
 
 /// Default distance between a round surface and its triangles, relative to the largest radius.
@@ -186,7 +186,6 @@ fn turned(
     }
 }
 
-/// Maximum merging distance of vertices, relative to the largest extent of the mesh.
 const MOST_WELDED: f64 = 0.01;
 
 pub(super) struct MeshSource<'f> {

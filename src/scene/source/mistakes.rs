@@ -14,8 +14,8 @@ use crate::scene::file::SceneFile;
 const MOST: usize = 10;
 
 impl Source {
-    /// Collects all errors. Each invalid key or value is removed, and the rest is parsed again. Tables and arrays that
-    /// a removal leaves incomplete are not errors.
+    /// Collects all errors. Each invalid key or value is removed, and the rest is parsed again. A table or array that
+    /// becomes incomplete by a removal is not an error.
     pub(super) fn mistakes(&self, first: &toml::de::Error) -> SceneError {
         let mut errors = vec![(first.span().unwrap_or(0..0), self.refused(first))];
         if let Ok(mut tree) = self.tree() {

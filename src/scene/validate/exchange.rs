@@ -87,7 +87,7 @@ impl SceneParts {
         }
     }
 
-    /// Returns the first instrument that an exchange does not support, and the expected value for the message.
+    /// Returns the key of the first instrument that an exchange does not support, and what is expected instead.
     fn refused_instrument(&self) -> Option<(&'static str, String)> {
         let mut all = self.measure.requested().map(|it| it.kind);
         if self.exchange.as_ref().is_some_and(|plan| plan.ensemble != ExchangeEnsemble::Canonical) {
@@ -118,7 +118,7 @@ impl SceneBuilder {
 }
 
 /// Minimum number of swap attempts during the equilibration. A multicanonical exchange computes its first weights after
-/// a quarter of the equilibration, and then has at least five attempts.
+/// a quarter of them, from at least five attempts.
 const LEAST_LEARNING: u64 = 20;
 
 fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {

@@ -105,7 +105,7 @@ fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPat
     }
 }
 
-/// The normal of a tilted plane must be zero along flat and periodic axes, because tilted planes have no images.
+/// Tilted planes have no images, so their normals must be zero along flat and periodic axes.
 fn check_normal(normal: &crate::Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(normal, at)?;
     let refused = |k: usize| matches!(space.boundary[k], Boundary::Flat | Boundary::Periodic) && normal[k] != 0.0;
@@ -207,7 +207,7 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
     check_spans(plan, at)
 }
 
-/// Returns all intervals, spans and windows of the measurement plan with their keys `[time]`.
+/// Returns the intervals, spans and windows of the measurement plan, each with its key `[time]`.
 pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
     let is_time = |key: &str| ["interval", "span", "window"].contains(&key);
     let times = |it: Requested<'_>| {

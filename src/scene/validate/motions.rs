@@ -58,7 +58,7 @@ fn check_kind(kind: &MotionKind, at: &ConfigPath) -> Result<(), SceneError> {
 }
 
 /// A surface may not move along a flat axis. Only planes may move along a periodic axis, because images of other
-/// surfaces cannot follow the motion. A surface may rotate only about a flat or periodic axis, if there is one.
+/// surfaces cannot follow. If the box has a flat or periodic axis, a surface may rotate only about this axis.
 fn check_box(kind: &MotionKind, shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let is_plane = matches!(shape, SurfaceShape::Plane { .. });
     for k in 0..3 {

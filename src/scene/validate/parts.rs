@@ -98,7 +98,7 @@ fn check_particles(particles: &mut [Particle], species: &[Species], space: &Spac
     Ok(())
 }
 
-/// Each bond is listed once and joins two different particles, with the lower id first. At least one particle moves.
+/// Checks that each bond is listed once, with the lower id first, and that at least one of its particles moves.
 fn check_bonds(
     bonds: &[(Bond, ConfigPath)],
     particles: &[Particle],

@@ -18,8 +18,8 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
 
 const ROUNDED: f64 = 1e-3;
 
-/// The round-off of the start time must be at most a thousandth of any duration or interval. It must not exceed the
-/// time in which the fastest particle moves by the smallest diameter.
+/// Checks that the round-off of the start time is at most a thousandth of any duration or interval. In a time equal to
+/// the round-off, the fastest particle must move by less than the smallest diameter.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let Scene { run, output, species, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);

@@ -13,8 +13,7 @@ use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::unvalidated::UnvalidatedBond;
 
-/// Relative round-off of coordinates. Smaller overlaps with surfaces and smaller violations of bond lengths are
-/// allowed.
+/// Relative round-off of coordinates. Smaller overlaps with surfaces and smaller errors of bond lengths are allowed.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 pub(crate) struct Configuration<'a> {
@@ -26,8 +25,7 @@ pub(crate) struct Configuration<'a> {
     pub surfaces: Surfaces,
 }
 
-/// Every periodic axis must be at least twice as long as the longest range of an interaction. A particle then never
-/// interacts with two images of another particle.
+/// Periodic axes must be so long that a particle never interacts with two images of another particle.
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, .. } = start;
     let counts = groups.counts(interactions.species.len());
@@ -101,7 +99,7 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Bonded pairs are left out. Their bonds have their own cores.
+/// Bonded pairs are left out, because their bonds have their own cores.
 pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();

@@ -13,8 +13,7 @@ use crate::scene::limits::{contact_law, finite_vector, not_negative, positive};
 use crate::scene::names::{self, Taken};
 use crate::scene::surface_draft::SurfaceDraft;
 
-/// Smallest radius of a particle, relative to the largest coordinate of a surface. For smaller particles, round-off
-/// could exceed the radius.
+/// Smallest ratio of a particle's radius to the largest coordinate of a surface. It keeps round-off below the radius.
 const LEAST_RADIUS: f64 = 1e-9;
 
 impl SceneBuilder {
@@ -66,7 +65,7 @@ impl SceneBuilder {
         if known.contains(&name) { Ok(()) } else { Err(unknown(at, "stage", name, known)) }
     }
 
-    /// Replaces names of species by ids, and times from the beginning of a stage by simulated times.
+    /// Replaces names of species by ids. Converts times since the beginning of a stage to simulated times.
     fn resolved(&self, draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
         let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
         let at = ConfigPath::entry("surface", index);
@@ -209,7 +208,7 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
     Ok(())
 }
 
-/// Largest distance that a surface may extend beyond the box, in periods. It limits the number of images in memory.
+/// Largest distance that a surface may extend beyond the box, in periods, which limits the number of images in memory.
 const MOST_PERIODS: f64 = 30.0;
 
 fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
@@ -265,7 +264,8 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
     }
 }
 
-/// Particles must fit inside a hollow sphere or cylinder. Their radius must be well above the round-off of coordinates.
+/// Particles must fit inside a hollow sphere or cylinder, and their radius must be well above the round-off of
+/// coordinates.
 fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let meeting =
         (0..).zip(species).filter(|(index, species)| surface.meets(SpeciesId(*index)) && !species.is_static());

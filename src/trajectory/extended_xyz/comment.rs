@@ -40,7 +40,7 @@ const IMAGE: &[&str] = &["map_shift", "images", "image"];
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
-/// Smaller off-diagonal entries of `Lattice`, relative to a box edge, are round-off from a rotation of the box.
+/// Off-diagonal entries of `Lattice` below this fraction of a box edge are round-off from a rotation of the box.
 const ALIGNED: f64 = 1e-14;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +49,7 @@ pub(super) struct Comment {
     /// Lower corner and edges of the box; `None` without `Lattice`.
     pub region: Option<(Vector, Vector)>,
     pub periodic: [bool; 3],
-    /// Displacement along x of the next image of the box along y, reduced to at most half a period.
+    /// Displacement along x of the periodic image above the box, at most half a period.
     pub displacement: f64,
     pub species: Vec<FrameSpecies>,
     pub bonds: Vec<[ParticleId; 2]>,
@@ -109,8 +109,7 @@ impl Comment {
     }
 }
 
-/// Splits a line into `key=value` pairs by the rules of ASE. Values may be quoted or in brackets, spaces may surround
-/// `=`, and words without `=` are ignored.
+/// Splits a line into `key=value` pairs by the rules of ASE. Words without `=` are ignored.
 fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -129,7 +128,7 @@ fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// Splits off the value at the beginning of a text, without quotes or brackets. Also returns the rest.
+/// Splits off the value at the beginning of a text, without quotes or brackets.
 fn value(text: &str) -> (&str, &str) {
     let inside = text.get(1..).unwrap_or_default();
     match text.chars().next() {
@@ -190,7 +189,7 @@ impl<'a> Value<'a> {
         let mut vectors = self.numbers::<9>("nine finite numbers")?;
         let longest = [0, 4, 8].map(|entry| vectors[entry].abs()).into_iter().fold(0.0, f64::max);
         for entry in (0..9).filter(|entry| entry % 4 != 0) {
-            // Entry 3 is the displacement along x of the next image along y, so its period is the edge along x.
+            // Entry 3 is a displacement along x, so its period is the edge along x.
             let edge = if entry == 3 { vectors[0] } else { longest };
             if vectors[entry].abs() <= ALIGNED * edge {
                 vectors[entry] = 0.0;

@@ -57,7 +57,6 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
             // `frame_at` returns the error.
             return frame_at(path, at).map(|_| places);
         };
-        // Skips the comment and the particles.
         let mut is_whole = true;
         for _ in 0..=count {
             let skipped = input.skip_until(b'\n').map_err(unreadable)? as u64;

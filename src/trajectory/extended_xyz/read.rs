@@ -27,9 +27,9 @@ pub(crate) struct Preamble {
 
 /// Iterator over the frames of a trajectory in extended XYZ. It ends after the first error.
 ///
-/// Missing data get default values: times and velocities of zero, radii of 1/2, ids from 0 in the order of the lines,
-/// and a box that just contains the particles and is not periodic. [`Frame::images`] is then empty. An unknown column
-/// of real numbers is kept as a scalar if all its numbers are finite.
+/// Missing data get default values. Times and velocities are zero, radii are 1/2, and ids count the lines from 0. The
+/// box just contains the particles and is not periodic. [`Frame::images`] is empty. An unknown column of real numbers
+/// is kept as a scalar if all its numbers are finite.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,
@@ -86,7 +86,6 @@ impl<R: BufRead> FrameReader<R> {
         self.has_box
     }
 
-    /// Returns the data of the last frame that have no field in [`Frame`].
     pub(crate) fn beside(&mut self) -> Beside {
         std::mem::take(&mut self.beside)
     }
@@ -112,16 +111,11 @@ impl<R: BufRead> FrameReader<R> {
         Ok(true)
     }
 
-    /// Returns the number of lines read so far, and the input.
     pub(crate) fn place(&mut self) -> (usize, &mut R) {
         (self.line, &mut self.input)
     }
 
-    /// Reads the beginning of the next frame and skips its particles; `None` if there is no further frame. A truncated
-    /// frame is an error.
-    ///
-    /// # Errors
-    /// Any error of reading a frame, except errors in the lines of particles.
+    /// Reads the beginning of the next frame and skips the particles. Returns `None` if there is no further frame.
     pub(crate) fn next_preamble(&mut self) -> Result<Option<Preamble>, ReadError> {
         let Some((count, comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;
@@ -144,7 +138,6 @@ impl<R: BufRead> FrameReader<R> {
         Ok(Some(Preamble { count, time: comment.time, region: comment.region }))
     }
 
-    /// Reads the next line without its line ending.
     fn next_line(&mut self) -> Result<Option<&str>, ReadError> {
         self.text.clear();
         self.line += 1;
@@ -166,7 +159,7 @@ impl<R: BufRead> FrameReader<R> {
                 None => return Ok(None),
                 Some("") => {}
                 Some(text) => match text.parse::<u32>() {
-                    // Ids are `u32`.
+                    // Ids are `u32`, which limits the count.
                     Ok(count) => return Ok(Some(count as usize)),
                     Err(_) => {
                         let found = shorten(text);

@@ -10,7 +10,7 @@ const BOND: usize = 16;
 /// Approximate size of the image numbers of a particle `[bytes]`.
 const PERIODS: usize = 7;
 
-/// Estimates the size of a frame in a file `[bytes]`. Every velocity of a moving species counts with all digits.
+/// Estimates the size of a frame in a file `[bytes]`. Velocities of moving species have all digits.
 pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
     let length = |number: f64| {
         let mut text = Vec::new();

@@ -20,8 +20,7 @@ fn exact(mean: f64) -> String {
 /// Whole numbers below `2^53` are printed with all digits.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Describes a mean, as [`estimate`] does. Adds a note if the value is conserved, or if it depends on events and there
-/// were none.
+/// Describes a mean, as [`estimate`] does. Adds a note for conserved values, and for pressures without events.
 #[must_use]
 pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
     let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";

@@ -13,7 +13,7 @@ use crate::model::{Scene, Species, StaticSurface, Threads, Until};
 pub struct Fact {
     /// Label of the fact, such as `particles`.
     pub label: &'static str,
-    /// Text of the fact, with at least one line.
+    /// Lines of text, at least one.
     pub values: Vec<String>,
 }
 

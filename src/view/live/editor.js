@@ -108,7 +108,6 @@ class LiveEditor {
     this.pause = setTimeout(() => this.settle(kind), EDITOR_PAUSE);
   }
 
-  /** Updates the page after a pause in typing. */
   settle(kind) {
     this.editor.paint();
     if (!kind?.startsWith("slider")) {

@@ -47,7 +47,7 @@ const SLIDER_RULES = [
   { fits: /^dynamics\.contact_time$/, label: "contact time", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
 ];
 
-/** Returns the number of a slider. For a vector, this is its length. */
+/** Returns the number of a slider. For a vector, this is the length of the vector. */
 function sliderValue(toml, path) {
   const value = toml.get(path);
   if (typeof value === "number") {
@@ -134,7 +134,6 @@ function derivedSliders(toml) {
   return found.sort((one, other) => one.order - other.order).slice(0, SLIDER_COUNT).map(({ slider }) => slider);
 }
 
-/** Returns the sliders that a scene declares. */
 function namedSliders(sliders, schema) {
   const isOwn = ({ key, from, to }) => typeof key === "string" && Number.isFinite(from) && Number.isFinite(to) && from < to;
   return sliders.filter(isOwn).map((slider) => {
@@ -199,7 +198,7 @@ class SliderSet {
     }
   }
 
-  /** The next values become the values for a reset. */
+  /** A reset will restore the values that are shown next. */
   settle() {
     this.first.clear();
     this.keys = "";

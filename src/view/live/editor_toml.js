@@ -262,7 +262,7 @@ class Toml {
     return this.text.length;
   }
 
-  /** Returns whether a header begins inside an open bracket or brace. The text below can then still be read. */
+  /** Returns whether a header begins inside an open bracket or brace. Parsing then continues with the header. */
   isHeader() {
     TOML_HEADER.lastIndex = this.start;
     return TOML_HEADER.test(this.text) && /(?:^|\n)[ \t]*$/.test(this.text.slice(Math.max(0, this.start - 80), this.start));

@@ -65,7 +65,7 @@ class Engine {
     return ENDS[this.calls.advance(events, time)];
   }
 
-  /** Returns the state. Its arrays are valid until the next call. */
+  /** Returns the state. The arrays are valid until the next call. */
   look() {
     const count = this.calls.look();
     const { buffer } = this.calls.memory;
@@ -99,7 +99,7 @@ class Engine {
     return this.message;
   }
 
-  /** Returns the text with the present positions and velocities as the initial ones, or an error. */
+  /** Returns the text with the present positions and velocities as initial values, or an error. */
   scene(text) {
     return this.ask(this.calls.scene, { text });
   }

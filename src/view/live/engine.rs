@@ -23,7 +23,7 @@ impl<'a> Engine<'a> {
         Some(Self { sources, packed: packed.strip_prefix(b"\n")? })
     }
 
-    /// Whether the engine was built from the sources of this program. The results are then bit-identical.
+    /// Whether the engine was built from the sources of this program. If so, the results are bit-identical.
     #[must_use]
     pub fn is_of_these_sources(&self) -> bool {
         self.sources == SOURCES.as_bytes()

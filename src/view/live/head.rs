@@ -11,16 +11,16 @@ use crate::view::report::base64;
 use crate::view::report::recording::{MOST_TRIANGLES, SurfaceData, SurfaceHead, upwards};
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// Data of a simulation for its page.
+/// Data of a simulation for the page that shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// Constant data of the simulation as JSON, such as species, box, bonds, surfaces and stages.
+    /// Constant data as JSON, such as species, box, bonds, surfaces and stages.
     pub head: String,
     surfaces: Surfaces,
 }
 
 impl Shown {
-    /// Describes a simulation from its current time on.
+    /// Describes a simulation at its current time.
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let surfaces = surfaces(simulation.scene());
@@ -28,8 +28,8 @@ impl Shown {
         Self { head, surfaces }
     }
 
-    /// Returns the position of each surface at a time, or `None` for an absent surface. A position is a rotation `R`
-    /// and a displacement `d`: point `x` of the surface moves to `R x + d`. The numbers are the columns of `R`, then
+    /// Returns the position of each surface at a time; `None` for an absent surface. A position is a rotation `R` and a
+    /// displacement `d`, which move a point `x` of the surface to `R x + d`. The numbers are the columns of `R`, then
     /// `d`. The list is empty if all surfaces are present and at rest.
     #[must_use]
     pub fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
@@ -42,7 +42,6 @@ impl Shown {
 struct Head {
     name: String,
     seed: u64,
-    /// Simulated time at the start `[time]`.
     time: f64,
     species: Vec<SpeciesHead>,
     /// Species index of each particle.
@@ -53,20 +52,20 @@ struct Head {
     size: [f64; 3],
     periodic: [bool; 3],
     flat: [bool; 3],
-    /// Whether the lower and upper sides of each axis are walls.
+    /// Whether the lower and the upper side of each axis are walls.
     walls: [[bool; 2]; 3],
-    /// Whether the momentum along each axis is conserved in the last stage.
+    /// Whether momentum along each axis is conserved in the last stage.
     conserved: [bool; 3],
     /// Velocity gradient of a sheared box `[1 / time]`.
     shear_rate: Option<f64>,
-    /// Planes through which passing particles are counted.
+    /// Planes that count passing particles.
     flows: Vec<FlowHead>,
-    /// Whether a surface encloses the particles.
+    /// True if a surface encloses the particles.
     is_contained: bool,
     /// Corners of the camera's view `[length]`.
     view: [[f64; 3]; 2],
     up: usize,
-    /// Whether the axis `up` points down in the picture.
+    /// True if the axis `up` points down in the picture.
     is_upside_down: bool,
     bonds: Vec<[u32; 2]>,
     stages: Vec<String>,
@@ -84,9 +83,8 @@ struct Head {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct FlowHead {
     name: String,
-    /// Axis normal to the plane.
     axis: usize,
-    /// Position of the plane along its axis `[length]`.
+    /// Position along the axis `[length]`.
     at: f64,
 }
 
@@ -165,7 +163,7 @@ fn flows(scene: &Scene) -> Vec<FlowHead> {
     planes.collect()
 }
 
-/// Whether a surface encloses the particles. For a closed mesh, only the first particle that can touch it is checked.
+/// Returns true if a surface encloses the particles. For a closed mesh, only one particle is checked.
 fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     match &surface.shape {
         SurfaceShape::Sphere { is_inside, .. } => *is_inside,
@@ -179,7 +177,6 @@ fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     }
 }
 
-/// Includes invisible surfaces.
 fn surfaces(scene: &Scene) -> Surfaces {
     let skins = scene.surfaces().iter().zip(shown(scene)).enumerate().map(|(number, (surface, (_, mesh)))| Skin {
         number: Some(number),
@@ -189,8 +186,8 @@ fn surfaces(scene: &Scene) -> Surfaces {
     Surfaces { skins: skins.filter(|skin| !skin.triangles.is_empty()).collect() }
 }
 
-/// Returns the corners of the region to show: the box, or the centres of the particles if the box has no size. Surfaces
-/// that do not reach far beyond the region extend it.
+/// Returns the corners of the region to show. It contains the box, or the centres of the particles if the box has no
+/// size. It also contains surfaces, unless they extend far beyond this region.
 fn view(scene: &Scene, surfaces: &Surfaces) -> [Vector; 2] {
     let space = scene.space();
     let mut view = [space.lower, space.upper()];

@@ -143,7 +143,6 @@ class Live {
     if (this.announcer.isOn) {
       this.announcer.note(frame, now);
     }
-    // Other displays need fewer updates.
     if (!this.isPlaying || !(now - this.toldAt < BESIDE)) {
       this.toldAt = now;
       this.tell("frame", frame);

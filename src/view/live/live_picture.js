@@ -44,8 +44,7 @@ class Picture {
   /** Points the camera at the initial positions of a scene. */
   aim(frame) {
     if (!this.isSameView) {
-      // The pointer controls refer to this camera object. If the upward axis is the same, a direction chosen by the
-      // user is kept.
+      // The pointer controls refer to this object. The user's direction is kept if the upward axis is the same.
       const camera = new Camera({ ...this.head, look: this.head.live?.view });
       const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(camera.up) ? this.camera : {};
       this.camera = Object.assign(this.camera ?? camera, camera);
@@ -183,7 +182,7 @@ class Picture {
     return found;
   }
 
-  /** Returns the point at a position in the picture. It lies in the plane through `through` parallel to the screen. */
+  /** Returns the point at a position in the picture, in the plane through `through` that is parallel to the screen. */
   unproject(x, y, through) {
     const { right, above, back, eye, focus } = this.sight();
     const depth = -dot(subtract(through, eye), back);

@@ -3,8 +3,8 @@ use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html};
 /// URL schemes of permitted links.
 const SCHEMES: [&str; 3] = ["https://", "http://", "mailto:"];
 
-/// Converts Markdown with tables to HTML. HTML in the text is shown as text, other links lose their address, and images
-/// are replaced by their alternative text.
+/// Converts Markdown with tables to HTML. HTML in the text is shown as text. Links without a permitted scheme lose
+/// their address, and images are replaced by their alternative text.
 pub(super) fn html(text: &str) -> String {
     let events = Parser::new_ext(text, Options::ENABLE_TABLES).filter_map(|event| match event {
         Event::Html(markup) | Event::InlineHtml(markup) => Some(Event::Text(markup)),

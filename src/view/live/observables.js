@@ -72,7 +72,6 @@ class Observables {
         this[name] = offered.includes(name) ? this[name] : undefined;
       }
     }
-    // An average over different diameters would be meaningless.
     if (this.radial && Math.abs(scale / this.radial.scale - 1) > 0.01) {
       this.radial = new RadialDistribution(system, { scale });
     }

@@ -7,7 +7,7 @@ const MOST_INTERVALS = 120;
 class Pressure {
   constructor(system) {
     this.system = system;
-    // Columns: the virial, and the time integral of the temperature.
+    // Virial, and time integral of the temperature.
     this.series = new TimeSeries(2);
     this.before = undefined;
     this.integral = 0;

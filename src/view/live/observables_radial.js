@@ -89,7 +89,7 @@ class RadialDistribution {
       classes.length === 2 ? pair.map((number) => head.species[present[number]].name).join("–") : "g(r)",
     );
     this.probabilities = this.pairs.map(([a, b]) => this.shells(rooms[a], rooms[b]));
-    // Columns: pair counts by curve and bin, then the number of centres of each class.
+    // Pair counts by curve and bin, then the number of centres of each class.
     this.sums = new LateSums(this.pairs.length * this.bins + 2);
     this.next = 0;
     this.periods = Float64Array.from([0, 1, 2], (k) => (system.periodic[k] ? system.size[k] : Infinity));
@@ -110,7 +110,6 @@ class RadialDistribution {
       const number = Math.min(Math.floor((2 * system.size[k]) / cutoff), most);
       this.cells[k] = number >= 5 ? number : 1;
     }
-    // Number of cells to search on each side of a particle.
     this.steps = this.cells.map((number, k) =>
       number === 1
         ? 0
@@ -215,7 +214,7 @@ class RadialDistribution {
       let dx = Math.abs(sorted[3 * other] - x);
       let dy = Math.abs(sorted[3 * other + 1] - y);
       let dz = Math.abs(sorted[3 * other + 2] - z);
-      // Distance to the nearest periodic image. The period of other axes is infinite.
+      // Distance to the nearest periodic image. The period is infinite along axes that are not periodic.
       dx = Math.min(dx, Math.abs(periodX - dx));
       dy = Math.min(dy, Math.abs(periodY - dy));
       dz = Math.min(dz, Math.abs(periodZ - dz));

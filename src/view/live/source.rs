@@ -13,7 +13,6 @@ use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text
 pub struct Source {
     pub(super) text: String,
     pub(super) changes: BTreeMap<String, String>,
-    /// Input files, by their names in the scene.
     pub(super) files: BTreeMap<PathBuf, Vec<u8>>,
 }
 

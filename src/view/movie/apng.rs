@@ -1,4 +1,3 @@
-//!
 //! Animated PNG (<https://www.w3.org/TR/png-3/#11fcTL>). Each image is compressed as a separate PNG, in parallel.
 
 use std::io::{self, Write};
@@ -25,7 +24,6 @@ pub(super) struct ApngCodec;
 
 pub(super) struct Piece {
     rectangle: Rectangle,
-    /// Content of the data chunks of a PNG.
     data: Vec<u8>,
 }
 

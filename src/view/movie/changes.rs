@@ -7,8 +7,7 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    /// Returns the smallest rectangle with all pixels that differ, or the first pixel. Both images have rows of length
-    /// `width`.
+    /// Returns the smallest rectangle with all pixels that differ, or the first pixel.
     fn around_changes<T: PartialEq>(previous: &[T], image: &[T], width: usize) -> Self {
         let rows = || previous.chunks(width).zip(image.chunks(width)).enumerate();
         let (mut left, mut right, mut top, mut bottom) = (width, 0, usize::MAX, 0);

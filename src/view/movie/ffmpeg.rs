@@ -1,4 +1,4 @@
-//! MP4, written by the program `ffmpeg`.
+//! MP4 files, written by the program `ffmpeg`.
 
 use std::ffi::OsString;
 use std::io;
@@ -11,10 +11,10 @@ use super::track::Codec;
 use crate::view::ViewError;
 use crate::view::render::{Image, Style};
 
-/// Time without progress after which ffmpeg is stopped. At the end of a large movie, ffmpeg pauses for a few seconds.
+/// ffmpeg is stopped after this time without progress. At the end of a large movie, ffmpeg pauses for a few seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Encoders, best first. Their options keep the edges of particles clean.
+/// Encoders in order of preference. The options keep the edges of particles clean.
 const ENCODERS: [(&str, &[&str]); 3] =
     [("libx264", &["-preset", "medium", "-crf", "18"]), ("libopenh264", &["-b:v", "8M"]), ("mpeg4", &["-q:v", "3"])];
 
@@ -29,7 +29,7 @@ impl Ffmpeg {
     /// Searches `PATH` for ffmpeg, and chooses its best encoder.
     ///
     /// # Errors
-    /// [`ViewError::NoFfmpeg`] if ffmpeg cannot be started, [`ViewError::Ffmpeg`] if it has no known encoder or fails.
+    /// [`ViewError::NoFfmpeg`] if ffmpeg cannot be started, [`ViewError::Ffmpeg`] if it fails or has no known encoder.
     pub fn find() -> Result<Self, ViewError> {
         Self::at("ffmpeg".into(), PATIENCE)
     }
@@ -45,13 +45,13 @@ impl Ffmpeg {
         Ok(Self { program, encoder, patience })
     }
 
-    /// Starts ffmpeg. The file `file` exists and is overwritten.
+    /// Starts ffmpeg, which overwrites `file`.
     pub fn begin(&self, file: &Path, style: &Style, per_second: u32) -> Result<Process, ViewError> {
         let mut command = Command::new(&self.program);
         command.args(["-hide_banner", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", style.width, style.height)]);
         command.args(["-framerate", &per_second.to_string(), "-i", "pipe:0", "-an"]);
-        // Players assume the colour standard BT.709 only for large images.
+        // For small images, players do not assume the colour standard BT.709.
         command.args(["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p"]);
         command.args([
             "-colorspace",
@@ -73,7 +73,7 @@ impl Ffmpeg {
     }
 }
 
-/// Images as ffmpeg reads them.
+/// Passes images to ffmpeg without compression.
 pub(super) struct Raw;
 
 impl Codec for Raw {
@@ -102,7 +102,6 @@ mod tests {
         fs::write(&file, "").unwrap();
         let ffmpeg = Ffmpeg { program: program.into(), encoder: ENCODERS[0], patience: SHORT };
         let style = Style { width: 256, height: 256, ..Style::default() };
-        // A process of another test may hold the script open for a moment.
         let mut process = loop {
             match ffmpeg.begin(&file, &style, 25) {
                 Err(ViewError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}

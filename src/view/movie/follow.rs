@@ -3,11 +3,11 @@ use crate::model::ParticleId;
 use crate::trajectory::Frame;
 use crate::view::ViewError;
 
-/// Point that stays in the middle of all images of a movie.
+/// Point in the middle of all images of a movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Follow {
-    /// Centre of mass of all moving particles. Unknown masses are equal.
+    /// Centre of mass of all moving particles. Particles of unknown mass have equal masses.
     CentreOfMass,
     /// A particle.
     Particle(ParticleId),
@@ -32,8 +32,8 @@ impl Follow {
         }
     }
 
-    /// Wraps the particles along periodic axes, with the followed point in the middle of the box. For other axes,
-    /// returns the coordinate at which the camera looks.
+    /// Wraps the particles along periodic axes, so that the followed point is in the middle of the box. For other axes,
+    /// returns the coordinate to which the camera points.
     ///
     /// # Errors
     /// [`ViewError::NoParticle`] if the frame does not contain the particle.
@@ -41,7 +41,6 @@ impl Follow {
         let place = match (self.place(&frame), self) {
             (Some(place), _) => place,
             (None, Self::Particle(id)) => return Err(ViewError::NoParticle(id)),
-            // No particle moves.
             (None, Self::CentreOfMass) => return Ok((frame, [None; 3])),
         };
         let middle = frame.lower + 0.5 * frame.size;
@@ -69,7 +68,7 @@ mod tests {
         assert_eq!(focus, [None, None, Some(2.0)]);
         let places: Vec<Vector> = shown.particles.iter().map(|particle| particle.position).collect();
         assert_eq!(places[..2], [Vector::new(5.0, 5.0, 2.0), Vector::new(7.0, 5.0, 4.0)]);
-        // Of the two moving particles, one has mass 3 and has crossed a periodic boundary.
+        // One of the two moving particles has the mass 3 and has crossed a periodic boundary.
         scene.species[0].mass = Some(3.0);
         scene.images = vec![[-1, 0, 0], [0; 3], [0; 3]];
         let (shown, focus) = Follow::CentreOfMass.centred(scene.clone()).unwrap();

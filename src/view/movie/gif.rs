@@ -9,7 +9,7 @@ use super::track::{Ask, Codec, Track, TrackError};
 use crate::base::numbers::trunc_to_u16;
 use crate::view::render::{Image, Style};
 
-/// Largest number of images per second. An image then lasts 0.02 s. Players show images of 0.01 s for 0.1 s.
+/// Largest number of images per second. Players show images for 0.1 s if the given duration is only 0.01 s.
 pub(super) const MOST_PER_SECOND: u32 = 50;
 
 pub(super) struct GifCodec<'a> {
@@ -41,7 +41,7 @@ impl Codec for GifCodec<'_> {
     }
 }
 
-/// Returns the duration of an image in hundredths of a second. The duration is rounded, but its mean is exact.
+/// Returns the duration of an image in hundredths of a second. Durations are rounded such that their mean is exact.
 fn delay(place: usize, per_second: u32) -> u16 {
     let end = |images: usize| (images as f64 * 100.0 / f64::from(per_second)).round();
     trunc_to_u16(end(place + 1) - end(place))

@@ -1,4 +1,4 @@
-//! Index of a trajectory: the position of each frame, and data common to all images.
+//! Index of a trajectory: the place of each frame, and data that all images need.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -12,7 +12,7 @@ use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
 use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, fitted, reach, refuse_numbers};
 use crate::view::{Surfaces, ViewError};
 
-/// Number of frames from which the extent of the particles is determined.
+/// Number of frames that determine the extent of the particles.
 const PROBES: usize = 8;
 
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +37,6 @@ pub(super) struct Place {
     /// Index of the frame in the file, from 0.
     pub index: u64,
     pub time: f64,
-    /// Bytes and lines before the frame in the file.
     offset: u64,
     lines: usize,
 }
@@ -50,12 +49,11 @@ pub(super) struct Index {
     /// First frame, without particles.
     stage: Frame,
     framing: Framing,
-    /// Lower corner and edges of the framed region `[length]`. It contains the boxes or the particles of all frames.
+    /// Lower corner and edges of a region `[length]`. It contains the boxes or the particles of all frames.
     region: Option<(Vector, Vector)>,
-    /// Largest radius of the particles in the framed region `[length]`. Particles may extend beyond the region by this
-    /// radius.
+    /// Largest radius `[length]`. Particles with centres in the region may extend beyond it by this radius.
     margin: f64,
-    /// Corners of the region that the particles of a few frames occupy `[length]`.
+    /// Corners of the region of the particles in a few frames `[length]`.
     reach: Option<[Vector; 2]>,
     scale: SpeedScale,
 }
@@ -63,11 +61,11 @@ pub(super) struct Index {
 type Reader = FrameReader<BufReader<File>>;
 
 impl Index {
-    /// Scans a file once. Particles are read only for a scale of speeds, or if there is no box.
+    /// Scans a file. Particles are read only if there is a scale of speeds or no box.
     ///
     /// # Errors
     /// [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::NoSuchFrame`] or [`ViewError::Frame`] if no
-    /// frame can be drawn, [`ViewError::EmptyMovie`] if no frame has a particle, [`ViewError::Interrupted`] if `watch`
+    /// frame can be drawn, [`ViewError::EmptyMovie`] if there are no particles, [`ViewError::Interrupted`] if `watch`
     /// returns `Break`.
     pub fn of(path: &Path, selection: Selection, style: &Style, watch: &mut Watch) -> Result<Self, ViewError> {
         let unreadable = ViewError::trajectory(path);
@@ -158,7 +156,7 @@ impl Index {
         }
     }
 
-    /// Returns evenly spaced frames.
+    /// Returns the indices of up to `count` evenly spaced frames.
     pub fn spread(&self, count: usize) -> impl Iterator<Item = usize> {
         let last = self.places.len() - 1;
         let count = count.min(self.places.len());
@@ -242,12 +240,12 @@ impl Survey<'_> {
     }
 }
 
-/// Returns the smallest box that contains two boxes, given by their corners.
+/// Returns the smallest box that contains two boxes. A box is given by its corners.
 fn joined_corners([a, b]: &[Vector; 2], [c, d]: &[Vector; 2]) -> [Vector; 2] {
     [a.inf(c), b.sup(d)]
 }
 
-/// Returns the smallest box that contains two boxes, given by their lower corners and edges.
+/// Returns the smallest box that contains two boxes. A box is given by its lower corner and its edges.
 fn joined(one: Option<(Vector, Vector)>, other: Option<(Vector, Vector)>) -> Option<(Vector, Vector)> {
     let (Some((lower_1, size_1)), Some((lower_2, size_2))) = (one, other) else { return one.or(other) };
     let (lower, upper) = (lower_1.inf(&lower_2), (lower_1 + size_1).sup(&(lower_2 + size_2)));

@@ -12,7 +12,6 @@ const PILOT_SIZE: f64 = 320.0;
 
 pub(super) const UNCHANGED: u8 = 0;
 
-/// Colours that the palette contains exactly.
 const EXACT: [[u8; 3]; 2] = [BACKGROUND, INK];
 
 /// Number of neurons of the network that chooses the other colours.
@@ -72,8 +71,7 @@ fn cell(colour: [u8; 3]) -> usize {
     colour.into_iter().fold(0, |cell, component| cell << BITS | usize::from(component) >> (8 - BITS))
 }
 
-/// Returns the index of the colour nearest to the centre of each cell of the lookup table. The first colour is
-/// excluded.
+/// Returns the index of the colour nearest to each cell of the lookup table, except the first colour.
 fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
     let squares = |component: usize| -> Vec<Vec<i32>> {
         let middles = (0..1 << BITS).map(|step: i32| (step << (8 - BITS)) + (1 << (7 - BITS)));

@@ -1,8 +1,8 @@
 //! Draws and compresses images on several cores, and delivers them in order.
 //!
-//! A *place* is the index of an image in the movie. Each worker takes the next place, draws its image, and compresses
-//! it against the previous image, which another worker may still be drawing. Workers are at most a few places ahead of
-//! the delivered images, which limits the memory. Results and errors do not depend on the number of workers.
+//! Each worker draws the next image, and compresses it relative to the previous image, which another worker may still
+//! be drawing. Workers are only a few images ahead of the delivered images, which limits the memory. Results and errors
+//! do not depend on the number of workers.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -29,7 +29,7 @@ pub(super) struct Pipeline<'a, P> {
     pub is_stopped: &'a AtomicBool,
 }
 
-/// An image to draw and compress.
+/// An image to draw and compress. The index of the image in the movie is `place`.
 struct Task {
     place: usize,
     before: Option<Receiver<Arc<Image>>>,
@@ -112,7 +112,7 @@ impl<P: Send> Pipeline<'_, P> {
         let image = Arc::new((self.draw)(place)?);
         // Sending fails if no later image is drawn.
         let _ = next.send(Arc::clone(&image));
-        // Receiving fails if the previous image could not be drawn. The error of the previous image is then reported.
+        // Receiving fails if the previous image could not be drawn. Only the error of the previous image is reported.
         let previous = before.map(|before| before.recv()).transpose().map_err(|_| ViewError::Interrupted)?;
         if self.is_stopped.load(Ordering::Relaxed) {
             return Err(ViewError::Interrupted);
@@ -130,7 +130,7 @@ mod tests {
         Image::new(1, 1, vec![[u8::try_from(place).unwrap(); 4]])
     }
 
-    /// Place of an image, colour of the previous image, and own colour.
+    /// Index of an image, colour of the previous image, and colour of the image.
     type Compressed = (usize, Option<u8>, u8);
 
     /// Compresses 40 images. Some images take longer. Drawing fails from the image `failing` on.

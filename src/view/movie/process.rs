@@ -15,7 +15,7 @@ use crate::view::ViewError;
 
 const MOST_MESSAGE: usize = 4096;
 
-/// Bytes written at a time. Progress is counted in pieces, so a slow reader makes progress.
+/// Bytes written at a time. Progress is counted in pieces of this size, so a slow program is not stopped.
 const PIECE: usize = 1 << 14;
 
 const TICK: Duration = Duration::from_millis(20);
@@ -28,7 +28,6 @@ pub(super) struct Process {
     child: Child,
     images: Option<SyncSender<Vec<u8>>>,
     written: Receiver<io::Result<()>>,
-    /// Number of pieces that the program has read.
     taken: Arc<AtomicU64>,
     message: Receiver<String>,
     file: PathBuf,
@@ -161,12 +160,13 @@ impl Track for Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // The program may have ended.
+        // Fails if the program has ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
+/// Returns the standard output of a program.
 ///
 /// # Errors
 /// [`ViewError::NoFfmpeg`] if the program cannot be started, [`ViewError::Ffmpeg`] if it does not finish within
@@ -224,7 +224,6 @@ mod tests {
     fn slow_but_active_process_is_not_killed() {
         let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
         for k in 0..100 {
-            // The program reads a piece every 8 ticks, and its file changes every 4 ticks.
             let done = (k / 8, Some((k / 4, SystemTime::UNIX_EPOCH)));
             assert!(idleness.tick(done).is_ok(), "{k}");
         }

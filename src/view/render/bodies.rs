@@ -80,8 +80,7 @@ impl Bodies {
                 radius: camera.length(particle.radius),
                 colour: colour_of(particle),
             };
-            // A static particle with a bond is a pivot. It is opaque, so that it remains visible among translucent
-            // particles.
+            // A static particle with a bond is a pivot. It stays visible among translucent particles.
             let is_veil = style.static_opacity < 1.0 && frame.is_static(particle) && !holds_bond.contains(&particle.id);
             if is_veil { &mut bodies.veil } else { &mut bodies.balls }.push(ball);
         }

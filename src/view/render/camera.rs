@@ -19,9 +19,8 @@ const HALF_VIEW: f32 = 0.267_949_2;
 /// Margin around the framed region, relative to the shorter side of the image.
 const RIM: f32 = 0.035;
 
-/// The framed region must fit the image from all directions of a moving camera. Checked directions are at most this
-/// angle apart `[degrees]`. Between them, the region extends further by at most a thousandth of its distance from the
-/// axis of rotation, which is much less than the margin.
+/// Largest angle between two checked directions of a moving camera `[degrees]`. Between them, the framed region extends
+/// further by at most a thousandth of its distance from the axis, which is much less than the margin.
 const LARGEST_STEP: f64 = 4.0;
 
 /// Smallest depth that is drawn, in half diagonals of the framed region.
@@ -108,7 +107,6 @@ impl Camera {
         Self { rotation: orientation(frame, style).0, ..self.clone() }
     }
 
-    /// Returns a camera that looks at the middle of the framed region.
     fn around(frame: &Frame, style: &Style, framed: &[Extent]) -> Option<Self> {
         let reach = |extent: &Extent| Vector::repeat(extent.radius);
         let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b))?;
@@ -140,13 +138,11 @@ impl Camera {
         framed.iter().map(|e| (self.place(&e.position), self.length(e.radius))).collect()
     }
 
-    /// Margin around the framed region in pixels.
     fn rim(&self) -> f32 {
         RIM * (self.width as f32).min(self.height as f32)
     }
 
-    /// Chooses the position and the scale so that the spheres fit the image. Returns the bounds of the spheres in
-    /// window coordinates.
+    /// Fits the spheres into the image. Returns the bounds of the spheres in window coordinates.
     fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) -> [f32; 4] {
         let (width, height) = (self.width as f32, self.height as f32);
         let rim = self.rim();
@@ -239,7 +235,7 @@ impl Camera {
         [self.corner[0] + column / self.scale, self.corner[1] - row / self.scale]
     }
 
-    /// Returns the pixels from the upper left corner to a point.
+    /// Returns the position of a point in pixels from the upper left corner.
     pub fn pixel(&self, point: &Point) -> [f32; 2] {
         let depth = if self.is_perspective { point.z } else { 1.0 };
         [(point.x / depth - self.corner[0]) * self.scale, (self.corner[1] - point.y / depth) * self.scale]
@@ -292,8 +288,7 @@ fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
     [azimuth + around, libm::asin(above.clamp(-1.0, 1.0))]
 }
 
-/// Returns the rotation to camera space, and whether the view is in perspective. The rows of the rotation point right,
-/// up and into the image.
+/// Returns the rotation to camera space, and whether the view is in perspective.
 fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
     let axis = |k: usize| Vector::from_fn(|i, _| f64::from(u8::from(i == k)));
     let flat: Vec<usize> = (0..3).filter(|&k| frame.is_flat(k)).collect();

@@ -63,8 +63,7 @@ fn round_length(most: f64) -> Option<f64> {
         return None;
     }
     let power = trunc_to_i32(most.log10().floor());
-    // Parsing a decimal text gives the nearest floating-point number. Neighbouring powers are tried because of
-    // round-off in the logarithm.
+    // Parsing gives the nearest number. Neighbouring powers are tried, because the logarithm is rounded.
     let candidates = (power - 1..=power + 1).flat_map(|power| [1, 2, 5].map(|digit| format!("{digit}e{power}")));
     candidates.filter_map(|text| text.parse().ok()).rfind(|length| *length <= most)
 }

@@ -1,4 +1,4 @@
-//! The region of a scene that an image shows, and the edges of the box.
+//! The region shown by an image, and the edges of the box.
 
 use super::camera::Extent;
 use super::style::{Framing, Style};
@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Empty space along an axis is cropped only if the particles fill at least this fraction of the axis.
+/// Empty space along an axis is cropped only if the particles fill at least this fraction of the box length.
 const FILLED: f64 = 0.34;
 
 pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<Extent> {
@@ -36,13 +36,12 @@ pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surface
     framed
 }
 
-/// Returns the corners of a box. Bit `k` of an index selects the side along axis `k`.
+/// Returns the corners of a box. If bit `k` of an index is set, the corner is on the upper side along axis `k`.
 pub(in crate::view) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
     std::array::from_fn(|index| Vector::from_fn(|k, _| lower[k] + if index >> k & 1 == 1 { size[k] } else { 0.0 }))
 }
 
-/// Returns the corners of the region that contains the particles in the box, and surfaces that do not extend far beyond
-/// the box.
+/// Returns the corners of a region with the particles in the box, and with surfaces that do not extend far beyond it.
 pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
@@ -57,7 +56,7 @@ pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] 
         .fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
 }
 
-/// Crops a box to the content between the corners `from` and `to`. A box consists of its lower corner and edges.
+/// Crops a box to the region between the corners `from` and `to`. A box is given by its lower corner and its edges.
 pub(in crate::view) fn fitted(
     (lower, size): (Vector, Vector),
     periodic: [bool; 3],
@@ -74,7 +73,7 @@ pub(in crate::view) fn fitted(
         if high - low < FILLED * size[axis] {
             continue;
         }
-        // Along gravity, only the top is cropped, so that a heap has a floor.
+        // Along gravity, only the top is cropped, so that a heap keeps its floor.
         if down > 0.0 || down == 0.0 && !style.has_box {
             first[axis] = low;
         }
@@ -85,7 +84,7 @@ pub(in crate::view) fn fitted(
     (first, last - first)
 }
 
-/// Returns the edges of the box with the outward normals of their two sides. Edges of a flat box have no normals.
+/// Returns the edges of the box with the outward normals of the adjacent sides. Edges of a flat box have no normals.
 pub(super) fn box_edges(frame: &Frame) -> Vec<([Vector; 2], Vec<Vector>)> {
     let corners = corners(&frame.lower, &frame.size);
     let is_solid = (0..3).all(|axis| !frame.is_flat(axis));

@@ -9,15 +9,15 @@ use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Shares of the sun and the sky in the light of the ground. The rest casts no shadows.
+/// Fraction of the ground's light from the sun and from the sky. The remaining light casts no shadows.
 const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 
-/// Opacity of translucent spheres in shadows, relative to their opacity in the image.
+/// Opacity of translucent spheres in shadows, divided by the opacity in the image.
 const VEIL: f32 = 1.2;
 
-/// The opacity of a shadow decreases with height by two factors. One is 1/2 at `HALF_HEIGHT`, the other 0 at
-/// `MOST_HEIGHT`. Without the decrease, high spheres would darken the whole ground.
+/// The opacity of a shadow decreases with height by two factors: one is 1/2 at `HALF_HEIGHT`, the other is 0 at
+/// `MOST_HEIGHT`. With constant opacity, high spheres would darken the whole ground.
 const HALF_HEIGHT: f32 = 0.28;
 const MOST_HEIGHT: f32 = 0.7;
 
@@ -29,8 +29,8 @@ pub(super) struct Ground {
 }
 
 impl Ground {
-    /// Returns the ground below a frame. There is no ground in flat scenes, without gravity, or in boxes that are
-    /// periodic along gravity.
+    /// Returns the ground below a frame. There is no ground in flat scenes, without gravity, or if gravity is along a
+    /// periodic axis.
     pub fn of(frame: &Frame, surfaces: &Surfaces, style: &Style, camera: &Camera, bodies: &Bodies) -> Option<Self> {
         let level = level(frame, surfaces, style)?;
         let normal = camera.up();
@@ -46,7 +46,6 @@ impl Ground {
         Some(Self { normal, offset, lights })
     }
 
-    /// Returns the depth at which a ray hits the ground from above.
     pub fn depth(&self, (origin, direction): (Point, Point)) -> Option<f32> {
         let slope = self.normal.dot(&direction);
         let depth = (self.offset - self.normal.dot(&origin)) / slope;
@@ -60,7 +59,8 @@ impl Ground {
     }
 }
 
-/// Returns a point of the ground: the lowest corner of the box, or else the lowest point of particles and surfaces.
+/// Returns a point of the ground: the lowest corner of the box, or otherwise the lowest point of particles and
+/// surfaces.
 fn level(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Option<Vector> {
     let up = -style.gravity.filter(|_| style.has_ground)?.try_normalize(0.0)?;
     let axis = up.iamax();

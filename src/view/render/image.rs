@@ -5,7 +5,7 @@ use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 use crate::view::ViewError;
 
-/// A finished image. A pixel has red, green, blue and opacity in sRGB.
+/// An image. Pixels have red, green, blue and opacity in sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -41,10 +41,10 @@ impl Image {
         &self.pixels
     }
 
-    /// Writes a PNG file. The file appears once it is complete.
+    /// Writes a PNG file, which appears when it is complete.
     ///
     /// # Errors
-    /// [`ViewError::Exists`] if a file exists and must be kept, [`ViewError::Write`] if the file cannot be written.
+    /// [`ViewError::Exists`] if an existing file must be kept, [`ViewError::Write`] if the file cannot be written.
     pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), ViewError> {
         let written = write_atomically(path, existing, |file| self.encode_png(file));
         written.map_err(ViewError::write(path))?;

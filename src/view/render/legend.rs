@@ -2,14 +2,13 @@ use super::colour::{self, Colour};
 use super::letters::{label, text_width, write};
 use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 
-/// Height of a caption row or of the scale of speeds, relative to the shorter side of the image before it is cropped.
+/// Height of the scale or of a caption row, relative to the shorter side of the image before cropping.
 pub(super) const STRIP: f32 = 0.085;
 
 /// Fraction of the sum of squared speeds that may lie above the scale.
 const FASTER: f64 = 0.05;
 
-/// Returns the upper end of the scale, with two significant digits `[length / time]`. If only a few particles move, the
-/// scale includes their speeds.
+/// Returns the upper end of the scale, with two significant digits `[length / time]`.
 pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     speeds.sort_by(f64::total_cmp);
     let highest = speeds.last().copied().unwrap_or(0.0);
@@ -24,7 +23,7 @@ pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     };
     let speed = speeds.iter().rev().copied().find(is_slower).unwrap_or(highest);
     let step = 10_f64.powi(trunc_to_i32(speed.log10().floor()) - 1);
-    // Parsing a decimal text gives the nearest floating-point number.
+    // Parsing removes the round-off of the multiplication.
     format!("{:.1e}", (speed / step).ceil() * step).parse().unwrap_or(speed)
 }
 

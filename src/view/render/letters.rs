@@ -19,7 +19,7 @@ static LETTERS: LazyLock<Vec<Letter>> = LazyLock::new(|| letters(FONT));
 const PIECES: u32 = 6;
 const SAMPLES: usize = 5;
 
-/// The font has `COUNT` consecutive Unicode characters from `FIRST`.
+/// First character and number of characters of the font.
 const FIRST: char = ' ';
 const COUNT: u32 = 95;
 
@@ -35,12 +35,12 @@ pub(super) fn label(number: f64) -> String {
     if number == 0.0 || (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
 
-/// `size` is the height of capitals.
+/// Returns the width of a text with capitals of the height `size`.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {
     text.chars().map(|letter| of(letter).map_or(0.0, |letter| letter.advance * size)).sum()
 }
 
-/// Writes a text. `size` is the height of capitals, and `place` the middle of the left edge.
+/// Writes a text with capitals of the height `size`. `place` is the middle of the left edge.
 pub(super) fn write(pixels: &mut [Colour], width: usize, text: &str, place: [f32; 2], size: f32, ink: Colour) {
     let (mut x, base) = (place[0], place[1] + 0.5 * size);
     for letter in text.chars().filter_map(of) {
@@ -85,7 +85,7 @@ fn fill(pixels: &mut [Colour], width: usize, lines: &[[[f32; 2]; 2]], ink: Colou
     }
 }
 
-/// Returns the parts of the line at height `y` inside the outlines.
+/// Returns the parts of the line at height `y` that are inside the outlines.
 fn spans(lines: &[[[f32; 2]; 2]], y: f32) -> Vec<[f32; 2]> {
     let mut crossings: Vec<(f32, i32)> = Vec::new();
     for [a, b] in lines {
@@ -201,7 +201,6 @@ mod tests {
         let place = trunc_to_usize(10.0 + 0.5 * text_width("O", 30.0));
         assert_eq!(ring[30 * 60 + place].x, 0.0);
         assert!(ring[16 * 60 + place].x > 0.9 && ring[44 * 60 + place].x > 0.9);
-        // Letters that are far larger than the image are not drawn.
         assert_eq!(ink(&written("mmmm", 1e9)), 0.0);
     }
 

@@ -1,8 +1,7 @@
 //! Light at a point from the sky and the sun.
 //!
-//! The sun is a disc, so shadows have soft edges. If a sphere covers a fraction of the disc, it blocks this fraction of
-//! the sunlight. A nearby sphere dims the sky by the fraction of the hemisphere above the surface that it covers.
-//! Objects above a point also dim the sky. There are no shadow maps and no random numbers.
+//! The sun is a disc, so shadows have soft edges. A sphere blocks the fraction of sunlight that equals the covered
+//! fraction of the disc. Nearby spheres and overhead objects dim the light from the sky.
 
 use super::bodies::Ball;
 use super::camera::{Camera, Point};
@@ -10,7 +9,7 @@ use super::lists::{Lists, numbered};
 use super::raster::NOTHING;
 use crate::base::numbers::single;
 
-/// Tangents of half the angular width of the sun, and of the overhead part of the sky.
+/// Tangents of half the angular widths of the sun and of the overhead sky.
 const SUN_WIDTH: f32 = 0.16;
 const ZENITH_WIDTH: f32 = 0.75;
 
@@ -22,14 +21,14 @@ const WIDEST_EDGE: f32 = 1.3;
 const REACH: f32 = 3.2;
 const FADE: f32 = 2.0;
 
-/// Brightness of the sky on a vertical surface, and its increase on a surface that faces up.
+/// Brightness of the sky on a vertical surface, and the additional brightness on a surface that faces up.
 const LEVEL: f32 = 0.68;
 const SLOPE: f32 = 0.32;
 
 /// Largest fraction of the light from the sky that overhead objects can block.
 const ZENITH_SHARE: f32 = 0.5;
 
-/// Smaller fractions of light are dark.
+/// Smaller fractions of light are treated as zero.
 const DARK: f32 = 0.004;
 
 /// Cell widths of the grids, relative to the mean radius of the spheres.
@@ -43,8 +42,7 @@ pub(super) struct SurfacePoint {
     pub body: u32,
 }
 
-/// Light at a point. In the open, `sky` is 1 on a surface that faces up, and `sun` is 1 on a surface that faces the
-/// sun.
+/// Light at a point. In the open, `sky` is 1 on a surface that faces up, and `sun` on a surface that faces the sun.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received {
     pub sky: f32,
@@ -118,7 +116,7 @@ impl GroundLights {
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     place: [f32; 2],
-    /// Coordinate of the centre towards the light.
+    /// Coordinate of the centre along the direction to the light.
     height: f32,
     radius: f32,
     opacity: f32,
@@ -218,7 +216,6 @@ impl Near {
             let Some((centre, radius)) = self.balls.get(*number as usize).filter(|_| *number != own) else { continue };
             let arm = centre - point;
             let along = normal.dot(&arm);
-            // Spheres below the horizon hide nothing.
             if along <= -radius {
                 continue;
             }

@@ -5,7 +5,7 @@ use crate::base::numbers::{id, index, trunc_to_usize};
 /// Maximum number of bodies in a cell. Further bodies are ignored.
 const MOST_PER_CELL: u32 = 128;
 
-/// The maximum number of entries is `MOST_PER_BODY` for each body, plus `MOST_BESIDES`.
+/// The number of entries is at most `MOST_PER_BODY` per body, plus `MOST_BESIDES`.
 const MOST_PER_BODY: usize = 160;
 const MOST_BESIDES: usize = 1 << 14;
 
@@ -16,7 +16,7 @@ pub(super) type Reach<const D: usize> = [[f32; 2]; D];
 #[derive(Debug, Default)]
 pub(super) struct Lists<const D: usize> {
     size: usize,
-    /// Index in `items` of the first entry of each cell, then the number of all entries.
+    /// Index in `items` of the first entry of each cell. The final element is the number of all entries.
     starts: Vec<u32>,
     items: Vec<u32>,
 }
@@ -54,7 +54,6 @@ impl<const D: usize> Lists<D> {
         Self { size, starts, items }
     }
 
-    /// Returns the bodies in the cell at a position.
     pub fn at(&self, place: [f32; D]) -> &[u32] {
         let mut cell = 0;
         for x in place {
@@ -98,7 +97,7 @@ impl<const D: usize> Lists<D> {
     }
 }
 
-/// Returns the cells that overlap a range: the first, and one past the last.
+/// Returns the first cell that overlaps a range, and one past the last cell.
 fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
     // A range outside the grid, or with a NaN, has no cells. Conversions to integers saturate.
     let place = |x: f32| (x + 1.0) * (0.5 * size as f32);

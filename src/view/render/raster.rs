@@ -177,9 +177,8 @@ impl Rays {
     }
 }
 
-/// Computes the distances at which the rays of a row enter a sphere, from column `left` on; NaN for a miss. The
-/// distances start at the point nearest to the centre, to avoid cancellation. There are no branches, so the loop is
-/// vectorised.
+/// Computes the distances at which the rays of a row enter a sphere, or NaN for a miss. The first column is `left`. To
+/// avoid cancellation, distances start at the point nearest to the centre. The loop is vectorised.
 fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [f32]) {
     let Rays { columns, rows, shift, slope } = rays;
     let (centre, radius_square) = (ball.centre, ball.radius * ball.radius);
@@ -193,8 +192,8 @@ fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [
     }
 }
 
-/// Returns the distance at which a ray enters the curved side of a cylinder, or NaN for a miss. The flat ends are not
-/// visible: they are inside spheres or between the halves of a bond.
+/// Returns the distance at which a ray enters the curved side of a cylinder, or NaN for a miss. The flat ends are
+/// hidden in spheres or between the halves of a bond.
 fn rod_depth(rod: &Rod, (origin, direction): (Point, Point)) -> f32 {
     let axis = rod.end - rod.start;
     let length = axis.norm();

@@ -30,7 +30,6 @@ const LAST_SIDE: f32 = 2.2;
 /// Largest additional opacity of a translucent surface, at its rim.
 const RIM: f32 = 0.35;
 
-/// Opacity of the haze at the far end of the scene.
 const HAZE: f32 = 0.2;
 
 /// Order of the samples of a pixel, from the centre outwards. The colour of a body is computed at its first sample.
@@ -72,7 +71,6 @@ fn density(normal: &Point, view: &Point) -> f32 {
     RIM * rim * rim * rim
 }
 
-/// Returns the fraction of the background that a translucent surface hides.
 fn covered(opacity: f32, density: f32) -> f32 {
     (opacity + (1.0 - opacity) * density).min(1.0)
 }
@@ -111,7 +109,6 @@ impl Scenery<'_> {
         draw_edges(pixels, &band.solid, &rows, &self.edges, is_perspective);
     }
 
-    /// Returns the outward normal and the colour of an opaque body at a point.
     fn solid_surface(&self, body: usize, point: &Point) -> (Point, Colour) {
         if let Some(ball) = self.bodies.balls.get(body) {
             return ((point - ball.centre) / ball.radius, ball.colour);

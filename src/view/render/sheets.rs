@@ -10,11 +10,10 @@ use super::raster::{Layer, Rays, SAMPLES};
 use crate::base::numbers::{single, trunc_to_usize};
 use crate::view::Surfaces;
 
-/// Largest number of triangles per sample. The nearest ones are drawn. At the default opacity, 16 triangles transmit
-/// about a thousandth of the light.
+/// Largest number of triangles per sample. At the default opacity, 16 triangles transmit a thousandth of the light.
 const MOST_SHEETS: usize = 16;
 
-/// A triangle, and the ranges of rows and columns around it (the first, and one past the last).
+/// A triangle, with half-open ranges of the rows and columns around it.
 #[derive(Debug, Clone)]
 struct Triangle {
     corners: [u32; 3],
@@ -89,7 +88,7 @@ impl Sheets {
         Some([a?, b?, c?])
     }
 
-    /// Returns the normal at a point of a triangle, on the side of the camera.
+    /// Returns the normal at a point of a triangle, on the side that faces the camera.
     pub fn normal(&self, fragment: &Fragment, [x, y]: [f32; 2], view: &Point) -> Point {
         let found = self.triangles.get(fragment.triangle as usize).and_then(|triangle| {
             let plane = Plane::of(&self.points_of(&triangle.corners)?, self.is_perspective)?;
@@ -105,7 +104,7 @@ impl Sheets {
     }
 }
 
-/// Returns the rows and columns around a triangle, if it may be visible.
+/// Returns the ranges of rows and columns around a triangle, if the triangle may be visible.
 fn surroundings(points: &[Point; 3], camera: &Camera, size: [usize; 2]) -> Option<[[usize; 2]; 2]> {
     if points.iter().all(|point| point.z <= NEAREST) || !points.iter().all(|point| point.iter().all(|x| x.is_finite()))
     {
@@ -133,7 +132,7 @@ impl Plane {
         let flat =
             points.map(|point| if is_perspective { point } else { nalgebra::Vector3::new(point.x, point.y, 1.0) });
         let [a, b, c] = flat;
-        // Two triangles compute the same numbers for a common edge, with opposite signs, so no ray passes between them.
+        // Adjacent triangles compute the same numbers for a common edge, up to the sign, so no ray passes between them.
         let edges = [b.cross(&c), c.cross(&a), a.cross(&b)];
         let volume = a.dot(&edges[0]);
         let edges = edges.map(|edge| edge * volume.signum());
@@ -151,7 +150,7 @@ impl Plane {
     fn depth(&self, x: f64, y: f64) -> Option<f32> {
         let is_within = |edge: &[f64; 3]| {
             let side = value(edge, x, y);
-            // A ray through a common edge hits exactly one of the triangles.
+            // A ray through a common edge of two triangles hits exactly one of them.
             side > 0.0 || side == 0.0 && (edge[0] > 0.0 || edge[0] == 0.0 && edge[1] > 0.0)
         };
         if !self.edges.iter().all(is_within) {
@@ -204,7 +203,7 @@ impl Fragments {
         for_each_hit(sheets, rays, solid, rows, |place, fragment| {
             let ends = (starts.get(place), starts.get(place + 1));
             let (Some(start), Some(end)) = ends else { return };
-            // The fragments stay sorted. If there are too many, the farthest one is dropped.
+            // The fragments stay sorted by depth. If there are too many, the farthest fragment is dropped.
             let Some(own) = all.get_mut(*start..*end) else { return };
             let nearer = own.partition_point(|other| other.depth > fragment.depth);
             if nearer > 0 {
@@ -222,7 +221,7 @@ impl Fragments {
     }
 }
 
-/// Visits all hits of triangles in front of the opaque bodies. `visit` receives the index of the sample.
+/// Calls `visit` for each hit of a triangle in front of the opaque bodies, with the index of the sample.
 fn for_each_hit(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2], mut visit: impl FnMut(usize, Fragment)) {
     for (number, triangle) in (0..u32::MAX).zip(&sheets.triangles) {
         if triangle.rows[0] >= rows[1] || triangle.rows[1] <= rows[0] {

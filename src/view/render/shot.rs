@@ -43,7 +43,7 @@ pub(in crate::view) struct Shot {
 }
 
 impl Shot {
-    /// Chooses a camera that keeps `framed` in sight while it moves around by `turn` degrees.
+    /// Chooses a camera that moves around the scene by `turn` degrees and keeps the extents `framed` in the image.
     ///
     /// # Errors
     /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style is invalid,
@@ -63,7 +63,7 @@ impl Shot {
         Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
-    /// Draws a frame with `time` below it. The camera is at `azimuth` `[degrees]` and looks at `focus`. If the team has
+    /// Draws a frame with `time` below it. The camera is at `azimuth` `[degrees]` and looks at `focus`. If `team` has
     /// been stopped, the image is unfinished.
     pub fn draw(
         &self,

@@ -47,7 +47,7 @@ impl Stroke {
         }
     }
 
-    /// Returns the columns (axis 0) or rows (axis 1) around the line: the first, and one past the last.
+    /// Returns the half-open range of columns (axis 0) or rows (axis 1) around the line.
     fn reach(&self, axis: usize) -> [usize; 2] {
         let ([a, b], reach) = (self.ends, 0.5 * self.width + 1.0);
         let (low, high) = (a[axis].min(b[axis]) - reach, a[axis].max(b[axis]) + reach);
@@ -64,7 +64,6 @@ pub(super) struct Pen {
     pub is_behind: bool,
 }
 
-/// An edge in space, and its line in the image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge {
     stroke: Stroke,
@@ -81,7 +80,6 @@ impl Edge {
         Some(Self { stroke, depths: [a.z, b.z], is_behind })
     }
 
-    /// Calls `visit` for each pixel of the edge, with the index of the pixel in `rows` and the opacity.
     fn cover(&self, solid: &Layer, rows: &Range<usize>, is_perspective: bool, mut visit: impl FnMut(usize, f32)) {
         let width = solid.width / SAMPLES;
         let [near, far] = self.depths;
@@ -117,7 +115,7 @@ pub(super) fn draw_edges(
     }
 }
 
-/// The image is not darker where edges meet.
+/// Draws edges such that the image is not darker where edges meet.
 pub(super) fn draw_outline(
     pixels: &mut [Colour],
     solid: &Layer,

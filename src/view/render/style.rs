@@ -23,8 +23,8 @@ pub enum ColourBy {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
-    /// The box without some of its empty parts. Periodic axes are not cropped, nor axes that are mostly empty. Along
-    /// gravity, only the top is cropped. A visible box is not cropped along other axes, or if it is flat.
+    /// The box without empty parts along axes that are neither periodic nor mostly empty. Along gravity, only the top
+    /// is cropped. A visible box is cropped only along gravity, and not at all if it is flat.
     #[default]
     Fitted,
     /// The box, and the spheres with centres in the box.
@@ -68,8 +68,7 @@ pub struct Style {
     pub from: Option<Vector>,
     /// Magnification about the middle of the image, 0.01 to 100.
     pub zoom: f64,
-    /// Direction of gravity, if any. [`of_trajectory`](super::of_trajectory) reads it from the scene beside the
-    /// trajectory.
+    /// Direction of gravity, if any. [`of_trajectory`](super::of_trajectory) reads it from the scene of the run.
     pub gravity: Option<Vector>,
     /// Whether shadows fall on the ground. They need gravity and a box with a floor.
     pub has_ground: bool,

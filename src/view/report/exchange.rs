@@ -26,7 +26,6 @@ const MOST_CURVES: usize = 24;
 /// Largest ratio of temperatures on a linear axis.
 const LONG: f64 = 10.0;
 
-/// The heat capacity follows from fluctuations.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
@@ -106,7 +105,6 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
 }
 
-/// Returns the measured quantities and their units. Quantities of instruments come last.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let mut all: Vec<_> = OBSERVABLES
@@ -158,7 +156,6 @@ fn named(at: &TemperatureResult) -> String {
     at.window.map_or_else(|| given(at.temperature), |[lower, upper]| format!("{} to {}", given(lower), given(upper)))
 }
 
-/// Formats a number without a standard error.
 fn given(number: f64) -> String {
     escape(&html::number(&digits(number)))
 }
@@ -268,7 +265,7 @@ fn dot(x: f64, it: Estimate) -> Option<Dot> {
 
 fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_logarithmic: bool) -> Option<String> {
     let means = || summary.results.temperatures.iter().map(|at| measured(at, name));
-    // A quantity that is equal at all temperatures is only in the table.
+    // A quantity that is the same at all temperatures needs no figure.
     let mut all = means().flatten().map(|it| it.mean);
     let first = all.next()?;
     if all.all(|mean| mean == first) {

@@ -6,7 +6,7 @@ use super::plot::{Curves, Key, Line, Point, extent};
 use crate::analysis::instruments::{Curve, Series};
 use crate::base::text::digits;
 
-/// Largest number of curves with distinct colours. In a larger family, only every n-th curve is drawn.
+/// Largest number of curves with distinct colours. Of more curves, only every n-th is drawn.
 const MOST_CURVES: usize = 24;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -18,12 +18,12 @@ pub(super) struct Parameter {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Member {
     pub value: f64,
-    /// Name shown at the pointer, such as the name of a stage; may be empty.
+    /// Name shown at the pointer, such as the name of a stage. It may be empty.
     pub name: String,
     pub curves: Vec<Curve>,
 }
 
-/// Returns a figure for each function that at least two members have measured. `files` describes where the numbers are.
+/// Returns a figure for each function of at least two members. The text `files` says where the numbers are.
 pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) -> Vec<String> {
     let mut members: Vec<&Member> = members.iter().filter(|member| member.value.is_finite()).collect();
     members.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -33,8 +33,7 @@ pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) ->
             names.push(&curve.name);
         }
     }
-    // A function may have been measured at both linear and logarithmic times. Only the logarithmic times are then
-    // shown.
+    // If a function was measured at linear and at logarithmic times, only the logarithmic times are shown.
     let all = names.clone();
     names.retain(|name| !all.contains(&format!("{name}_logarithmic").as_str()));
     names.iter().flat_map(|name| of_name(parameter, &members, name, files)).collect()
@@ -104,7 +103,7 @@ fn line(key: &Key, member: &Member, curve: &Curve, series: &Series) -> Line {
     }
 }
 
-/// Averages the curves of several runs. If the runs have different points, the first curve is returned.
+/// Averages the curves of several runs. If the curves have different points, the first curve is returned.
 pub(super) fn mean(runs: &[Vec<Curve>]) -> Vec<Curve> {
     let Some((first, others)) = runs.split_first() else { return Vec::new() };
     let mean = |curve: &Curve| {
@@ -129,7 +128,7 @@ fn is_like(one: &Curve, other: &Curve) -> bool {
         && one.series.iter().zip(&other.series).all(|(a, b)| a.name == b.name && a.values.len() == b.values.len())
 }
 
-/// Replaces a series by its mean with `others`. Points where any series has no value have no mean.
+/// Replaces a series by the mean of all series. A point has no mean if a series has no value at this point.
 fn pool(series: &mut Series, others: &[&Series]) {
     let count = (others.len() + 1) as f64;
     for row in 0..series.values.len() {
@@ -164,7 +163,6 @@ mod tests {
         let pooled = &mean(&runs)[0].series[0];
         assert_eq!(pooled.values, [Some(2.0), Some(3.0)]);
         assert!(pooled.standard_errors.iter().all(|error| (error.unwrap() - 0.25).abs() < 1e-15));
-        // Curves with different points are not averaged.
         let other = Curve::new("g", "", "").variable("r", "length", vec![1.0, 3.0]).series("g(r)", "1", &[None, None]);
         assert_eq!(mean(&[vec![curve([1.0, 2.0], 0.3)], vec![other]])[0].series[0].values, [Some(1.0), Some(2.0)]);
     }

@@ -7,10 +7,10 @@ use crate::analysis::instruments::{Curve, Series};
 /// Columns of `thermo.csv` that share a plot.
 const ENERGIES: [&str; 5] = ["kinetic", "rotational", "potential", "supplied", "energy_and_dissipated"];
 
-/// Prefix of the columns of `thermo.csv` that count the particles in a region.
+/// Prefix of the columns of `thermo.csv` with the number of particles in a region.
 const IN: &str = "in_";
 
-/// Largest relative variation of a constant time series.
+/// A time series is constant if its relative variation is at most this value.
 const SAME: f64 = 1e-9;
 
 pub(super) fn section(results: &Results<'_>) -> String {
@@ -32,12 +32,11 @@ pub(super) fn figure(title: &str, svg: &str, text: &str) -> String {
     format!("<figure>\n<h4>{}</h4>\n{svg}\n<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
 }
 
-/// Appends the numbers of a plot to its SVG, for the script of the page.
+/// Appends the plotted numbers to an SVG, for the script of the page.
 fn with_values(svg: &str, values: &str) -> String {
     format!("{svg}\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(values))
 }
 
-/// Returns `None` if there are no points.
 pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
     let entry = |(number, class, line): &(usize, String, &Line)| {
         let mark = if line.style == LineStyle::Published { String::new() } else { mark(*number, [13.0, 5.0]) };
@@ -67,7 +66,7 @@ fn strip(curves: &Curves) -> String {
     format!("Below: Δ / σ, the measured minus the published value{which} over its standard error; shaded: ±2. ")
 }
 
-/// Returns the figures of a function: one figure for all series with the same unit, or a map for each series.
+/// Returns one figure for all series with the same unit, or a map for each series.
 fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     let folder = stage.map_or_else(String::new, |stage| format!("{stage}/"));
     let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&(folder + &curve.name)));
@@ -131,8 +130,8 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         lines.push(Line { style, label, points: points.collect(), ..Line::default() });
         sources.push_str(&format!("{}: {} ", escape(&published.label), escape(&published.source)));
     }
-    // If there are as many published curves as series, each series is compared with its own curve. Otherwise, all
-    // series are compared with the first curve.
+    // With one published curve per series, each series is compared with its own curve. Otherwise, all series are
+    // compared with the first curve.
     let (lines, published) = lines.split_at_mut(measured);
     for (number, line) in lines.iter_mut().enumerate() {
         let own = published.get(if published.len() == measured { number } else { 0 });
@@ -197,7 +196,6 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     figures
 }
 
-/// Whether a time series is constant within round-off.
 fn is_constant(trace: &Trace) -> bool {
     let extent = extent(trace.points().into_iter().flatten().map(|[_, y]| y));
     extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))

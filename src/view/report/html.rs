@@ -1,6 +1,6 @@
 use std::fmt::Display;
 
-/// Escapes text for the content or the quoted attributes of a page. Control characters become replacement characters.
+/// Escapes text for the content or the quoted attributes of a page, and replaces control characters.
 pub(in crate::view) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -19,7 +19,7 @@ pub(in crate::view) fn escape(text: &str) -> String {
     safe
 }
 
-/// Returns a table cell. `content` must be escaped. A narrow page shows the title of the column in the cell.
+/// Returns a table cell. `content` must be escaped. On a narrow page, the cell shows the title of the column.
 pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> String {
     let scope = if element == "th" { " scope=\"row\"" } else { "" };
     let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
@@ -27,10 +27,10 @@ pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> Str
     format!("<{element}{scope}{class}{head}>{content}</{element}>")
 }
 
-/// Largest number of columns of a table on paper. Longer rows are printed as lists.
+/// Largest number of columns of a printed table. Longer rows are printed as lists.
 const MOST_PRINTED: usize = 6;
 
-/// Returns a table. `heads` are the class and title of each column. Titles and rows must be escaped.
+/// Returns a table. `heads` are the class and the title of each column. Titles and rows must be escaped.
 pub(super) fn table<'c, N: Display>(
     class: &str,
     caption: &str,
@@ -63,12 +63,11 @@ pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &s
     )
 }
 
-/// Escapes JSON in a script element.
 pub(in crate::view) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026").replace('\'', "\\u0027")
 }
 
-/// Raises the exponents of a unit: `energy / length^3` becomes `energy / length³`. The result is not escaped.
+/// Raises exponents in a unit: `energy / length^3` becomes `energy / length³`. The result is not escaped.
 pub(super) fn unit(unit: &str) -> String {
     let mut text = String::with_capacity(unit.len());
     let mut is_raised = false;
@@ -83,7 +82,6 @@ pub(super) fn unit(unit: &str) -> String {
     text
 }
 
-/// Greek letters, which replace their names in separate words.
 const GREEK: [(&str, char); 14] = [
     ("alpha", 'α'),
     ("beta", 'β'),
@@ -114,7 +112,7 @@ pub(super) fn symbols(text: &str) -> String {
                 Some((_, letter)) => symbols.push(*letter),
                 None => symbols.push_str(word),
             },
-            // A space after `<` or before `>`, or a following `=`, indicates a comparison instead of an average.
+            // If a space follows `<` or precedes `>`, or if `=` follows, the text is a comparison and not an average.
             '<' if !after.is_whitespace() && after != '=' => symbols.push('⟨'),
             '>' if !before.is_whitespace() && after != '=' => symbols.push('⟩'),
             c => symbols.push(c),
@@ -124,13 +122,12 @@ pub(super) fn symbols(text: &str) -> String {
     unit(&symbols)
 }
 
-/// Returns a unit in brackets after a space, or nothing for a pure number. The result is not escaped.
+/// Returns a unit in brackets, or nothing for a pure number. The result is not escaped.
 pub(super) fn brackets(of: &str) -> String {
     if of.is_empty() || of == "1" { String::new() } else { format!(" [{}]", unit(of)) }
 }
 
-/// Returns a quantity with its unit in brackets. If the name contains the unit, as in `time`, there are no brackets.
-/// The result is not escaped.
+/// Returns a quantity with its unit in brackets, unless the name contains the unit. The result is not escaped.
 pub(super) fn quantity(name: &str, unit: &str) -> String {
     let is_told = name.split(|c: char| !c.is_alphanumeric()).any(|word| word.eq_ignore_ascii_case(unit));
     if is_told { symbols(name) } else { format!("{}{}", symbols(name), brackets(unit)) }

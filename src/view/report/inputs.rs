@@ -38,7 +38,7 @@ pub(super) struct StageInputs {
     pub measured: Measured,
 }
 
-/// Results of a measured stage, or of the last measurement of a run.
+/// Results of a measured stage, or of the last measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Results<'a> {
     /// Name of the stage; `None` for the last measurement.
@@ -104,7 +104,7 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     let stages = summary.stages.iter().map(|stage| {
         let measured = measurements.stages.iter_mut().find(|measured| measured.name == stage.name);
         StageInputs {
-            // Errors of this table are in `notes`.
+            // Errors of this table are already in `notes`.
             thermo: thermo
                 .as_ref()
                 .and_then(|_| self::thermo(run, &stage.name, units, &mut Vec::new()))

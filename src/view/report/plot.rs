@@ -28,7 +28,6 @@ const TOP: f64 = 12.0;
 const BOTTOM: f64 = 268.0;
 /// Top and bottom of the strip of deviations `[pixels]`.
 const STRIP: [f64; 2] = [284.0, 348.0];
-/// Height for the labels and the title of the horizontal axis `[pixels]`.
 const FOOT: f64 = 52.0;
 
 /// Formats a coordinate to a tenth of a pixel.
@@ -37,7 +36,7 @@ fn px(x: f64) -> String {
     text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
-/// Opens a plot. `foot` is the lower end of the plot area or of its strip, and `label` is for screen readers.
+/// Opens a plot. `foot` is the lower end of the plot area or strip. `label` is for screen readers.
 fn open(label: &str, foot: f64) -> String {
     format!(
         "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">",
@@ -77,8 +76,7 @@ fn ticks_of_upright(svg: &mut String, y: &Axis, right: f64) {
     }
 }
 
-/// Draws the axes of a strip. The vertical axis is in standard errors, with labels at zero and plus or minus
-/// `labelled`.
+/// Draws the axes of a strip. The vertical axis is in standard errors, with labels at 0, `labelled` and `-labelled`.
 fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f64) {
     let [top, bottom] = STRIP;
     for (place, is_labelled) in x.marks() {

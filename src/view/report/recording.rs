@@ -1,13 +1,13 @@
 //! A trajectory for the player of the page.
 //!
-//! Constants (radii, species, static particles, bonds) are stored once. A frame stores three coordinates of 16 bits and
-//! one byte per scalar for each moving particle. Coordinates are wrapped into the box along periodic axes, and rounded
-//! to 65,534 steps of the *field*. The field is the box, extended along open axes to particles up to three edge lengths
-//! outside. Farther particles are left out. The error of a coordinate is at most 1/131,068 of the field. Scalars are
-//! rounded to 255 steps between the smallest and the largest value in the frame. Counts up to 255 are exact.
+//! Radii, species, static particles and bonds are constant and are stored once. A frame stores three coordinates of 16
+//! bits and one byte per scalar for each moving particle. Coordinates are wrapped into the box along periodic axes, and
+//! rounded to 65,534 steps of the *field*. The field is the box, extended along open axes to particles up to three edge
+//! lengths outside. Farther particles are left out. Scalars are rounded to 255 steps between the smallest and the
+//! largest value in the frame.
 //!
-//! Each frame ends with one bit per particle: whether the particle flies freely until the next frame. Frames are read
-//! one at a time. If the frames become too large for the page, every second frame is dropped.
+//! Each frame ends with one bit per particle, which is set if the particle flies freely until the next frame. If the
+//! frames become too large for the page, every second frame is dropped.
 
 mod channel;
 mod flight;
@@ -38,7 +38,6 @@ const MOST_BYTES: usize = 29_000_000;
 
 const MOST_FRAMES: usize = 2_000;
 
-/// Radius of a bond relative to its smaller particle.
 const BOND_RADIUS: f64 = 0.36;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -73,15 +72,15 @@ pub(super) struct Head {
     /// Azimuth and elevation of the first view, if the scene sets them `[degrees]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look: Option<[f64; 2]>,
-    /// Colours of the first picture, if the scene sets them: the index of a channel, or -1 for species.
+    /// Colours of the first picture, if the scene sets them. The number is the index of a channel, or -1 for species.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour: Option<i64>,
     pub flat: [bool; 3],
     pub periodic: [bool; 3],
-    /// Possible accelerations of each species between frames `[length / time^2]`: first those of the scene, then those
-    /// of each stage with its own gravity.
+    /// Accelerations `[length / time^2]` of each species: first for the scene, then for each stage with its own
+    /// gravity.
     pub falls: Vec<Vec<[f64; 3]>>,
-    /// Shear: velocity along x of a particle relative to its next image along y `[length / time]`.
+    /// Velocity along x of a particle relative to its next image along y in a sheared box `[length / time]`.
     pub slide: f64,
     pub frames_in_file: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -96,7 +95,6 @@ pub(super) struct SpeciesHead {
     pub is_static: bool,
 }
 
-/// A scalar of the moving particles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct ChannelHead {
@@ -114,18 +112,17 @@ pub(super) struct FrameHead {
     pub time: f64,
     pub lower: [f64; 3],
     pub size: [f64; 3],
-    /// Displacement along x of the next image of the box along y.
+    /// Shift along x of the next image along y in a sheared box `[length]`.
     pub displacement: f64,
     /// Lower corner and edges of the field.
     pub field: [[f64; 3]; 2],
-    /// Values of the bytes 0 and 255 for each channel.
+    /// Smallest and largest value of each channel, stored as the bytes 0 and 255.
     pub ranges: Vec<[f64; 2]>,
-    /// Number of particles outside the field.
     pub beyond: usize,
     /// Index in [`Head::falls`] of the accelerations until the next frame.
     pub fall: usize,
-    /// Pose of each surface: the columns of the rotation `R`, and the displacement `d`, for vertices at `R x + d`.
-    /// `None` for an absent surface. The list is empty if all surfaces are present and at rest.
+    /// Pose of each surface: the columns of the rotation `R`, then the displacement `d`. A vertex `x` is drawn at the
+    /// point `R x + d`. An absent surface has no pose. The list is empty if all surfaces are present and at rest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub poses: Vec<Option<[f64; 12]>>,
     /// Whether each surface of the scene is present.
@@ -183,7 +180,7 @@ struct Recorder {
     channels: Channels,
     flight_finder: FlightFinder,
     up: (usize, bool),
-    /// Recorded frames, with the free flights until the next recorded frame.
+    /// Recorded frames. The flights last until the next recorded frame.
     kept: Vec<(Encoded, Option<Flights>)>,
     /// Last frame of the file so far, if it is not recorded.
     last: Option<Encoded>,
@@ -326,7 +323,6 @@ fn axes(value: impl Fn(usize) -> f64) -> [f64; 3] {
     [0, 1, 2].map(value)
 }
 
-/// Returns the constants as bytes, and the number of bonds.
 fn constants(first: &Frame) -> (Vec<u8>, usize) {
     let (fixed, moving): (Vec<&FrameParticle>, Vec<&FrameParticle>) =
         first.particles.iter().partition(|particle| first.is_static(particle));

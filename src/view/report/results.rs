@@ -9,7 +9,6 @@ use crate::io::rates::{Rate, told_apart};
 use crate::io::summary::Observable;
 use crate::view::describe;
 
-/// Describes how an observable is computed. Observables of later versions of Carom are unknown.
 fn method_of(observable: &str) -> &'static str {
     match observable {
         "temperature" => "2 (K - P^2 / 2 M) / (D N - c), where the momentum P has c conserved components",
@@ -44,7 +43,7 @@ struct Row<'a> {
     mean: Option<f64>,
     standard_error: Option<f64>,
     published: Vec<&'a PublishedValue>,
-    /// Text instead of the number, for example for a conserved observable.
+    /// Text that replaces the number, for example of a conserved observable.
     words: Option<String>,
     method: &'a str,
 }
@@ -116,7 +115,6 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     };
     let dimensions = results.dimensions;
     let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |d| text::unit(unit, d));
-    // Known observables come first, then observables of later versions of Carom.
     let known = OBSERVABLES.iter().map(|(name, _)| *name);
     let others = results
         .observables
@@ -177,7 +175,7 @@ fn line(row: &Row, span: usize, has_published: bool) -> String {
     )
 }
 
-/// Formats a mean. The error determines the number of digits.
+/// The error determines the number of digits.
 pub(super) fn value(mean: Option<f64>, standard_error: Option<f64>) -> String {
     const NONE: &str = "<em>insufficient data</em>";
     let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
@@ -198,7 +196,6 @@ pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String 
     words(name, observable, events).map_or_else(plain, |words| with_signs(&words))
 }
 
-/// Returns the number with a remark, for example for a conserved observable.
 fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
     let Observable { mean, standard_error, stationarity } = *observable;
     let plain = Estimate { mean, standard_error };

@@ -71,7 +71,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// Adds the volume and the densities. `when` is appended to their labels.
+/// Adds the volume and the densities, with labels that end with `when`.
 fn of_system(list: &mut Pairs, system: &System, when: &str) {
     let dimensions = system.dimensions;
     let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];

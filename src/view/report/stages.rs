@@ -10,7 +10,6 @@ use super::{figures, results};
 use crate::analysis::observables::{Answer, OBSERVABLES};
 use crate::base::text;
 
-/// Returns `None` if the run has no measured stages.
 pub(super) fn section(inputs: &Inputs) -> Option<String> {
     let stages: Vec<Results<'_>> = inputs.of_stages().collect();
     if stages.is_empty() {

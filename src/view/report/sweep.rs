@@ -1,5 +1,3 @@
-//! The page of a sweep.
-
 mod curves;
 mod pages;
 mod plots;

@@ -10,7 +10,7 @@ use crate::view::render::corners;
 /// Cosine of 35 degrees, the largest angle between adjacent triangles of a smooth surface.
 const SMOOTH: f64 = 0.819;
 
-/// Largest number of edges that are drawn. More edges would cover the surface, so they are left out.
+/// With more edges than this, no edges are drawn, because they would cover the surface.
 const MOST_EDGES: usize = 20_000;
 
 /// A mesh with a normal at each corner of each triangle. Normals vary smoothly where triangles meet at small angles.
@@ -23,7 +23,6 @@ pub(in crate::view) struct Skin {
     pub triangles: Vec<[u32; 3]>,
     /// End points of rims and of sharp edges.
     pub edges: Vec<[Vector; 2]>,
-    /// Lower and upper corner of the bounding box.
     pub bounds: [Vector; 2],
     /// Index of the surface in the scene, if known.
     pub number: Option<usize>,
@@ -71,12 +70,11 @@ impl Skin {
         skin
     }
 
-    /// Returns whether this surface is present, given the presence of each surface of the scene.
+    /// Whether this surface is present. The argument tells which surfaces of the scene are present.
     pub fn is_among(&self, surfaces: &[bool]) -> bool {
         self.number.and_then(|number| surfaces.get(number)).copied().unwrap_or(true)
     }
 
-    /// Returns a box that contains the surface at this time.
     pub fn bounds_at(&self, time: f64) -> [Vector; 2] {
         let Some(timeline) = &self.timeline else { return self.bounds };
         let (pose, [lower, upper]) = (timeline.at(time).pose, self.bounds);
@@ -123,7 +121,7 @@ fn corners_around(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<Vec<(V
     around
 }
 
-/// Returns the edges of the outline, or none if there are too many.
+/// Returns the rims and the sharp edges, or no edges if there are too many.
 fn sharp_edges(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<[Vector; 2]> {
     let normal = |side: &EdgeUse| normals.get(side.triangle as usize).copied().flatten();
     let is_sharp = |uses: &&[EdgeUse]| match uses {

@@ -11,7 +11,7 @@ use crate::random::Random;
 /// Number of states per family and kind of feature.
 const PER_FAMILY: usize = 250;
 
-/// Number of wrong answers that are printed. The search stops after `ENOUGH` wrong answers.
+/// Number of wrong answers that are printed.
 const SHOWN: usize = 3;
 const ENOUGH: usize = 10;
 
@@ -29,7 +29,7 @@ struct Tally {
     /// Largest error of a time, relative to the error that rounding allows.
     worst_ratio: f64,
     worst_witness: f64,
-    /// Number of witnesses in which a coefficient is shifted by more than half of its error bound.
+    /// Number of witnesses that shift a coefficient by more than half of its error bound.
     far_witnesses: usize,
 }
 

@@ -24,16 +24,14 @@ pub struct Approach {
     /// All numbers are small binary fractions, and the directions are coordinate axes. Nothing is rounded.
     pub is_exact: bool,
     pub length: f64,
-    /// Corners of the face in its plane.
     pub corners: [[f64; 2]; 3],
-    /// Coordinates of the foot of the perpendicular along the feature.
+    /// Foot of the perpendicular, in coordinates of the feature.
     pub foot: [f64; 2],
     pub contact: f64,
     /// `(distance - contact) / contact`.
     pub gap: f64,
     pub velocity: [f64; 3],
     pub acceleration: [f64; 3],
-    /// Time from the start to the contact.
     pub time: f64,
     /// Position of the feature. Far from the origin, relative positions lose digits.
     pub offset: Vector,
@@ -87,7 +85,6 @@ impl Approach {
         approach
     }
 
-    /// Returns a number in `[-1, 1]`.
     pub fn number(&self, random: &mut Random) -> f64 {
         if self.is_exact { (random.below(17) as f64 - 8.0) / 8.0 } else { random.between(-1.0, 1.0) }
     }
@@ -163,7 +160,7 @@ impl Approach {
         State { feature, position, velocity: velocity - acceleration * t, acceleration, contact: self.contact }
     }
 
-    /// Returns a face. Positions relative to the corners are rounded separately. The normal points to a random side.
+    /// Returns a face whose normal points to a random side.
     fn face(&self, random: &mut Random, position: &Vector) -> Feature {
         let corners = self.corners.map(|[x, y]| self.offset + self.vector([0.0, x, y]));
         let along = |side: usize| corners[(side + 1) % 3] - corners[side];

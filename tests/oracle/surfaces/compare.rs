@@ -16,7 +16,7 @@ pub fn largest_ratio(kind: Kind) -> f64 {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The answer has the oracle's verdict. The number is the error of a later time, relative to the allowed error.
+    /// The answer has the oracle's verdict. The number is the error of the time, relative to the allowed error.
     Right(Option<f64>),
     /// The answer is right for a witness. The number is the largest shift, relative to the error bound.
     WithinRounding(f64),

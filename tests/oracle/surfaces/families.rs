@@ -1,4 +1,4 @@
-//! Families of states for which detection may miss a contact with a feature or report a wrong one.
+//! Families of difficult states for the detection of contacts with surfaces.
 
 use super::approach::{Approach, Target};
 use super::feature::{Feature, State};
@@ -34,7 +34,6 @@ pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     let mut approach = Approach::new(random, target);
     match FAMILIES[number].0 {
         "20 decades of length and time" => {
-            // A random state of another family, in units that make its numbers very large or very small.
             FAMILIES[random.below(18)].1(random, &mut approach);
             let state = approach.state(random);
             rescaled(random, state)
@@ -59,8 +58,7 @@ fn beside(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, 1.0);
 }
 
-/// The sphere grazes the feature. The smallest distance differs from the contact distance by a few ulps. In a fifth of
-/// the cases, this difference is multiplied by 10^4.
+/// The smallest distance and the contact distance differ by a few ulps, or sometimes by 10^4 times as much.
 fn grazing(random: &mut Random, approach: &mut Approach) {
     approach.velocity[0] = 0.0;
     if random.chance(0.3) {
@@ -82,7 +80,7 @@ fn near_end(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, size);
 }
 
-/// The foot of the perpendicular turns back within a few ulps of an end of the feature.
+/// The foot of the perpendicular reverses its motion within a few ulps of an end of the feature.
 fn turns_at_end(random: &mut Random, approach: &mut Approach) {
     approach.put_on_end(random);
     let slip = ulps(random);
@@ -104,7 +102,6 @@ fn inside(random: &mut Random, approach: &mut Approach) {
     approach.acceleration[0] *= if random.chance(0.3) { 0.0 } else { slow };
 }
 
-/// A motion parallel to a line or face, with or without an acceleration along the feature.
 fn parallel(random: &mut Random, approach: &mut Approach) {
     let noise = |random: &mut Random| if random.chance(0.6) { 0.0 } else { ulps(random) };
     approach.gap = match random.below(4) {
@@ -126,7 +123,7 @@ fn parallel(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The sphere is in contact from the start, almost at rest, and may be pressed against the feature.
+/// The sphere is in contact from the start, almost at rest. It may be pressed against the feature.
 fn resting(random: &mut Random, approach: &mut Approach) {
     approach.time = 0.0;
     approach.gap = ulps(random);
@@ -226,7 +223,7 @@ fn far(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The acceleration is along an axis of the frame. Other components are zero or small.
+/// The acceleration is along an axis of the frame. The other two components are zero or small.
 fn aligned(random: &mut Random, approach: &mut Approach) {
     let (axis, size) = (random.below(3), random.sign() * random.scale(-2.0, 2.0));
     let rest = match random.below(3) {

@@ -1,9 +1,9 @@
-//! A sphere and a feature, and the exact polynomials by which Carom's answer is judged.
+//! A sphere and a feature of a surface, and the exact polynomials that are compared with Carom's answer.
 //!
-//! All given numbers are exact. Positions are relative to a point of the feature. The exact polynomials follow from
+//! All given numbers are exact. Positions are relative to a point of the feature. The exact polynomials use the
 //! expressions of the code, without rounding: `across(d, x) = x - d (d . x)` for a line, the height `n . x` above a
-//! plane or face, the extents `d . x` and `L - d . x` of a segment, and `w . x` for each side of a face. A sphere has a
-//! contact with a face if `|h| <= s` and `|h|` falls.
+//! plane or face, the extents `d . x` and `L - d . x` of a segment, and `w . x` for each side of a face. A sphere
+//! touches a face if `|h| <= s` and `|h|` falls.
 
 use super::question::{Form, Question, Shape};
 use super::rounded::{Rounded, across, dot, triple};
@@ -18,8 +18,7 @@ pub enum Feature {
     Point(Side),
     Line(Vector, Side),
     Segment(Vector, f64),
-    /// The normal of the face. For each side, a direction into the face and the position of the sphere relative to an
-    /// end of the side.
+    /// The normal of the face. For each side, a direction into the face and the position relative to one end.
     Face(Vector, [(Vector, Vector); 3]),
     Plane(Vector),
 }
@@ -34,19 +33,19 @@ pub struct State {
     pub contact: f64,
 }
 
-/// Roundings of each coefficient in Algorithms 2 and 3. In `D = B^2 - V2 R2`, each product is rounded once.
+/// Number of roundings of each coefficient in Algorithms 2 and 3. Each product in `D = B^2 - V2 R2` is rounded once.
 const OF_QUADRATIC: [u32; 3] = [1, 1, 1];
 
-/// Roundings of each coefficient in Horner's rule for a quartic. The factor 3 in the derivative adds one for `t^3`.
+/// Number of roundings of each coefficient in Horner's rule for a quartic, plus one for the factor 3 of `t^3`.
 const OF_QUARTIC: [u32; 5] = [1, 3, 5, 8, 8];
 
-/// Roundings of each coefficient for a plane. In `D = v^2 - 2 a h`, each product is rounded once. The last number is
-/// for the distance, which is subtracted from the height.
+/// Number of roundings of each coefficient for a plane. Each product in `D = v^2 - 2 a h` is rounded once. The last
+/// number is for the contact distance, which is subtracted from the height.
 const OF_PLANE: [u32; 4] = [1, 1, 1, 0];
 
-/// Roundings of each coefficient of an extent. Horner's rule adds 1, 3 and 4 to the coefficients of degree 0, 1 and 2.
-/// The discriminant adds 2 to each. The rate at the start of an interval adds 1 to degree 1 and 2 to degree 2. The
-/// extent is evaluated within 3 ulp of the root, which adds `6 k` to degree `k`.
+/// Number of roundings of each coefficient of an extent. Horner's rule adds 1, 3 and 4 to the coefficients of degree 0,
+/// 1 and 2. The discriminant adds 2 to each coefficient. The rate at the start of an interval adds 1 to degree 1 and 2
+/// to degree 2. The extent is evaluated within 3 ulp of the root, which adds `6 k` to degree `k`.
 const OF_EXTENT: [u32; 3] = [3, 6 + 6, 8 + 12];
 
 impl State {
@@ -117,7 +116,7 @@ impl State {
         Question { shape, forms, without_acceleration }
     }
 
-    /// Returns the component of the motion in a direction, both exact and as computed by Carom.
+    /// Returns the motion along a direction, exactly and as computed by Carom.
     fn component(&self, direction: &Vector, position: &Vector) -> ([Rounded; 3], Parabola) {
         let d = triple(direction);
         let component = |vector: &Vector| dot(&d, &triple(vector));
@@ -159,8 +158,8 @@ impl State {
         Form::new(&terms, &computed, if is_quadratic { &OF_QUADRATIC } else { &OF_QUARTIC })
     }
 
-    /// Returns the overlap function without acceleration if Carom may drop it. Carom does so if the computed component
-    /// across the line is at most 4 epsilon of the acceleration. With 3 epsilon for rounding, the limit is 7 epsilon.
+    /// Returns the overlap function without acceleration if Carom may neglect the acceleration. Carom does so if the
+    /// computed component across the line is at most 4 epsilon of the acceleration. Rounding may add 3 epsilon.
     fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
         let size = self.acceleration.norm();
         let beside = across(&triple(direction), &triple(&self.acceleration));

@@ -44,7 +44,7 @@ const BELOW: Kind = Kind::Root { is_below: true };
 
 #[test]
 fn signs_at_roots_and_their_order_are_exact() {
-    // The root is sqrt(2). Each parabola is zero at sqrt(2), or about 2^-200 away.
+    // The root is sqrt(2). The roots of the other parabolas are sqrt(2), or differ from it by about 2^-200.
     let root = &falls(&polynomial(&[2.0, 0.0, -1.0]))[0];
     let beside = |shift: &Dyadic| Polynomial::new(&[&Dyadic::from(-2.0) + shift, Dyadic::zero(), Dyadic::from(1.0)]);
     let tiny = Dyadic::power_of_two(-200);
@@ -54,7 +54,7 @@ fn signs_at_roots_and_their_order_are_exact() {
         let other = &falls(&Polynomial::new(&[&Dyadic::from(2.0) + &shift, Dyadic::zero(), Dyadic::from(-1.0)]))[0];
         assert_eq!(order(root, other), 0.cmp(&sign));
     }
-    // Three parabolas at their turning point t = 3, where their values are positive, zero and negative.
+    // Three parabolas with a turning point at t = 3, where the values are positive, zero and negative.
     let turn = &falls(&polynomial(&[3.0, -1.0]))[0];
     for (lift, sign) in [(0.125, 1), (0.0, 0), (-0.125, -1)] {
         assert_eq!(Place::At(turn).sign(&polynomial(&[9.0 + lift, -6.0, 1.0])), sign);
@@ -72,8 +72,7 @@ fn an_event_is_the_first_root_with_its_foot_on_the_feature() {
     expect_later(&value(&twice, &[[-3.0, 1.0, 0.0]]), ROOT, 3.0);
     expect_none(&value(&twice, &[[-4.0, 1.0, 0.0]]));
     expect_none(&value(&twice, &[[-1.0, 0.0, 0.0]]));
-    // The overlap function is negative and falls until t = 3.62. Then it rises, so an arrival of the foot at t = 3.75
-    // is no event.
+    // The overlap function falls until t = 3.62. The foot arrives at t = 3.75, which is too late for an event.
     expect_later(&value(&twice, &[[-3.25, 1.0, 0.0]]), Kind::Entry(0), 3.25);
     expect_none(&value(&twice, &[[-3.75, 1.0, 0.0]]));
 }
@@ -100,7 +99,7 @@ fn immediate_event_needs_the_foot_on_the_feature() {
     expect_now(&value(&f, &[[0.0, -1.0, 0.0]]));
     expect_later(&value(&f, &[[-0.25, 1.0, 0.0]]), Kind::Entry(0), 0.25);
     expect_none(&value(&f, &[[-0.5, 1.0, 0.0]]));
-    // The overlap function turns at t = 1. The foot of the perpendicular is on the feature, or reaches it later.
+    // The overlap function turns at t = 1. In the second case, the foot reaches the feature at t = 2.
     let g = [-2.0, 2.0, -1.0];
     expect_later(&value(&g, &[]), Kind::TurningPoint, 1.0);
     expect_later(&value(&g, &[[-2.0, 1.0, 0.0]]), Kind::Entry(0), 2.0);
@@ -114,10 +113,10 @@ fn a_face_is_met_from_both_sides_and_not_from_within_its_plane() {
     expect_none(&height([0.5, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 0.0, 0.0], 1.0, &[]));
-    // The height is zero at t = 3. The foot of the perpendicular reaches the face before t = 3, or at t = 3.
+    // The height is zero at t = 3. The foot of the perpendicular reaches the face at t = 2.5 or t = 3.
     expect_later(&height([3.0, -1.0, 0.0], 1.0, &[[-2.5, 1.0, 0.0]]), Kind::Entry(0), 2.5);
     expect_none(&height([3.0, -1.0, 0.0], 1.0, &[[-3.0, 1.0, 0.0]]));
-    // The sphere is thrown up through the plane and falls back.
+    // The sphere flies upwards through the plane and falls back.
     expect_now(&height([-0.5, 3.0, -1.0], 1.0, &[]));
     expect_later(&height([0.0, 2.5, -1.0], 1.0, &[]), ROOT, 2.0);
     expect_later(&height([-1.5, 4.0, -1.0], 1.5, &[[-1.0, 1.0, 0.0]]), ROOT, 3.0);

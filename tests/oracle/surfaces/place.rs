@@ -1,4 +1,4 @@
-//! Decides the sign of a polynomial at a root of another, and the order of two roots.
+//! Decides the sign of a polynomial at a root of another polynomial, and the order of two roots.
 
 use crate::crossing::{Crossing, first_fall};
 use crate::dyadic::Dyadic;

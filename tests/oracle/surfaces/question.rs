@@ -1,5 +1,4 @@
-//! Exact polynomials of a motion and a feature, in boxes around the coefficients. A box contains every polynomial that
-//! rounding may have put in place of the exact one.
+//! Exact polynomials of a motion and a feature, in a box that contains all possible rounded coefficients.
 
 use super::rounded::{ROUND_OFF, Rounded};
 use super::rule::{Exact, Kind, Overlap};
@@ -11,7 +10,6 @@ use crate::polynomial::Polynomial;
 pub struct Form {
     pub coefficients: Vec<Dyadic>,
     pub errors: Vec<f64>,
-    /// The coefficients as computed by Carom.
     pub computed: Vec<f64>,
 }
 
@@ -106,8 +104,7 @@ impl Question {
         Some(Exact { overlap, extents: extents.iter().map(|extent| Polynomial::new(extent)).collect() })
     }
 
-    /// Returns a linear function of the coefficients of one polynomial. The function is zero at an event of this kind
-    /// at `t`.
+    /// Returns a linear function of the coefficients that is zero if the event happens at `t`.
     pub fn functional(&self, kind: Kind, t: f64) -> Functional {
         let form = match kind {
             Kind::Entry(k) | Kind::Touch(k) => k + 1,

@@ -1,4 +1,4 @@
-//! States for which the answer for a feature or its test was once wrong.
+//! Regression tests of contacts with surfaces. For each state, the prediction or its test was once wrong.
 
 use super::compare::{Judgement, compare};
 use super::feature::{Feature, State};
@@ -24,7 +24,7 @@ fn a_line_that_is_grazed_twice_may_be_met_the_second_time() {
     });
 }
 
-/// Each side has a direction into the face, and the position of the sphere relative to an end of the side.
+/// Each side is given by a direction into the face and the position of the sphere relative to an end of the side.
 fn face(normal: [f64; 3], sides: [[[f64; 3]; 2]; 3], motion: [[f64; 3]; 3], contact: f64) -> State {
     let sides = sides.map(|[inward, from]| (Vector::from(inward), Vector::from(from)));
     let [position, velocity, acceleration] = motion.map(Vector::from);
@@ -33,7 +33,8 @@ fn face(normal: [f64; 3], sides: [[[f64; 3]; 2]; 3], motion: [[f64; 3]; 3], cont
 
 #[test]
 fn a_foot_comes_onto_a_face_at_its_corner() {
-    // Two extents become positive at the same time. By rounding, one was always negative, and the event was missed.
+    // The sphere passes two sides of the face at the same time. With rounding, the sphere was always outside one of the
+    // two sides, and the event was missed.
     is_not_wrong(&face(
         [-0.7142794160655317, 0.603633676388236, 0.35416281639255304],
         [
@@ -61,8 +62,8 @@ fn a_foot_comes_onto_a_face_at_its_corner() {
 
 #[test]
 fn a_face_is_met_where_it_is_thinner_than_an_ulp_of_the_time() {
-    // The sphere is thrown up from the face and falls back at t = 1. The times of contact and of height zero are equal
-    // by rounding.
+    // The sphere is thrown up from the face and falls back at t = 1. With rounding, the contact and the height zero
+    // have the same time.
     let sides = [[[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]; 3];
     let motion = [[0.0; 3], [1.0, 0.0, 0.0], [-2.0, 0.0, 0.0]];
     let state = face([1.0, 0.0, 0.0], sides, motion, 1e-18);

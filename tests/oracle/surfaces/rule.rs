@@ -2,9 +2,9 @@
 //!
 //! > The first time `t >= 0` at which `f(t) <= 0`, `f` falls just after `t`, and no extent `b_k(t) < 0`.
 //!
-//! An extent is the distance of the foot of the perpendicular from an end of the feature, positive on the feature. The
-//! conditions on `f` are true in intervals of time, each including its start. The first contact is therefore now, at
-//! the start of an interval, or when an extent stops being negative.
+//! An extent is the distance of the foot of the perpendicular from an end of the feature. It is positive on the
+//! feature. The first contact is now, or when the conditions on `f` begin to be true, or when an extent stops being
+//! negative.
 
 use super::place::{Place, falls, order};
 use crate::crossing::Crossing;
@@ -13,13 +13,13 @@ use crate::polynomial::Polynomial;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The overlap function falls through zero. If `is_below`, the sphere comes from below a face.
+    /// The overlap function falls through zero. A sphere may come from below a face.
     Root { is_below: bool },
     /// The overlap function stops rising at a value that is not positive.
     TurningPoint,
-    /// This extent rises through zero while the overlap function is not positive and falls.
+    /// An extent rises through zero while the overlap function is not positive and falls.
     Entry(usize),
-    /// This extent touches zero from below while the overlap function is not positive and falls.
+    /// An extent touches zero from below while the overlap function is not positive and falls.
     Touch(usize),
 }
 
@@ -65,7 +65,7 @@ impl Overlap {
         }
     }
 
-    /// Returns the times after now at which the overlap function may begin to be both falling and not positive.
+    /// Returns the times after now at which the conditions on the overlap function may become true.
     fn beginnings(&self) -> Vec<(Kind, Crossing)> {
         let mut found = Vec::new();
         let mut add = |kind: Kind, f: &Polynomial| found.extend(falls(f).into_iter().map(|crossing| (kind, crossing)));
@@ -89,7 +89,6 @@ impl Overlap {
     }
 }
 
-/// Returns `side f - distance`, where `side` is 1 or -1.
 fn shifted(f: &Polynomial, side: i32, distance: &Dyadic) -> Polynomial {
     let mut coefficients: Vec<_> = f
         .coefficients
@@ -109,7 +108,7 @@ pub fn next_event(exact: &Exact) -> Verdict {
     if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
     }
-    // Of events at the same time, the first in the list is returned. Events of extents are at the end of the list.
+    // Of simultaneous events, the first in the list is returned.
     let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }

@@ -12,7 +12,6 @@ use carom::scene::{Chain, Fill, InteractionDraft, Lattice, SceneBuilder, Species
 
 use super::{TEMPERATURE, bath, hard, observable, plan, space};
 
-/// Chains longer than the box, and free disks.
 fn chains() -> SceneBuilder {
     let chain = |straight| Chain {
         species: "A".to_owned(),

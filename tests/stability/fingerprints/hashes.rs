@@ -6,7 +6,7 @@ use carom::engine::event::{Event, EventCounts};
 use carom::engine::{Search, Simulation, Snapshot};
 use carom::run::{Finished, Recorder, Stage};
 
-/// FNV-1a over the bits of numbers.
+/// FNV-1a hash of the bits of numbers.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Hash(pub u64);
 
@@ -35,7 +35,6 @@ pub fn fingerprint(now: &Snapshot) -> u64 {
     hash.0
 }
 
-/// Hashes of a run.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Bits {
     /// Final positions, velocities and time.

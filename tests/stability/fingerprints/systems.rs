@@ -1,4 +1,4 @@
-//! Small systems, which together cover shear, thermostats, thermal walls and other influences on trajectories.
+//! Small systems, with shear, thermostats, thermal walls and other influences on trajectories.
 
 use carom::model::Scene;
 

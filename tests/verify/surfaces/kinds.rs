@@ -24,7 +24,7 @@ fn surfaces_of_every_kind_are_proven() {
     }
 }
 
-/// A ball rolls and hops on flat and curved surfaces. The TC model changes its contacts.
+/// The ball rolls and hops. The TC model changes its contacts.
 #[test]
 fn a_ball_that_comes_to_rest_on_a_surface_is_proven() {
     for kind in 0..KINDS {

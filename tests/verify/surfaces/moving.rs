@@ -45,8 +45,7 @@ pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[Surface
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that the verifier proves `events` events of a scene, or all events if there are fewer. Also accepts a run
-/// that ends with an arrest.
+/// Asserts that the verifier proves the first `events` events of a scene, or all. The run may end with an arrest.
 fn assert_moving(name: &str, scene: Scene, events: u64) -> Certificate {
     let certificate = prove(scene, 0, events);
     match certificate.end {

@@ -135,7 +135,7 @@ fn wrong_quantities_of_a_contact_are_found() {
     check(&[Quantity::Energy], &|event, _| event.energy_step += 1e-9);
     check(&[Quantity::Energy], &|event, _| event.energy_step = 0.0);
     check(&[Quantity::Direction], &|event, states| states.velocities[velocity(event)] = event.before[0]);
-    // The correct outcome for a surface at rest.
+    // This outcome is correct for a surface at rest.
     check(&[Quantity::Direction, Quantity::Energy, Quantity::Dissipation, Quantity::Impulse], &|event, states| {
         let arriving = event.before[0].dot(&event.normal);
         let mass = if event.particle.0.is_multiple_of(3) { 3.1 } else { 0.7 };

@@ -3,13 +3,13 @@
 use carom::engine::Simulation;
 use toml::{Table, Value};
 
-/// Tables that define particles and bonds. The export replaces them.
+/// Tables that the export replaces by the current particles and bonds.
 const START: [&str; 5] = ["particle", "file", "chain", "fill", "bond"];
 
 const EQUILIBRATION: [&str; 3] = ["equilibration", "equilibration_time", "equilibration_events"];
 
-/// Returns the text of a scene that starts with the current positions and velocities. If the measurement has begun,
-/// leaves out stages and equilibration. Keeps static meshes as written.
+/// Returns the text of a scene that starts with the current positions and velocities. Static meshes stay as written.
+/// Stages and equilibration are left out if the measurement has begun.
 pub fn scene(text: &str, simulation: &Simulation, is_measuring: bool) -> Result<String, String> {
     if simulation.scale() != 1.0 {
         return Err("the diameters have grown, so the state cannot be exported as a scene: export it before they grow"

@@ -80,9 +80,8 @@ pub extern "C" fn poses() -> u32 {
     answer(|page| Ok(page.poses()))
 }
 
-/// Runs for a number of physical events, or until a simulated time. Returns the reason for the end: 0 number of events,
-/// 1 time, 2 no further events, 3 error (described in the message), 4 end of the planned run. After 4, the next call
-/// continues without a plan.
+/// Runs for a number of physical events, or until a simulated time. Returns why the run ended: 0 number of events, 1
+/// time, 2 no further events, 3 error, 4 end of the planned run. After 4, the next call continues without a plan.
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(events: f64, time: f64) -> u32 {
     PAGE.with_borrow_mut(|page| page.advance(events, time)) as u32

@@ -61,7 +61,7 @@ impl Page {
 
     pub fn start(&mut self) -> Result<Value, Value> {
         let request = self.request()?;
-        // Memory may suffice for only one simulation, so the old one is freed first.
+        // Memory may suffice for only one simulation, so the old simulation is freed first.
         (self.run, self.shown) = (None, None);
         self.show(Run::new(scene_of(&request)?))
     }

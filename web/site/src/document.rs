@@ -152,7 +152,6 @@ impl Library {
         Ok(())
     }
 
-    /// Returns address, title and text of each document in `docs`, in order.
     fn ordered(&self) -> Vec<(String, &Text)> {
         let place = |source: &str| {
             let name = source.trim_start_matches("docs/").trim_end_matches(".md");
@@ -163,7 +162,6 @@ impl Library {
         sources.into_iter().map(|source| (address_of(source, false), &self.documents[source])).collect()
     }
 
-    /// Returns the list of all documents, for the page at `address`.
     fn places(&self, address: &str) -> String {
         let links = self.ordered().into_iter().map(|(place, text)| {
             let here = if place == address { " aria-current=\"page\"" } else { "" };

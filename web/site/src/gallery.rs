@@ -8,7 +8,7 @@ use crate::links::relative;
 use crate::live;
 use crate::scene::ScenePage;
 
-/// The scenes of the home page.
+/// Scenes on the home page.
 const CHOSEN: [&str; 8] = [
     "hopper_smooth",
     "maxwell",

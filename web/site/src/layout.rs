@@ -15,7 +15,7 @@ const POLICY: &str = "default-src 'none'; style-src 'self' 'unsafe-inline'; img-
 
 /// A page without the common layout.
 pub struct Page<'a> {
-    /// Relative to the root of the site.
+    /// Address relative to the root of the site.
     pub address: &'a str,
     pub title: &'a str,
     /// Description of the page in one sentence.

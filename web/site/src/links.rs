@@ -15,8 +15,7 @@ pub fn relative(from: &str, to: &str) -> String {
     format!("{}{rest}", "../".repeat(steps.len() - start))
 }
 
-/// Resolves a link in the file `from`. The result is relative to the root of the repository. Returns `None` for a path
-/// outside of the repository.
+/// Resolves a link in the file `from` to a path from the root of the repository. Returns `None` for a path outside.
 pub fn resolve(from: &str, target: &str) -> Option<String> {
     let mut steps: Vec<&str> = from.split('/').collect();
     steps.pop();

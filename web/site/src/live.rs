@@ -15,7 +15,7 @@ use crate::layout::{Page, navigation};
 use crate::links::{escaped, relative};
 use crate::scene::ScenePage;
 
-/// Number of events before a picture, or fewer if a third of the time limit of the scene is reached.
+/// The picture is drawn after this number of events, or after a third of the scene's time limit.
 const PICTURE_EVENTS: u64 = 40_000;
 
 const PICTURE_SIZE: [u32; 2] = [960, 720];
@@ -113,8 +113,7 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     Ok(true)
 }
 
-/// Returns the particles after some events. If the run fails or most particles have left the box, returns the initial
-/// particles.
+/// Returns the particles after some events, or the initial particles if the run fails or most particles leave the box.
 fn later(scene: &Scene) -> Frame {
     let mut frame = Frame::start_of(scene);
     let time = scene.run().limit.time.map_or(f64::INFINITY, |time| time / 3.0);
@@ -133,7 +132,6 @@ fn later(scene: &Scene) -> Frame {
     if 2 * inside < frame.particles.len() { Frame::start_of(scene) } else { frame }
 }
 
-/// The picture shows the box of the frame.
 fn is_inside(frame: &Frame, place: Vector) -> bool {
     (0..3).all(|axis| frame.size[axis] == 0.0 || (0.0..=frame.size[axis]).contains(&(place[axis] - frame.lower[axis])))
 }

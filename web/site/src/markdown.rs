@@ -24,7 +24,7 @@ pub trait Targets {
     /// Address of a link or picture.
     fn link(&mut self, address: &str) -> String;
 
-    /// Returns the address for inline code, such as the path of a scene, or `None` without a link.
+    /// Returns the address for inline code, such as the path of a scene. `None` means no link.
     fn code(&mut self, code: &str) -> Option<String>;
 }
 
@@ -51,7 +51,7 @@ pub fn read(source: &str, targets: &mut dyn Targets) -> Text {
     Text { title, headings, body }
 }
 
-/// Returns whether each event is inside a link or a heading, where inline code does not become a link.
+/// Returns whether each event is inside a link or a heading. Inline code does not become a link there.
 fn links_around(events: &[Event]) -> Vec<bool> {
     let mut depth = 0_usize;
     let mut within = Vec::with_capacity(events.len());

@@ -6,19 +6,19 @@ const MOST_DEGREE: usize = 8;
 
 /// The functions of degree `l`: spherical harmonics `Y_lm` in space, `exp(i l phi)` in a plane.
 ///
-/// The functions are real. In any direction, their squares add up to 1. The means of all functions over the neighbours
-/// of a particle form a vector of length `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)` or `|psi_l|`.
+/// The functions are real, and their squares add up to 1 in any direction. The means over the neighbours of a particle
+/// form a vector of length `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)`, or `|psi_l|` in a plane.
 #[derive(Debug, Clone)]
 pub(super) struct Harmonics {
     degree: usize,
-    /// The two axes of a two-dimensional box.
     plane: Option<[usize; 2]>,
-    /// For each `m`, the coefficients in `z` of `d^m P_l / dz^m`, times `sqrt((2 - delta_m0) (l - m)! / (l + m)!)`.
+    /// For each `m`, the coefficients of `sqrt((2 - delta_m0) (l - m)! / (l + m)!) d^m P_l / dz^m` as a polynomial in
+    /// `z`.
     polynomials: Vec<Vec<f64>>,
 }
 
 impl Harmonics {
-    /// Returns `None` in one dimension, and unless the degree is from 1 to 8.
+    /// Returns `None` in one dimension, or if the degree is not from 1 to 8.
     pub fn new(degree: usize, axes: &[usize]) -> Option<Self> {
         let plane = match *axes {
             [a, b] => Some([a, b]),
@@ -32,11 +32,11 @@ impl Harmonics {
         if self.plane.is_some() { 2 } else { 2 * self.degree + 1 }
     }
 
-    /// Adds the value of each function in the direction of `separation` to `sums`.
+    /// Adds the values of all functions in the direction of `separation` to `sums`.
     pub fn add(&self, separation: &Vector, sums: &mut [f64]) {
         let length = separation.norm();
         if length <= 0.0 {
-            return; // no direction
+            return;
         }
         let unit = separation / length;
         match self.plane {
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn harmonics_obey_the_addition_theorem() {
-        // The addition theorem: sum_m Y_lm(a) Y_lm(b) = P_l(a.b) in this normalisation.
+        // In this normalisation, the addition theorem is sum_m Y_lm(a) Y_lm(b) = P_l(a.b).
         let a = Vector::new(0.3, -0.8, 0.52).normalize();
         let b = Vector::new(-0.6, 0.1, 0.7).normalize();
         let x = a.dot(&b);
@@ -111,7 +111,7 @@ mod tests {
             };
             let (at_a, at_b) = (values(a), values(b));
             let sum = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
-            // Some coefficients are as large as 315/16, which increases rounding errors.
+            // Some coefficients are large, such as 315/16, so round-off is larger.
             assert!((sum(&at_a, &at_a) - 1.0).abs() < 1e-13, "{degree}");
             assert!((sum(&at_a, &at_b) - exact).abs() < 1e-13, "{degree}");
         }

@@ -8,11 +8,10 @@ use crate::model::components::{Component, components};
 
 const NAMES: [&str; 2] = ["mean_square_radius_of_gyration", "mean_square_end_to_end_distance"];
 
-/// Sizes of bonded molecules, with their units: the mean square radius of gyration `<sum_i |r_i - mean r|^2 / n>` and,
-/// for linear chains, the mean square end-to-end distance `<|r_n - r_1|^2>`.
+/// Names and units of the sizes of bonded molecules: the mean square radius of gyration `<sum_i |r_i - mean r|^2 / n>`,
+/// and the mean square end-to-end distance `<|r_n - r_1|^2>` of linear chains.
 pub const CHAIN_SIZES: [(&str, &str); 2] = [(NAMES[0], "length^2"), (NAMES[1], "length^2")];
 
-/// Measures the mean square sizes of bonded molecules at one time.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainSizes {
     system: SystemDescription,

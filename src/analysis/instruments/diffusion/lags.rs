@@ -16,8 +16,7 @@ const STEPS_PER_FREE_TIME: f64 = 5.0;
 /// Shortest and longest default span, in mean free times.
 const FREE_TIMES: [f64; 2] = [100.0, 1000.0];
 
-/// Default span in decay times of the slowest flow in the box. If the straight part begins after a quarter of the span,
-/// it misses less than a thousandth of the slope.
+/// Default span, in decay times of the slowest flow in the box.
 const FLOW_DECAYS: f64 = 10.0;
 
 const FEWEST_STEPS: f64 = 50.0;
@@ -48,9 +47,9 @@ pub(super) struct Lags {
 }
 
 impl Lags {
-    /// `interval = span / steps`. The default span is ten decay times of the slowest flow in the box, but from 100 to
-    /// 1000 mean free times, and at most a quarter of the duration. Without a mean free time, the span is a quarter of
-    /// the duration and there are 100 steps.
+    /// `interval = span / steps`. The default span is ten decay times of the slowest flow in the box. It is limited to
+    /// 100 to 1000 mean free times, and to a quarter of the duration. Without a mean free time, the span is a quarter
+    /// of the duration and has 100 steps.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let free_time = mean_free_time(setup.system, &setup.sample);
         let quarter = 0.25 * setup.duration;
@@ -65,14 +64,13 @@ impl Lags {
                 });
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                // `incommensurate` may shorten the interval by up to 28 %, and the span must not contain more than
-                // `MOST_STEPS` intervals.
+                // `incommensurate` may shorten the interval by up to 28 %. The span has at most `MOST_STEPS` intervals.
                 let most = MOST_STEPS as f64 * if setup.system.scaling_interval.is_some() { 0.7 } else { 1.0 };
                 let interval = incommensurate(span / fitting.clamp(FEWEST_STEPS, most), setup.system.scaling_interval);
                 (interval, (span / interval).round())
             }
         };
-        // A tick is far longer than the spacing of floating-point times, so two ticks always have different times.
+        // A tick is longer than the spacing of floating-point times, so the times of two ticks always differ.
         let shortest = SPACINGS_PER_TICK * f64::EPSILON * (setup.sample.time.abs() + setup.duration);
         let interval = feasible(interval, setup.duration).max(shortest * TICKS_PER_STEP as f64);
         let steps = trunc_to_usize(steps.clamp(1.0, MOST_STEPS as f64));
@@ -171,7 +169,6 @@ mod tests {
         let (system, simulation) = hard_spheres(108, 0.3);
         let lags = |plan: Plan, duration| instrument(&simulation, &system, duration, |setup| Lags::new(&plan, setup));
         let long = lags(Plan::default(), 1000.0);
-        // The mean free time is 0.099. There are 500 steps of a fifth of this time.
         assert_eq!(long.steps, 500);
         assert!((long.interval() / 0.0199 - 1.0).abs() < 0.01, "{}", long.interval());
         assert_eq!(long.stride, trunc_to_u64((1000.0 / long.interval() / 256.0).ceil()));
@@ -182,7 +179,6 @@ mod tests {
         assert!(decay > 3.0 && decay < 5.0, "{decay}");
         assert_eq!(in_large.steps, 2000);
         assert!((in_large.interval() * 2000.0 / (10.0 * decay) - 1.0).abs() < 1e-9, "{}", in_large.interval());
-        // The span is the requested one, although the interval was changed.
         let scaled = SystemDescription { scaling_interval: Some(0.024), ..system.clone() };
         let plan = Plan { interval: None, span: Some(40.0) };
         let beside = instrument(&simulation, &scaled, 1000.0, |setup| Lags::new(&plan, setup));

@@ -6,12 +6,12 @@ use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 
-/// The autocorrelation is integrated only if the second value is more than this fraction of the first value. For an
-/// exponential decay with this ratio, the cubics have an error of at most about 0.1 %.
+/// The autocorrelation is integrated with cubics only if its second value exceeds this fraction of its first value. For
+/// an exponential decay, the error is then at most about 0.1 %.
 const SMOOTH: f64 = 0.6;
 
-/// Particles are localised, as in a crystal, if the mean squared displacement increases over the straight part by at
-/// most this fraction of the final value.
+/// Particles are localised, as in a crystal, if at most this fraction of the final mean squared displacement is gained
+/// over the straight part of the curve.
 const LOCALISED: f64 = 0.3;
 
 pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured: &mut Measured) {
@@ -52,7 +52,6 @@ fn species<'a>(diffusion: &Diffusion, system: &'a SystemDescription, index: usiz
     Some(system.species_names.get(id as usize)?)
 }
 
-/// Index of the first element of a linear curve in the averages.
 fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
     (group * CURVES + kind) * (diffusion.lags.steps + 1)
 }
@@ -68,17 +67,16 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     let [slope, bend] = straight_terms(steps, diffusion.lags.interval(), offset)?;
     let whole = with_spread(diffusion, group, &slope, 0)?;
     let bend = with_spread(diffusion, group, &bend, 1)?;
-    // The straight part is the last three quarters of the span. In free diffusion, the mean squared displacement gains
-    // three quarters of its final value there.
+    // The straight part is the last three quarters of the span. In free diffusion, the curve rises there by three
+    // quarters of its final value.
     let grown = whole.mean * diffusion.lags.interval() * (steps + offset - slope.first()?.0) as f64;
     let is_diffusive = grown > LOCALISED * diffusion.linear.mean(offset + steps)?;
     let scale = 0.5 / Tracers::dimensions(system);
     (is_diffusive && is_small(&bend, &whole)).then(|| whole.times(scale))
 }
 
-/// Estimates a linear combination of mean squared displacements. The error is the largest of three errors: from blocks
-/// of time origins, which include slow changes; from the scatter of origins along each axis; and from the scatter of
-/// particles.
+/// Estimates a linear combination of mean squared displacements. The standard error is the largest of three estimates:
+/// from blocks of time origins, from the axes, and from the particles.
 fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind: usize) -> Option<Estimate> {
     let of_blocks = diffusion.linear.combination(terms)?;
     let origins = diffusion.linear.count(terms.first()?.0);
@@ -129,9 +127,7 @@ fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
 struct Quantity {
     symbol: &'static str,
     unit: &'static str,
-    /// The quantity whose sum over particles and origins is reported.
     of_one: &'static str,
-    /// Whether the sum is also divided by the number of axes.
     is_by_axis: bool,
 }
 

@@ -11,17 +11,17 @@ use crate::analysis::statistics::student;
 /// Smallest number of degrees of freedom for an error estimate.
 const FEWEST: f64 = 4.0;
 
-/// For each tracer and along each axis: the slope (0) of the squared displacement over the straight part of the curve,
-/// and the bend (1). The bend is the difference between the slopes of the two halves of this part.
+/// Scatter of two numbers for each tracer and axis. The slope of the squared displacement, over the straight part of
+/// the curve, has the index 0. The bend, with the index 1, is the difference between the slopes of the two halves.
 ///
 /// A run has few spans, and overlapping origins are not independent, so the scatter of origins alone says little about
 /// the error of a short run. Two more sources help:
 /// - There are many particles. If they move independently, a mean over `N` particles has the variance `s^2 / N`, where
-///   `s^2` is the variance of one particle over all origins. This estimate does not include motion that particles share:
-///   the flow around each moving particle, which decays as `1 / r`.
+///   `s^2` is the variance of one particle over all origins. This estimate does not include the flow around each
+///   moving particle, which decays as `1 / r`.
 /// - Axes are independent, and the correlation of overlapping origins is known for a Brownian path with the diffusion
-///   coefficient `D`. The squared displacements in two time intervals have the covariance `8 D^2 o^2`, where `o` is the
-///   overlap of the intervals.
+///   coefficient `D`. The squared displacements in two time intervals have the covariance `8 D^2 o^2`, where `o` is
+///   the overlap of the intervals.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Spread {
     /// Least-squares coefficients of each linear lag, for the slope (0) and for the bend (1).
@@ -60,7 +60,6 @@ impl Spread {
         Slopes { tracers: vec![[0.0; 2]; self.sums.len()], axes: vec![[[0.0; 2]; 3]; self.axes.len()] }
     }
 
-    /// Adds the squared displacements at a linear lag to the slopes of an origin.
     pub fn follow(&self, slopes: &mut Slopes, step: usize, tracers: &Tracers, moved: impl Fn(usize) -> Vector) {
         let coefficients = self.coefficients[step];
         if coefficients == [0.0; 2] {
@@ -107,8 +106,8 @@ impl Spread {
         (freedom >= FEWEST).then(|| student(freedom) * axes.map(variance).sum::<f64>().sqrt())
     }
 
-    /// Variance of the mean over all origins, divided by the variance of one origin, for a Brownian path: `sum r_ij /
-    /// n^2` with the correlations `r_ij` of the `n` origins.
+    /// For a Brownian path, variance of the mean over all origins, divided by the variance of one origin:
+    /// `sum r_ij / n^2` with the correlations `r_ij` of the `n` origins.
     fn variance_of_mean_of_origins(&self, kind: usize) -> f64 {
         let span = self.coefficients.len() - 1;
         // Element `k` is the sum of the coefficients of all linear lags from `k` on.

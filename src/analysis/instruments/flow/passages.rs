@@ -26,15 +26,15 @@ pub(super) struct Passages {
     stride: u64,
     skipped: u64,
     now: Row,
-    /// Time of the first and of the last passage. `first_share` is the number and the mass of the first passage.
+    /// Times of the first and the last passage, and the number and mass of the particles in the first passage.
     first: Option<f64>,
     last: f64,
     first_share: [f64; 2],
-    /// The window for rates, if given, and the number and mass of the particles that passed in this window.
+    /// Time window for rates, and the number and mass of the particles that passed in this window.
     window: Option<[f64; 2]>,
     in_window: [f64; 2],
-    /// Whether particles cannot bypass the plane: it covers a whole cross-section, and its axis is periodic or ends at
-    /// two walls.
+    /// True if the plane covers a whole cross-section, and its axis is periodic or ends at two walls. Particles cannot
+    /// bypass such a plane.
     is_closed: bool,
 }
 
@@ -74,7 +74,6 @@ impl Passages {
         }
     }
 
-    /// Ends a sample.
     pub fn write(&mut self, time: f64) {
         self.now.time = time;
         self.skipped += 1;
@@ -89,7 +88,7 @@ impl Passages {
                 index += 1;
                 index % 2 == 1
             });
-            // The number of rows was even, so the newest row was removed. The next row includes its samples.
+            // The newest row was removed, because the number of rows was even. The next row includes its passages.
             self.skipped = self.stride;
             self.stride *= 2;
         }
@@ -117,8 +116,8 @@ impl Passages {
     /// first to the last passage. `None` if this time is zero or the window has not begun.
     ///
     /// In a closed system, the net passages equal the net displacement, `sum dx / L`, minus the increase in the number
-    /// of particles beyond the plane. If this number fluctuates, the error comes from the net displacement and from the
-    /// two ends of the run. If this number grows, as when grains fall through a hole, the error comes from the
+    /// of particles beyond the plane. If this number fluctuates, the error follows from the net displacement and the
+    /// two ends of the run. If this number grows, as when grains fall through a hole, the error follows from the
     /// passages.
     pub fn rate(&self, of: usize) -> Option<Estimate> {
         let (passed, [from, to]) = match self.window {
@@ -181,8 +180,7 @@ mod tests {
         let discharge = |_: usize, x: f64| 1 + i64::from(x > 0.0);
         assert_eq!(error(true, discharge), error(false, discharge));
         assert!((error(true, discharge) / 0.0158 - 1.0).abs() < 0.2);
-        // Passages alternate in direction. For half of the time, there is one more particle on one side. The variance
-        // of the number on this side is `s^2 = 1/4`.
+        // Passages alternate in direction, so the number of particles on one side has the variance `s^2 = 1/4`.
         let swing = |k: usize, _: f64| if k.is_multiple_of(2) { 1 } else { -1 };
         assert!((error(true, swing) / (0.5_f64.sqrt() / 1000.0) - 1.0).abs() < 0.2, "{}", error(true, swing));
     }

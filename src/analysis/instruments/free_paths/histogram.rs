@@ -2,18 +2,18 @@ use crate::analysis::instruments::bins::Bins;
 use crate::analysis::statistics::Estimate;
 use serde::{Deserialize, Serialize};
 
-/// Number of values after which the bin width is chosen.
+/// The bin width is chosen after this number of values.
 const FIRST: usize = 1000;
 
 /// Upper end of the last bin, divided by the mean of the first values.
 const MEANS: f64 = 8.0;
 
-/// A histogram of positive values that chooses its own bins. `count` includes values beyond the last bin.
+/// A histogram of positive values that chooses the bin width. `count` includes values above the last bin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Histogram {
-    /// The first values, until the bin width has been chosen.
+    /// The first values, before the bin width is chosen.
     first: Vec<f64>,
-    /// Bin width; 0 before the bins exist.
+    /// Bin width; 0 before it is chosen.
     width: f64,
     counts: Vec<u64>,
     pub count: u64,
@@ -42,9 +42,8 @@ impl Histogram {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// Returns the bin width and the density of each bin: the fraction of all values in the bin, divided by the width.
-    /// Errors are computed as for independent values. Returns no bins if there are no values, or only a few that are
-    /// all zero.
+    /// Returns the bin width and the density of each bin: the fraction of values in the bin, divided by the width.
+    /// Standard errors assume independent values. There are no bins if there are no values, or only a few zeros.
     pub fn density(&self) -> (f64, Vec<Option<Estimate>>) {
         let mut binned = self.clone();
         if binned.width == 0.0 {
@@ -69,8 +68,7 @@ impl Histogram {
 
     fn choose(&mut self) {
         let width = self.mean().unwrap_or(0.0) * MEANS / self.counts.len() as f64;
-        // If all values are zero, any positive width puts them into the first bin. With a width of 0, `add` would keep
-        // all later values.
+        // If all values are zero, any positive width is suitable. With a width of 0, all values would be kept.
         let is_full = self.first.len() >= FIRST;
         self.width = if width > 0.0 || !is_full { width } else { f64::MIN_POSITIVE };
         if self.width > 0.0 {
@@ -100,7 +98,6 @@ mod tests {
         assert_eq!(histogram.mean(), Some(4.0));
         let (width, bins) = histogram.density();
         assert_eq!(width, 2.0, "16 bins from 0 to eight times the mean, which is 4");
-        // Four of the 16 bins have 1000 of the 4000 values each.
         let full = Estimate { mean: 0.125, standard_error: Some(1000.0_f64.sqrt() / 8000.0) };
         assert_eq!(bins[3], Some(full));
         assert_eq!(bins[4], Some(Estimate { mean: 0.0, standard_error: None }));

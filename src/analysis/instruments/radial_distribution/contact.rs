@@ -38,7 +38,7 @@ impl Shell {
     }
 }
 
-/// `g` at contact, `exp a`, where `ln g = a + b x + c x^2` is the parabola that best fits the bins from element `first`
+/// Returns `g` at contact, `exp a`. The parabola `ln g = a + b x + c x^2` is fitted to the bins from element `first`
 /// on. Each bin is weighted by its number of pairs. In dense systems `g` falls within a small fraction of a diameter,
 /// so the fit ends where `g` has fallen to half. `None` if `g` falls to half within the first bin, as near jamming.
 ///

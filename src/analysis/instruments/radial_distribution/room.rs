@@ -1,11 +1,10 @@
 use crate::model::space::{Boundary, Face, Space};
 use std::f64::consts::PI;
 
-/// The distribution of the distance between two random points in the part of a box that the centres of particles can
-/// reach.
+/// Distribution of the distance between two random points in the part of a box that particle centres can reach.
 ///
 /// The separation `s` of two points has the density `prod_k (1 - |s_k| / L_k) / V` along axes that are not periodic,
-/// and `1 / V` within half a period along periodic axes. Up to the shortest edge, its mean over all directions is a
+/// and `1 / V` within half a period along periodic axes. Up to the shortest edge, the mean over all directions is a
 /// polynomial in `r`. The coefficients contain the means of `|u_x|`, `|u_x u_y|` and `|u_x u_y u_z|` over the unit
 /// sphere (1/2, 2/(3 pi), 1/(4 pi)) or circle (2/pi, 1/pi).
 #[derive(Debug, Clone)]
@@ -35,7 +34,7 @@ impl Room {
         Self { dimensions: space.dimensions(), edges, volume }
     }
 
-    /// The shortest edge along axes that are not periodic; infinite if all are periodic.
+    /// The shortest edge along axes that are not periodic, or infinity.
     pub fn shortest(&self) -> f64 {
         self.edges.iter().copied().fold(f64::INFINITY, f64::min)
     }
@@ -58,7 +57,7 @@ impl Room {
     /// Integrates `r^(D - 1 + order)` over a distance bin, in `D` dimensions.
     fn power(&self, from: f64, to: f64, order: usize) -> f64 {
         let exponent = self.dimensions + order;
-        // Repeated multiplication gives the same bits on all machines, unlike a library function for powers.
+        // Repeated multiplication is reproducible on all machines, unlike a library function for powers.
         let power = |x: f64| (0..exponent).fold(1.0, |product, _| product * x);
         (power(to) - power(from)) / exponent as f64
     }

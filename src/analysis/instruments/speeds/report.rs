@@ -58,8 +58,9 @@ impl Speeds {
         curve.series(&name, "time / length", &densities).normalised(normalisation)
     }
 
-    /// For each species of a class: the share of the particles, and the equilibrium variance of a velocity component,
-    /// `T / m` at the temperature of the last window, reduced if the momentum is conserved.
+    /// Returns the share of the particles and the variance of a velocity component for each species of a class. In
+    /// equilibrium, the variance is `T / m`, or less if the momentum is conserved. `T` is the temperature of the last
+    /// window.
     fn parts(&self, class: &Class, system: &SystemDescription) -> Vec<(f64, f64)> {
         let temperature = self.windows.last().and_then(|window| window.temperature.mean()).unwrap_or(0.0);
         if !(temperature > 0.0 && temperature.is_finite()) {

@@ -17,7 +17,7 @@ impl Cells {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches the first particles in a cell and in the adjacent cells. Calls `expect` for each of them.
+    /// Prefetches the first particles in a cell and in the adjacent cells. Calls `expect` for each of these particles.
     #[inline]
     pub fn prefetch_near(&self, cell: u32, expect: impl Fn(u32)) {
         self.grid.for_each_run(cell, |first, count| {
@@ -39,7 +39,7 @@ impl Cells {
         near.follow(found, &self.next);
     }
 
-    /// Finds the particles that become near when a particle enters `cell` through the face `face` of its previous cell.
+    /// Finds the particles that become candidates when a particle enters `cell` through `face`.
     #[inline]
     pub fn find_new_candidates(&self, cell: u32, face: CellFace, near: &mut Candidates) {
         let mut heads = near.heads();
@@ -59,8 +59,8 @@ impl Cells {
         self.for_each_new_after(cell, face, |new| self.prefetch_head(self.first[new as usize], &expect));
     }
 
-    /// Prefetches data of the first particle of a cell. For an empty cell, the last particle of the system replaces it,
-    /// which costs less than a mispredicted branch.
+    /// Prefetches data of the first particle of a cell, or of the last particle of the system if the cell is empty.
+    /// This costs less than a mispredicted branch.
     #[inline(always)]
     fn prefetch_head(&self, head: u32, expect: &impl Fn(u32)) {
         #[expect(

@@ -1,5 +1,4 @@
-//! Tests of meshes and round surfaces. Contacts are compared with contacts with walls and planes. No particle may leave
-//! a closed mesh.
+//! Meshes and round surfaces. Contacts must agree with those of walls and planes. No particle may leave a closed mesh.
 
 use super::run;
 use crate::Vector;
@@ -14,8 +13,7 @@ use crate::model::{Scene, SurfaceShape, TriangleMesh};
 use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use std::ops::ControlFlow;
 
-/// Hard spheres of two sizes and masses on a cubic grid in the middle of an open box. `room` is the edge length of the
-/// grid.
+/// Hard spheres of two sizes and masses on a cubic grid of edge `room` in the middle of an open box.
 pub(super) fn gas(count: u32, room: f64, gravity: f64) -> SceneBuilder {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -66,7 +64,6 @@ fn box_of_triangles_acts_like_box_of_walls() {
         assert_eq!(walls.len(), faces.len());
         assert!(walls.len() > 20);
         for (wall, face) in walls.iter().zip(&faces) {
-            // The tolerance allows for round-off that grows during a few tens of events.
             assert_eq!(wall.particle, face.particle);
             assert!((wall.time - face.time).abs() < 1e-9, "{} {}", wall.time, face.time);
             assert!((wall.after[0] - face.after[0]).norm() < 1e-9);
@@ -89,8 +86,7 @@ fn floor(n: u32, size: f64) -> TriangleMesh {
 
 #[test]
 fn floor_of_many_triangles_acts_like_a_plane() {
-    // The sphere must not come to rest, so the restitution is nearly 1. The sphere drifts across many edges, and in
-    // some cases along an edge.
+    // The sphere must not come to rest, so the restitution is nearly 1.
     for (velocity, restitution) in [
         (Vector::new(0.021, 0.017, 0.0), 1.0),
         (Vector::new(0.018, 0.018, 0.0), 1.0),
@@ -155,7 +151,7 @@ fn nothing_leaves<const FALLING: bool>(
         let across = (event.impulse - event.normal * event.normal_impulse()).norm();
         assert!(across <= rounding, "{across:e} {rounding:e}");
     });
-    // Without restitution, particles slide along edges. Their projections are then often outside the face.
+    // Without restitution, particles slide along edges, where projections are often outside the face.
     assert!(found > 500 && (besides < 5 || restitution == 0.0), "{found} {besides}");
     assert_eq!(engine.real_overlaps(), []);
     assert_eq!(engine.counts.totals.in_invalid_state, 0);

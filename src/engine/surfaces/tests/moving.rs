@@ -54,8 +54,7 @@ fn oscillation(amplitude: f64, rate: f64, phase: f64) -> MotionKind {
 
 #[test]
 fn ball_thrown_by_a_moving_floor_has_exact_time_and_speed() {
-    // The floor rises at a speed of 0.5 from t = 2 to 4, and then by 0.3 (t - 4)^2 until t = 5. The ball is at rest, at
-    // an initial gap of 0.6.
+    // The floor rises by 0.5 (t - 2) from t = 2 to 4, then by 0.3 (t - 4)^2 until t = 5. The initial gap is 0.6.
     let floor = floor(0.8).motion(moving((2.0, 4.0), along_z(0.5, 0.0))).motion(moving((4.0, 5.0), along_z(0.0, 0.6)));
     let found = contacts(ball(0.0, 0.6, 0.0, floor), 1);
     let event = &found[0];
@@ -75,8 +74,7 @@ fn ball_thrown_by_a_moving_floor_has_exact_time_and_speed() {
     assert_eq!(simulation.event_counts().wall, 0, "it stops 0.1 below the ball");
 }
 
-/// Returns the times of the first bounces of a ball on a vibrating floor. Small time steps bracket each bounce, and
-/// bisection finds its time.
+/// Returns the times of the first bounces on a vibrating floor. Small steps bracket each bounce for a bisection.
 fn bounces(
     gravity: f64,
     (height, leaving): (f64, f64),
@@ -111,7 +109,7 @@ fn bounces(
 
 #[test]
 fn bounce_times_on_vibrating_floor_match_the_bouncing_ball_map() {
-    // Near a stable orbit, rounding errors decay. Without such an orbit, they grow.
+    // Rounding errors decay near a stable orbit. Otherwise, they grow.
     for (restitution, gamma, count) in [(0.5, 1.3, 400), (0.8, 0.9, 400), (1.0, 2.0, 6)] {
         let (gravity, rate) = (9.81, 31.0);
         let amplitude = gamma * gravity / (rate * rate);
@@ -164,13 +162,12 @@ fn vibrating_floor_is_accurate_at_late_times() {
     let mut simulation = Simulation::without_plan(Scene::new(parts).unwrap());
     simulation.advance(Until::events(500)).unwrap();
     assert_eq!((simulation.event_counts().in_invalid_state, simulation.real_overlaps()), (0, vec![]));
-    // Times near 1e7 are multiples of 1.9e-9. At a relative speed of about 5, an error of two multiples causes an
-    // overlap of 2e-8.
+    // Times near 1e7 are multiples of 1.9e-9. At a speed of 5, two multiples cause an overlap of 2e-8.
     assert!(simulation.event_counts().deepest_overlap < 1e-7, "{}", simulation.event_counts().deepest_overlap);
 }
 
-/// Returns the largest difference between successive intervals, in periods of the floor. An interval is the time
-/// between two bounces. The ball starts near the orbit with one bounce per period. Only the last 40 bounces are used.
+/// Returns the largest difference between two successive flight times, in periods of the floor. The ball starts near
+/// the orbit with one bounce per period. Only the last 40 bounces are used.
 fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
     let (gravity, rate) = (9.81, 31.0);
     let amplitude = gamma * gravity / (rate * rate);
@@ -187,7 +184,7 @@ fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
 
 #[test]
 fn bouncing_ball_period_doubles_at_the_known_threshold() {
-    // The orbit becomes unstable at this acceleration of the floor, divided by gravity.
+    // The orbit becomes unstable if the acceleration of the floor, divided by gravity, exceeds the threshold.
     for (restitution, threshold) in [(0.5, 1.52682), (0.8, 1.07084)] {
         let below = unevenness(restitution, threshold - 1e-3, 20_000);
         let above = unevenness(restitution, threshold + 1e-3, 20_000);
@@ -243,8 +240,7 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
     assert!((found[0].time - angle / rate).abs() < 1e-13, "{} {}", found[0].time, angle / rate);
     let normal = Vector::new(-libm::sin(angle), libm::cos(angle), 0.0);
     assert!((found[0].normal - normal).norm() < 1e-13, "{}", found[0].normal);
-    // The point of contact is `sqrt(13 - 1/16)` away from the axis. The ball leaves at twice the speed of the blade
-    // there.
+    // The contact is `sqrt(13 - 1/16)` away from the axis. The ball leaves at twice the speed of the blade there.
     let speed = 2.0 * rate * (13.0_f64 - 0.0625).sqrt();
     assert!((found[0].after[0] - normal * speed).norm() < 1e-13, "{}", found[0].after[0]);
 }

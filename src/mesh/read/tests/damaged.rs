@@ -53,7 +53,7 @@ fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
             content.splice(place..place, piece.iter().copied());
         }
         _ => {
-            // Overwrites 32 bits. Byte 80 of binary STL begins the number of triangles.
+            // Overwrites 32 bits. In binary STL, the number of triangles begins at byte 80.
             let place = if random.next_u32().is_multiple_of(2) { 80 } else { place };
             if let Some(bytes) = content.get_mut(place..place + 4) {
                 bytes.copy_from_slice(&(random.next_u32() >> (random.next_u32() % 32)).to_le_bytes());

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::space::{Boundary, Space};
 
-/// Offsets to the adjacent cells. The nearest cells come first, because overlaps are most likely there.
+/// Offsets to the adjacent cells, nearest first, because overlaps are most likely in the nearest cells.
 const NEIGHBOURS: [[i64; 3]; 27] = neighbours();
 
 const fn neighbours() -> [[i64; 3]; 27] {
@@ -25,7 +25,6 @@ const fn neighbours() -> [[i64; 3]; 27] {
     sorted
 }
 
-/// Marks the end of a linked list of particles.
 const NONE: u32 = u32::MAX;
 
 pub(super) struct Taken {
@@ -44,11 +43,11 @@ pub(super) struct Grid<'a> {
     space: &'a Space,
     pub(super) periods: Vector,
     edge: Vector,
-    /// Number of cells along each periodic axis; 0 along all other axes.
+    /// Number of cells along each periodic axis; 0 along other axes.
     around: [i64; 3],
-    /// Number of cells to search on each side along each axis: 1, or 0 if there is only one cell.
+    /// Number of cells to search in either direction along each axis: 1, or 0 if there is only one cell.
     reach: [i64; 3],
-    /// Longest contact distance of each species with the particles in this grid `[length]`.
+    /// Longest contact distance of each species `[length]`.
     pub(super) ranges: Vec<f64>,
     /// Contacts up to this distance are always in adjacent cells `[length]`.
     finest: f64,
@@ -104,7 +103,7 @@ impl<'a> Grid<'a> {
         self.heads[bucket] = number;
     }
 
-    /// Calls `found` for all particles within `range`, and for some farther ones. Returns the first result.
+    /// Calls `found` for all particles within `range`, and for some other particles. Returns the first result.
     pub(super) fn find<T>(
         &self,
         taken: &[Taken],
@@ -117,9 +116,9 @@ impl<'a> Grid<'a> {
         }
         let cell = self.cell(position);
         let within = self.within(position);
-        // The margin covers round-off.
+        // The factor covers round-off.
         let longest_squared = range * range * (1.0 + 1e-6);
-        // Loading the heads of all lists before the search lets their cache misses overlap.
+        // Cache misses overlap if the heads of all lists are loaded before the search.
         let (mut lists, mut count) = ([NONE; NEIGHBOURS.len()], 0);
         for offset in &NEIGHBOURS {
             let mut squared = 0.0;
@@ -143,7 +142,7 @@ impl<'a> Grid<'a> {
         lists[..count].iter().find_map(|&first| find_in(taken, first, &found))
     }
 
-    /// Searches all cells within `range`, or all particles if they are fewer than the cells.
+    /// Searches all cells within `range`. Searches all particles if there are fewer particles than cells.
     fn find_far<T>(
         &self,
         taken: &[Taken],
@@ -186,7 +185,7 @@ impl<'a> Grid<'a> {
         cell
     }
 
-    /// Returns the hash of a cell. Neighbours along x share cache lines. Collisions only slow the search down.
+    /// Returns the hash of a cell. Adjacent cells along x share cache lines.
     fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
         let key = x.wrapping_add(y.wrapping_mul(8_191)).wrapping_add(z.wrapping_mul(67_867_967));
         #[expect(clippy::cast_possible_truncation, reason = "the lowest bits of a hash")]

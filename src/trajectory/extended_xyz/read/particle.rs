@@ -16,7 +16,7 @@ const DEFAULT_RADIUS: f64 = 0.5;
 pub(crate) struct Beside {
     /// Momenta of the particles; empty if the frame has velocities `[mass length / time]`.
     pub momenta: Vec<Vector>,
-    /// Mass of each particle, 0 if static `[mass]`. Empty if the species table has masses, or if there are none.
+    /// Mass of each particle `[mass]`, 0 if static. Empty if masses are unknown or in the species table.
     pub masses: Vec<f64>,
     pub unused: Vec<String>,
 }
@@ -33,7 +33,7 @@ impl Beside {
     }
 }
 
-/// First the species table of the file, then other species in the order of their appearance.
+/// Species of the species table, then other species in the order of appearance.
 pub(super) struct SpeciesTable {
     pub species: Vec<FrameSpecies>,
     index: HashMap<String, u32>,

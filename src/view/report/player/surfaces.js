@@ -103,8 +103,8 @@ class Surfaces {
       least = Math.min(least, depth);
       most = Math.max(most, depth);
     }
-    // The upper 16 bits of a key are the depth, and the lower 16 bits the index of the triangle. A page has fewer than
-    // 2^16 triangles.
+    // A key has the depth in the upper 16 bits, and the index of the triangle in the lower 16 bits. A page has fewer
+    // than 2^16 triangles.
     const scale = most > least ? 65535 / (most - least) : 0;
     for (let k = 0; k < keys.length; k += 1) {
       keys[k] = Math.round((depths[k] - least) * scale) * 65536 + k;

@@ -22,8 +22,7 @@ pub(in crate::view::report) struct Axis {
 }
 
 impl Axis {
-    /// Returns an axis between two finite values. On a logarithmic axis, they must be positive. If the values nearly
-    /// coincide, the axis extends beyond them.
+    /// Returns an axis between two finite values, which must be positive on a logarithmic axis.
     pub fn new([low, high]: [f64; 2], is_logarithmic: bool) -> Self {
         let (low, high) = (low.clamp(-1e300, 1e300), high.clamp(-1e300, 1e300));
         let (low, high) = match is_logarithmic {

@@ -15,7 +15,7 @@ const SPARSE: usize = 9;
 /// Largest ratio of values on a linear axis: two and a half decades.
 pub(super) const LARGEST_RATIO: f64 = 316.3;
 
-/// Largest extension of the vertical axis by error bands, in ranges of the values, or in decades on a logarithmic axis.
+/// Error bands extend the vertical axis by at most twice the range of values, or two decades on a logarithmic axis.
 const WIDEST_BAND: f64 = 2.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +32,6 @@ pub(in crate::view::report) enum LineStyle {
     #[default]
     Measured,
     TimeSeries,
-    /// A dashed line.
     Published,
 }
 
@@ -45,7 +44,6 @@ pub(in crate::view::report) struct Line {
     pub points: Vec<Option<Point>>,
     /// Deviations from published values, in standard errors. There may be fewer deviations than points.
     pub deviations: Vec<Option<Point>>,
-    /// Colour index in a family of curves, see [`Key::tone`].
     pub tone: Option<usize>,
 }
 
@@ -58,14 +56,11 @@ pub(in crate::view::report) struct Level {
 
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Curves {
-    /// Label for screen readers.
     pub label: String,
-    /// Titles of the axes with units.
     pub titles: [String; 2],
     pub is_logarithmic: [bool; 2],
     pub lines: Vec<Line>,
     pub level: Option<Level>,
-    /// Colour key of a family of lines.
     pub key: Option<Key>,
 }
 
@@ -116,7 +111,6 @@ impl Curves {
         svg
     }
 
-    /// Returns the entries of the legend: index, style class and line.
     pub fn legend(&self) -> Vec<(usize, String, &Line)> {
         let lines = self.classes().into_iter().zip(&self.lines).enumerate();
         lines.map(|(number, (class, line))| (number, class, line)).collect()

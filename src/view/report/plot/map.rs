@@ -29,14 +29,14 @@ pub(in crate::view::report) struct Map {
     /// Titles of both axes and of the colour scale, with units.
     pub titles: [String; 3],
     pub is_logarithmic: bool,
-    /// Coordinates `x` and `y` of each cell, and its value, if any.
+    /// Coordinates `x` and `y` and the value of each cell. The value may be missing.
     pub cells: Vec<(f64, f64, Option<f64>)>,
     /// Standard error of each cell, if known.
     pub errors: Vec<Option<f64>>,
 }
 
 impl Map {
-    /// Returns the plot, and its numbers as JSON unless there are too many; `None` if there is nothing to draw.
+    /// Returns the plot, and its numbers as JSON if there are not too many. `None` if there is nothing to draw.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let columns = edges(self.cells.iter().map(|cell| cell.0))?;
         let rows = edges(self.cells.iter().map(|cell| cell.1))?;
@@ -105,7 +105,7 @@ impl Map {
     }
 }
 
-/// Returns the coordinates of a grid in ascending order, and the edges of each cell half-way between coordinates.
+/// Returns the coordinates of a grid in ascending order, each with the edges of its cell.
 fn edges(coordinates: impl Iterator<Item = f64>) -> Option<BTreeMap<OrderedFloat<f64>, [f64; 2]>> {
     let mut all: Vec<f64> = coordinates.filter(|x| x.is_finite()).collect();
     all.sort_by(f64::total_cmp);

@@ -2,7 +2,7 @@
 
 use super::px;
 
-/// Markers 1 to 7 as SVG paths around the origin, with about equal areas. Marker 0 is a circle.
+/// Markers 1 to 7 as SVG paths around the origin, with similar areas. Marker 0 is a circle.
 const SHAPES: [&str; 7] = [
     "m-2.6 -2.6h5.2v5.2h-5.2z",
     "m0 -3.7l3.7 3.7l-3.7 3.7l-3.7 -3.7z",
@@ -16,7 +16,7 @@ const SHAPES: [&str; 7] = [
 /// Index of the first marker that cannot be filled.
 const FIRST_OPEN: usize = 5;
 
-/// Returns the marker of a line, given its index, at a position `[pixels]`.
+/// Returns the marker for the line with an index, at a position `[pixels]`.
 pub(in crate::view::report) fn mark(line: usize, [x, y]: [f64; 2]) -> String {
     let (x, y) = (px(x), px(y));
     match (line % (SHAPES.len() + 1)).checked_sub(1) {

@@ -62,7 +62,7 @@ impl Channels {
         (6 * moving).next_multiple_of(4) + self.0.len() * moving + moving.div_ceil(8) + 300
     }
 
-    /// Returns the values of the bytes 0 and 255 for each scalar.
+    /// Appends all scalars to `bytes`. Returns the values of the bytes 0 and 255 for each scalar.
     pub fn encode(
         &mut self,
         frame: &Frame,
@@ -112,7 +112,7 @@ fn given(frame: &Frame, name: &str) -> Vec<f64> {
     moving.map(|(place, _)| value(place)).collect()
 }
 
-/// Returns the values of the bytes 0 and 255. Counts up to 255 are exact.
+/// Appends one byte per value. Returns the values of the bytes 0 and 255. Counts up to 255 are exact.
 fn quantise(values: &[f64], is_count: bool, bytes: &mut Vec<u8>) -> [f64; 2] {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = (finite().reduce(f64::min).unwrap_or(0.0), finite().reduce(f64::max).unwrap_or(0.0));

@@ -1,19 +1,18 @@
-//! Free flight: particles that had no event between two frames.
+//! Free flights: particles without an event between two frames.
 //!
-//! The later position and velocity of a free particle follow from the earlier frame and the acceleration. The player
-//! computes the path from the two positions. It takes the nearest image along periodic axes.
+//! The position and velocity of a free particle follow from the previous frame and the acceleration. The player
+//! computes the path from the two positions, with the nearest image along periodic axes.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
 
-/// Largest relative deviation of a free flight. Each move of a particle adds a relative round-off of `2^-53`, so
-/// millions of moves are allowed. A collision with a smaller effect is not noticed.
+/// Largest relative deviation of a free flight. It allows for millions of moves, each with a relative round-off of
+/// `2^-53`. Collisions with a smaller effect are not noticed.
 const ROUNDING: f64 = 1e-9;
 
-/// Longest displacement along a periodic axis, in units of 1/500 of a period. Below half a period, the nearest image is
-/// correct. `PERIOD` is the number of units in a period.
+/// Longest displacement along a periodic axis, in 1/500 of a period. Below half a period, the nearest image is correct.
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 
@@ -36,13 +35,13 @@ impl Moment {
 pub(super) struct Flights {
     /// Index in [`FlightFinder::falls`] of the accelerations.
     pub fall: usize,
-    /// Upper bound of the displacement of each particle along any periodic axis, in units of 1/500 of a period. It is 0
-    /// if the particle had an event or moved too far.
+    /// Upper bound of each particle's displacement along any periodic axis, in 1/500 of a period. It is 0 if the
+    /// particle had an event or moved too far.
     ways: Vec<u8>,
 }
 
 impl Flights {
-    /// Joins the flights with those of the next interval. A flight continues only under the same acceleration.
+    /// Joins these flights with the flights of the next interval, which must have the same acceleration.
     pub fn then(mut self, next: &Self) -> Self {
         let joined = |(first, second): (&mut u8, &u8)| {
             let is_flight = *first > 0 && *second > 0 && self.fall == next.fall;
@@ -57,7 +56,7 @@ impl Flights {
         self.ways.iter().filter(|way| **way > 0).count()
     }
 
-    /// Returns the free flights as bits, one per particle, lowest bit first.
+    /// Returns one bit per particle, lowest bit first: 1 for a free flight.
     pub fn bits(&self) -> impl Iterator<Item = u8> + '_ {
         self.ways
             .chunks(8)
@@ -67,9 +66,9 @@ impl Flights {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FlightFinder {
-    /// Accelerations of each species: first those of the scene, then those of each stage with its own gravity.
+    /// Accelerations of each species: first with the scene's gravity, then with the gravity of stages.
     pub falls: Vec<Vec<Vector>>,
-    /// Shear: velocity along x of a particle relative to its next image along y.
+    /// Velocity along x of a particle relative to its next image along y, due to shear.
     pub slide: f64,
     last: Option<Moment>,
 }
@@ -95,7 +94,7 @@ impl FlightFinder {
         let last = self.last.replace(now)?;
         let now = self.last.as_ref()?;
         let all = (0..self.falls.len()).map(|fall| self.flights(frame, [&last, now], fall));
-        // If stages differ in gravity, the accelerations that explain the most flights are used.
+        // If stages have different gravity, the accelerations with the largest number of flights are used.
         all.reduce(|best, other| if other.count() > best.count() { other } else { best })
     }
 
@@ -117,8 +116,8 @@ impl FlightFinder {
     }
 }
 
-/// Returns the shortest displacement between periodic images of two points, and the number of periods along y by which
-/// the end point was moved. `way` is the displacement between any two images. `frame` is the later frame.
+/// Returns the shortest displacement between periodic images of two points, and the number of periods by which the end
+/// point was moved along y. `way` is the displacement between any two images. `frame` is the later frame.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };
@@ -131,8 +130,7 @@ fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     (way, up)
 }
 
-/// Returns an upper bound of a displacement along any periodic axis, in units of 1/500 of a period. Returns 0 if the
-/// displacement is too long.
+/// Returns an upper bound of a displacement along any periodic axis, in 1/500 of a period; 0 if it is too long.
 fn parts_of_period(frame: &Frame, way: &Vector) -> u8 {
     let parts = (0..3).filter(|axis| frame.periodic[*axis]).map(|axis| way[axis].abs() / frame.size[axis] * PERIOD);
     let most = parts.fold(0.0, f64::max).ceil() + 1.0;

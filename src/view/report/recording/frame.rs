@@ -5,11 +5,11 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::trajectory::Frame;
 
-/// Number of steps along each axis of the field, and the value for a particle outside the field.
+/// Number of steps along each axis of the field, and the number for a particle outside the field.
 const STEPS: f64 = 65_534.0;
 const BEYOND: u16 = u16::MAX;
 
-/// Largest margin of the field on each side of the box, in edge lengths.
+/// Largest margin on each side of the box, in edge lengths.
 const REACH: f64 = 3.0;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -47,7 +47,7 @@ impl Encoded {
         Self { head, bytes }
     }
 
-    /// Adds the free flights until the next frame. The last frame has none.
+    /// Adds the free flights until the next frame.
     pub fn with_flights(mut self, flights: Option<&Flights>, moving: usize) -> (FrameHead, Vec<u8>) {
         let end = self.bytes.len() + moving.div_ceil(8);
         if let Some(flights) = flights {
@@ -59,7 +59,7 @@ impl Encoded {
     }
 }
 
-/// Returns the lower corner and edges of the field: the box, extended to particles up to `REACH` edge lengths outside.
+/// Returns the lower corner and the edges of the field: the box, enlarged to particles at most `REACH` edges outside.
 fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     let mut lower = frame.lower;
     let mut upper = frame.lower + frame.size;
@@ -75,7 +75,7 @@ fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     (lower, upper - lower)
 }
 
-/// Returns a position in steps of the field. Outside the field, all three numbers are `BEYOND`.
+/// Returns a position in steps of the field. For a particle outside the field, all three numbers are `BEYOND`.
 fn steps(position: &Vector, lower: &Vector, size: &Vector) -> [u16; 3] {
     let fraction = |k: usize| if size[k] > 0.0 { (position[k] - lower[k]) / size[k] } else { 0.0 };
     let fractions = [0, 1, 2].map(fraction);

@@ -9,7 +9,7 @@ use crate::trajectory::Frame;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WellNeighbours {
-    /// Range of the potential of each pair of species. It is negative if the potential has no finite steps.
+    /// Potential range for each pair of species. Negative if the potential has no finite steps.
     ranges: Vec<f64>,
     species: usize,
     longest: f64,
@@ -38,7 +38,7 @@ impl WellNeighbours {
         (longest > 0.0).then_some(Self { ranges, species, longest, bonded })
     }
 
-    /// Returns the number of neighbours of each moving particle, without bonded partners.
+    /// Counts the neighbours of each moving particle. Bonded partners are not counted.
     pub fn count(&self, frame: &Frame) -> Vec<f64> {
         let positions = frame.particles.iter().map(|particle| frame.wrapped(&particle.position));
         let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// Largest number of triangles on a page. They need one or two megabytes.
+/// Largest number of triangles on a page: one or two megabytes.
 pub(in crate::view) const MOST_TRIANGLES: usize = 50_000;
 
 /// Number of steps along each edge of the box around all surfaces.
@@ -18,7 +18,6 @@ pub(in crate::view) struct SurfaceHead {
     pub vertices: usize,
     /// Numbers of triangles, edges and vertices of each surface.
     pub parts: Vec<[usize; 3]>,
-    /// Lower corner and edges of the box around all surfaces.
     pub lower: [f64; 3],
     pub size: [f64; 3],
 }

@@ -19,8 +19,8 @@ const LONG: f64 = 10.0;
 /// Largest relative difference of equal values.
 const SAME: f64 = 1e-9;
 
-/// Returns figures of all observables and measured numbers against the temperature of the stage. Measured functions
-/// become families of curves, coloured by the temperature.
+/// Plots all results against the temperature of the stage. Functions become families of curves, coloured by
+/// temperature.
 pub(super) fn plots(all: &[Results<'_>]) -> String {
     let temperature =
         |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
@@ -43,7 +43,6 @@ pub(super) fn plots(all: &[Results<'_>]) -> String {
     format!("<div class=\"plots\">\n{}</div>\n", figures.concat())
 }
 
-/// Whether the temperatures differ enough for plots.
 pub(in crate::view::report) fn is_spread(temperatures: impl Iterator<Item = f64>) -> bool {
     extent(temperatures).is_some_and(|[least, most]| least > 0.0 && most >= LEAST_RATIO * least)
 }
@@ -87,7 +86,7 @@ fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarit
         .collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     let [low, high] = extent(points.iter().map(|point| point.y))?;
-    // A quantity that is equal in all stages is only in the table.
+    // A quantity that is equal in all stages is shown only in the table.
     if points.len() < 2 || high - low <= SAME * low.abs().max(high.abs()) {
         return None;
     }

@@ -16,7 +16,6 @@ struct Family {
     members: Vec<Member>,
 }
 
-/// Returns the section on measured functions.
 pub(super) fn section(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Horizontal) -> String {
     let parameter = Parameter { title: along.title(), is_logarithmic: along.is_logarithmic };
     let files = "in the folder of each run";

@@ -13,8 +13,7 @@ pub fn run_page_in(run: &Path) -> PathBuf {
     run.join(SMALL_PAGE)
 }
 
-/// Makes a small page for each run with results, unless the existing page is newer than the files of the run. Returns
-/// the errors of pages that could not be made.
+/// Makes a small page for each run with results, unless the existing page is newer than the run. Returns all errors.
 pub fn write_run_pages(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Vec<ViewError> {
     let with = sweep.points().iter().zip(&results.points).filter(|(_, result)| !result.measurements.is_empty());
     with.filter_map(|(point, _)| write_page(&folder.of(point)).err()).collect()

@@ -1,4 +1,4 @@
-//! Plots the quantities of a sweep against the varied value, and also against temperature for annealing stages.
+//! Plots the quantities of a sweep against the varied value. Annealing stages are also plotted against temperature.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use crate::view::report::stages::{TEMPERATURE, is_long, is_spread};
 /// The axis is logarithmic if the ratio of the largest to the smallest value exceeds this number.
 const LONG: f64 = 50.0;
 
-/// Two values are equal within this relative difference.
+/// Largest relative difference of equal values.
 const SAME: f64 = 1e-9;
 
 /// The varied number on the horizontal axis.
@@ -33,7 +33,7 @@ impl Horizontal {
         self.entry.of(sweep.points().get(*group.places.first()?)?)
     }
 
-    /// Returns the settings of a state point as `name = value`, except those that vary with the horizontal value.
+    /// Returns the settings of a state point as `name = value`, except settings that vary along the horizontal axis.
     pub fn others(&self, sweep: &Sweep, settings: &[(String, &str)]) -> Vec<String> {
         let others = settings.iter().zip(sweep.state_point_axes()).filter(|(_, axis)| self.axis != Some(*axis));
         others.map(|((name, value), _)| format!("{name} = {value}")).collect()
@@ -51,12 +51,11 @@ struct Series<'r> {
 struct Along {
     title: String,
     is_logarithmic: bool,
-    /// A sentence for the caption.
     words: &'static str,
 }
 
-/// Chooses the number on the horizontal axis from the first key with varying numbers. If this key contains several
-/// numbers, prefers a number that differs between all values of the key.
+/// Chooses the number on the horizontal axis from the first key with varying numbers. If a key has several numbers,
+/// prefers a number that differs between all values of the key.
 pub(super) fn horizontal(sweep: &Sweep) -> Option<Horizontal> {
     let all = sweep.numbers();
     let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect::<Vec<f64>>();
@@ -193,7 +192,7 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
-/// Returns the published values of a quantity for the system sizes of the runs, as label, source and points. Equal
+/// Returns label, source and points of the published values of a quantity, for the system sizes of the runs. Equal
 /// series are listed once.
 fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();

@@ -1,5 +1,3 @@
-//! Tests of surfaces in the player of a report page.
-
 use super::*;
 use crate::Vector;
 use crate::mesh::write_stl;
