@@ -122,3 +122,14 @@ def test_truncated_table_is_rejected(tmp_path: Path) -> None:
         carom.Table.read(tmp_path / "table.csv")
     with pytest.raises(carom.FolderError, match="cannot read"):
         carom.Table.read(tmp_path / "none.csv")
+
+
+def test_rough_spheres_share_their_energy_with_spins(fluid: dict) -> None:
+    rough = [{**fluid["interaction"][0], "tangential_restitution": 1.0}]
+    simulation = carom.Simulation({**fluid, "interaction": rough})
+    assert not simulation.spins.any()
+    simulation.advance(events=2000)
+    energy = simulation.energy
+    # The moment of inertia of a sphere of mass 1 and diameter 1 is 0.1.
+    assert energy["rotational"] == pytest.approx(0.05 * (simulation.spins**2).sum(), rel=1e-12)
+    assert energy["rotational"] > 0.2 * energy["kinetic"]

@@ -62,7 +62,7 @@ def test_missing_key_lists_the_available_ones(fluid: dict) -> None:
         (run.observables, "no observable 'x'; there are collision_rate, compressibility_factor, pressure, temperature"),
         (run.curves, "no curve 'x'; there are none"),
         (run.summary, "no entry 'x'; there are version, scene"),
-        (simulation.energy, "no energy 'x'; there are kinetic, thermal"),
+        (simulation.energy, "no energy 'x'; there are kinetic, rotational, thermal"),
         (simulation.event_counts, "no kind 'x'; there are core, capture"),
         (run.thermo, "no column 'x'; there are time, events"),
     ]
