@@ -17,8 +17,8 @@ fn all_brief_state_points_agree_with_published_values() {
         for comparison in compared {
             println!("{}: {comparison:?}", point.name);
             assert!(comparison.verdict().is_pass(), "{}: {comparison:?}", point.name);
-            // A large allowance would make the comparison worthless. Diffusion has the largest, up to 4 %, because the
-            // number of spheres in the published fit is uncertain (see `diffusion_in_box`).
+            // A large allowance would make the comparison worthless. Diffusion has the largest allowance, up to 4 %,
+            // because the number of spheres in the published fit is uncertain (see `diffusion_in_box`).
             assert!(comparison.allowance.amount < 0.04 * comparison.published.abs(), "{}: {comparison:?}", point.name);
         }
     }

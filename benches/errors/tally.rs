@@ -6,7 +6,7 @@ use carom::analysis::statistics::Estimate;
 use carom::exchange::{ExchangeResults, ThermalCurves};
 use carom::run::Finished;
 
-/// Ratios of scatter to claimed error for which the claimed error is judged correct.
+/// A claimed error is judged correct if scatter / claimed error is in this range.
 const HONEST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
 #[derive(Debug, Default)]
@@ -23,8 +23,7 @@ struct Verdict {
     runs: usize,
     /// Number of runs with an error.
     claimed: usize,
-    /// Standard deviation of the means, divided by the root mean square of the claimed errors. `None` if most runs have
-    /// no error.
+    /// Scatter of the means divided by the rms claimed error. `None` if most runs have no error.
     ratio: Option<f64>,
     /// Largest deviation of a mean from the mean of all runs, in units of the claimed error.
     deviation: f64,
@@ -72,8 +71,7 @@ impl Tally {
         self.0.iter().filter_map(|(name, runs)| Some((name.as_str(), verdict(runs)?)))
     }
 
-    /// Cells of a row. The first four cells count the observables with correct, too large, too small and missing
-    /// errors.
+    /// Cells of a row. The first four count observables with correct, too large, too small and missing errors.
     pub fn line(&self) -> String {
         let (mut within, mut below, mut above, mut withheld) = (0, 0, 0, 0);
         let mut largest: f64 = 0.0;
@@ -113,7 +111,6 @@ fn verdict(runs: &[Claim]) -> Option<Verdict> {
     Some(Verdict { runs: runs.len(), claimed: claimed.len(), ratio, deviation })
 }
 
-/// Table with one row for each observable.
 pub fn table(system: &str, tallies: &[Tally]) -> String {
     let mut text = format!("### {system}\n\n| observable |");
     for which in ["short", "five times longer"].iter().take(tallies.len()) {

@@ -251,7 +251,7 @@ def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
             errors += 1
         time.sleep(0.001)
     thread.join()
-    # The simulation did not hold Python's lock, because Python code ran at the same time.
+    # Python code ran at the same time, so the simulation did not hold the lock of Python.
     assert errors > 10
     assert simulation.event_counts["core"] == 3_000_000
 
@@ -286,7 +286,6 @@ def test_a_signal_ends_a_call_and_nothing_is_lost(fluid: dict) -> None:
     other = carom.Simulation(fluid)
     other.advance(events=count)
     assert (other.positions == simulation.copy().positions).all() or other.time <= simulation.time
-    # The next call returns the events of an interrupted batch.
     simulation = carom.Simulation(fluid)
     interrupted_after(0.2, lambda: next(iter(simulation.events(events=10**12, batch=10**9))))
     with pytest.raises(ValueError, match="call events"):

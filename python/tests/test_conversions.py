@@ -118,7 +118,7 @@ def test_mdanalysis_has_no_box_where_nothing_is_periodic(fluid: dict) -> None:
         "fill": [{"species": "sphere", "arrangement": "random", "count": 20, "temperature": 1.0}],
     }
     assert carom.Simulation(walls).to_mdanalysis().dimensions is None
-    # A flat axis has no periodic images, so MDAnalysis gets a box.
+    # Unlike an axis with walls, a flat axis does not prevent a periodic box.
     flat = {**walls, "space": {"size": [12.0, 12.0, 0.0], "z": "flat"}}
     dimensions = carom.Simulation(flat).to_mdanalysis().dimensions
     assert dimensions[:2].tolist() == [12.0, 12.0]

@@ -212,7 +212,6 @@ def test_simulation_keeps_the_box_of_a_stage_at_constant_pressure(fluid: dict) -
     with carom.Writer("compressed.xyz") as writer:
         writer.write(simulation)
     assert np.array_equal(carom.Trajectory("compressed.xyz")[0].size, edges)
-    # No spheres overlap in the box of the frame.
     apart = frame.positions[:, None] - frame.positions
     apart -= edges * np.round(apart / edges)
     assert np.sqrt((apart**2).sum(-1))[np.triu_indices(len(frame), 1)].min() > 1.0 - 1e-12

@@ -34,7 +34,6 @@ def test_a_simulation_goes_on_from_a_run(fluid: dict, tmp_path: Path) -> None:
     simulation.advance(events=5_000)
     assert np.array_equal(simulation.positions, longer.frames[-1].positions)
     assert np.array_equal(simulation.velocities, longer.frames[-1].velocities)
-    # Values of the scene can be overridden, even if the run is temporary.
     assert carom.Simulation(carom.run(fluid), set={"dynamics.gravity": [0, 0, -1]}).temperature is None
 
 
@@ -90,7 +89,6 @@ def test_prepared_carries_out_stages_and_equilibration(fluid: dict, tmp_path: Pa
     run = carom.run(scene, tmp_path / "run")
     simulation = carom.Simulation.prepared(scene, progress=False)
     frame = simulation.frame()
-    # At the start of the measurement, the heat bath acts, and the spheres have grown.
     assert simulation.thermostat == {"kind": "andersen", "temperature": 2.0, "rate": 1.0, "axes": ["x", "y", "z"]}
     assert frame.radii[0] > 0.5 and (frame.radii == run.frames[-1].radii).all()
     before = simulation.event_counts["core"]
@@ -100,7 +98,6 @@ def test_prepared_carries_out_stages_and_equilibration(fluid: dict, tmp_path: Pa
     assert np.array_equal(simulation.positions, run.frames[-1].positions)
     assert np.array_equal(simulation.velocities, run.frames[-1].velocities)
     assert simulation.deepest_overlap < 1e-12
-    # Positions can be set after particles have grown.
     simulation.positions = simulation.positions + [0.1, 0.0, 0.0]
 
 

@@ -39,7 +39,6 @@ def test_no_cure_of_the_library_speaks_of_options() -> None:
     for text in spoken:
         assert "--" not in text.replace("`carom run --force --resume DIR`", ""), text
         assert not re.search("`carom (run|exchange|sweep) (?!--force --resume)", text), text
-    # Other commands and words with dashes stay unchanged.
     for text in ("`carom convert DIR/trajectory-1.xyz --to vtk` does it", "a --outer b", "so--out"):
         assert in_python(text) == text
     assert in_python("`carom run` at one") == "`carom.run` at one"
@@ -91,7 +90,6 @@ def test_the_key_of_a_mistake_is_named(fluid: dict, set: dict, key: str) -> None
     with pytest.raises(carom.SceneError) as caught:
         carom.Scene(fluid, set=set)
     assert caught.value.key == key
-    # An error in the text of the scene has the same key.
     text = carom.Scene(fluid).to_toml()
     (path, value), (*steps, last) = *set.items(), *[key.replace("[0]", "").split(".")]
     header = {"species": "[[species]]", "fill": "[[fill]]", "run": "[run]"}[steps[0]] if steps else None

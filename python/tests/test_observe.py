@@ -53,7 +53,6 @@ def test_functions_see_the_frames_of_the_measurement(fluid: dict, tmp_path: Path
         return frame.time
 
     run = carom.run({**fluid, **STAGED}, tmp_path / "run", observe={"kept": keep, "v2": first_speed}, every=0.25)
-    # The function is called only in the measurement, once at each time.
     assert [frame.time for frame in frames] == list(run.curves["kept"].x) == list(run.curves["kept"].y)
     assert np.allclose([frame.time for frame in frames], 5.0 + 0.25 * np.arange(1, 81), atol=1e-12)
     written = {round(frame.time, 9): frame for frame in run.frames}
@@ -74,7 +73,6 @@ def test_observed_values_are_ordinary_results(fluid: dict, tmp_path: Path) -> No
         assert abs(found.mean - 3.0 * 107 / 108) < 5.0 * found.error and found.error > 0.0
         assert read.observables["drift"].is_stationary is False
     assert (run.folder / "measurements" / "v2.csv").exists() and "v2" in run.page()
-    # A new run in the same folder removes the measurements.
     assert carom.Simulation(run).advance(events=100) == "events"
     again = carom.run(fluid, tmp_path / "run", seed=2, force=True)
     assert "v2" not in again.observables and not (run.folder / "measurements").exists()
@@ -112,7 +110,6 @@ def test_an_exception_ends_the_run_that_can_go_on(fluid: dict, tmp_path: Path) -
     assert before == {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()}
     resumed = carom.resume(tmp_path / "run", observe={"v2": first_speed}, every=0.5, until_events=20_000)
     assert (resumed.frames[-1].positions == whole.frames[-1].positions).all()
-    # Except for missing values, the resumed run equals the uninterrupted run.
     missing = np.isin(whole.curves["v2"].x, resumed.curves["v2"].x, invert=True)
     assert missing.sum() >= 1 and missing[19] and not missing[:19].any()
     assert (whole.curves["v2"].y[~missing] == resumed.curves["v2"].y).all()

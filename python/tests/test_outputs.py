@@ -73,7 +73,6 @@ def test_verify_proves_events_like_the_program(run: carom.Run, program: str) -> 
     assert str(proof) == subprocess.run(command, check=True, capture_output=True, text=True).stdout
     with pytest.raises(carom.FolderError, match="the run has only 3000 events"):
         run.verify(from_events=5000, progress=False)
-    # Changes the scene in the folder of the run.
     path = run.folder / "scene.toml"
     path.write_text(path.read_text().replace("packing_fraction = 0.3", "packing_fraction = 0.31"))
     with pytest.raises(carom.SimulationError, match="does not reproduce the end of this run"):

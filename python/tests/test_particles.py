@@ -146,7 +146,6 @@ def test_a_run_keeps_its_arrays_and_is_repeated(program: str) -> None:
     same_bits(Path("moved"), Path("second"))
     again = carom.run("moved/scene.toml", "third")
     same_bits(Path("moved"), again.folder)
-    # The file with the particles is deleted with the run.
     carom.run(carom.Scene(BOX, particles=arrays()), "moved", force=True)
     assert Path("moved/particles.xyz").exists()
     carom.run({**BOX, "particle": [{"species": "A", "position": [1, 1, 1], "velocity": [1, 0, 0]}], "run": {"until_time": 1.0}}, "moved", force=True)

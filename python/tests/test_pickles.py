@@ -31,7 +31,6 @@ def test_pickled_run_is_small_and_can_be_read_elsewhere(fluid: dict, tmp_path: P
     read_all(run)
     pickled = pickle.dumps(run)
     assert len(pickled) < 50_000, "a folder, and not what was read from it"
-    # A pickle can be read in another working directory.
     os.mkdir("elsewhere")
     monkeypatch.chdir("elsewhere")
     same = pickle.loads(pickled)

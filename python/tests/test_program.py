@@ -46,7 +46,6 @@ def test_a_signal_ends_a_run_in_good_order(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     )
-    # Waits until the run has started.
     deadline = time.monotonic() + 60
     while not list(tmp_path.glob("run/thermo.csv*")) and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -83,7 +83,7 @@ def test_multicanonical_exchange_agrees_with_temperature_swaps() -> None:
         for one, other in zip(swapped.observable(name), walked.observable(name), strict=True):
             assert abs(one.mean - other.mean) < 4.0 * np.hypot(one.error, other.error), name
     levels, energies = walked.density_of_states, walked.potential_energies
-    # The exchange visits all energy levels between the mean energies at the end temperatures about equally often.
+    # Between the mean energies at the two end temperatures, the exchange visits all energy levels about equally often.
     visits = [np.isclose(energies, energy).mean() for energy in levels["energy"]]
     means = [8 * it.mean for it in walked.observable("potential_energy_per_particle")]
     inside = (levels["energy"] > min(means)) & (levels["energy"] < max(means))

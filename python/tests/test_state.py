@@ -78,7 +78,7 @@ def test_thermostat_is_saved(fluid: dict, tmp_path: Path) -> None:
     again = carom.Simulation.load("a")
     assert again.thermostat == simulation.thermostat
     same(simulation, again)
-    # Each heat bath uses other random numbers, so the number of heat baths is saved.
+    # A new heat bath uses different random numbers. They depend on the number of heat baths so far, which is saved.
     for it in (simulation, again):
         it.set_thermostat(2.0, rate=1.0)
     same(simulation, again)

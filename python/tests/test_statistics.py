@@ -50,7 +50,7 @@ def test_errors_are_the_exact_ones_of_autoregressive_series(correlation: float, 
 def test_mean_and_error_of_rows_equal_those_of_the_run(fluid: dict, column: str) -> None:
     wells = {**fluid, "interaction": [{**fluid["interaction"][0], "potential": "square-well", "lambda": 1.5, "well_depth": 0.5}]}
     for scene in (fluid, wells):
-        # All rows after the equilibration. There are more rows than blocks in the average.
+        # The average has fewer blocks than there are rows after the equilibration.
         scene = {**scene, "run": {"equilibration_time": 2.0, "until_time": 30.0}, "output": {"thermo_interval": 0.02, "frame_interval": 10.0}}
         run = carom.run(scene)
         rows = run.thermo[column][run.thermo["time"] > 2.0 + 1e-9]

@@ -69,7 +69,6 @@ pub struct StatePoint {
     compare: Compare,
 }
 
-/// Function that runs and compares a state point for a parameter, an effort and a seed.
 type Compare = fn(f64, Effort, u64, Watch<'_>) -> Compared;
 
 /// Parameters of one kind of state point, for a brief, a usual and a long comparison.

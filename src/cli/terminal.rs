@@ -17,8 +17,8 @@ pub fn fitted(text: &str) -> String {
     width().map_or_else(|| text.to_owned(), |width| wrapped(text, width))
 }
 
-/// Returns the lines of a table with right-aligned cells. A table wider than the terminal is split into several tables,
-/// which all begin with the first `keys` columns.
+/// Returns the lines of a table with right-aligned cells. A table wider than the terminal is split into several tables.
+/// The first `keys` columns are repeated in each of them.
 pub fn columns(rows: &[Vec<String>], keys: usize) -> Vec<String> {
     tables(rows, keys, width().unwrap_or(usize::MAX))
 }
@@ -55,7 +55,7 @@ fn tables(rows: &[Vec<String>], keys: usize, width: usize) -> Vec<String> {
     for column in keys..count {
         let more = GAP.len() + widest(column);
         match blocks.last_mut() {
-            // Each line starts with a margin of two columns, one less than the gap between cells.
+            // A line starts with a margin of two columns. The gap between cells has three columns.
             Some((block, taken)) if *taken + more - 1 <= width => {
                 block.push(column);
                 *taken += more;

@@ -154,7 +154,6 @@ impl Notes {
 
     fn text(&self) -> String {
         let mut text = String::new();
-        // Writing to a string cannot fail.
         if !self.sources.is_empty() {
             let _ = writeln!(text, "\nsources");
         }

@@ -97,7 +97,7 @@ fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     Ok((scene, recorded))
 }
 
-/// Progress of a proof, or of the replay for the files.
+/// Progress of `carom verify`.
 #[derive(Debug)]
 pub enum VerifyStep<'a> {
     /// Progress of the proof.
@@ -218,7 +218,7 @@ fn files_table(files: &Comparison) -> String {
     lines.text()
 }
 
-/// Returns the first few names, and how many more there are.
+/// Lists the first few names, and the number of the remaining names.
 fn several(names: &[String], count: usize) -> String {
     let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
     match count {

@@ -8,7 +8,7 @@ use crate::model::Threads;
 use std::num::NonZero;
 use std::sync::Arc;
 
-/// Smallest number of particles for which domains run on several threads.
+/// Minimum number of particles for several threads. Otherwise, starting threads takes longer than a time window.
 const FEW: usize = 4_000;
 
 /// False in WebAssembly, which runs on one thread.
@@ -132,7 +132,6 @@ impl Simulation {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) {
         self.join();
-        // With few particles, starting threads takes longer than simulating a time window.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = communicator.as_ref().map_or(1, |communicator| communicator.size());
         let has_domains = HAS_DOMAINS && (domains > 1 || communicator.is_some()) && processes <= Threads::MOST;
@@ -159,7 +158,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.with_domains(Domains::complete);
     }
 
-    /// Moves all particles from the domains back to the engine.
     pub(super) fn join(&mut self) {
         self.with_domains(Domains::join);
     }

@@ -89,7 +89,7 @@ pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
     let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
         return Err(format!("line 1: expected a header that begins with `{heads}`"));
     };
-    // After a comma, names of quantities and names of their errors alternate.
+    // The name of each quantity is followed by the name of the error column.
     let names: Vec<&str> = others.split(',').skip(1).step_by(2).collect();
     read_lines(lines, "a temperature, and numbers with their errors", |cells| {
         let all = (0..4 + names.len()).map(|at| cells.estimate(2 * at + 1)).collect::<Option<Vec<_>>>()?;
@@ -174,7 +174,7 @@ impl Cells<'_> {
         self.0.get(at)?.parse().ok()
     }
 
-    /// Returns an estimate. The mean is in this cell, and the error is in the next cell, which may be empty.
+    /// Reads a mean from a cell, and its error from the next cell, which may be empty.
     fn estimate(&self, at: usize) -> Option<Estimate> {
         Some(Estimate { mean: self.number(at)?, standard_error: self.number(at + 1) })
     }

@@ -1,5 +1,3 @@
-//! Tests of exchanges, including interrupted exchanges and exchanges on several threads.
-
 mod windows;
 
 use std::cell::Cell;

@@ -1,5 +1,3 @@
-//! Umbrella windows along a distance.
-
 use super::error::Unprepared;
 use super::replicas::Exchange;
 use crate::model::UmbrellaPlan;
@@ -13,8 +11,8 @@ fn is_within(distance: f64, [lower, upper]: [f64; 2]) -> bool {
 /// particles between an obstacle and the end of the temporary window would be reflected more and more often.
 const BACK: f64 = 0.1;
 
-/// Returns the temporary window of a replica on its way to its window. It includes the current distance, and is not
-/// wider than the previous temporary window.
+/// Returns `window` if the distance is inside. Otherwise, returns a temporary window that contains the distance and
+/// `window`. It is not wider than the previous temporary window `had`.
 fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f64; 2] {
     if is_within(distance, window) {
         return window;

@@ -30,7 +30,7 @@ impl Column {
     }
 }
 
-/// A column: whether it applies to the scene, its name, its unit, and a function that returns its value in a row.
+/// A column: whether the scene has it, the name, the unit, and a function that reads the value from a row.
 type Quantity = (bool, &'static str, &'static str, fn(&Row) -> Option<f64>);
 
 #[derive(Debug, Clone)]
@@ -46,7 +46,7 @@ impl Columns {
         Self::with(scene, ApplicableObservables::of(scene))
     }
 
-    /// Returns the columns of a resumed run. `applicable` comes from its checkpoint.
+    /// Returns the columns of a resumed run. The checkpoint contains `applicable`.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }
@@ -90,7 +90,6 @@ impl Columns {
         let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
         for (has, .., of) in self.quantities() {
             if has {
-                // Writing to a string cannot fail.
                 let _ = write!(line, ",{}", Cell(of(row)));
             }
         }

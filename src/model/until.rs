@@ -35,13 +35,13 @@ impl Until {
         Self { time: None, events: Some(events) }
     }
 
-    /// Adds a limit on the number of physical events. The limit that is reached first applies.
+    /// Adds a limit on the number of physical events. The limit that is reached first ends the simulation or stage.
     #[must_use]
     pub fn or_events(self, events: u64) -> Self {
         Self { events: Some(events), ..self }
     }
 
-    /// Combines two limits. The limit that is reached first applies.
+    /// Combines two limits. The limit that is reached first ends the simulation.
     pub(crate) fn or(self, other: Self) -> Self {
         Self::time(self.last_time().min(other.last_time())).or_events(self.last_event().min(other.last_event()))
     }

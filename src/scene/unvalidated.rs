@@ -46,15 +46,15 @@ pub struct Fill {
     pub composition: Vec<(String, f64)>,
     /// Arrangement of the particles: on a lattice or at random.
     pub arrangement: Arrangement,
-    /// Number of particles; follows from `amount` if it is not given.
+    /// Number of particles; if `None`, it follows from `amount`.
     pub count: Option<u64>,
-    /// Density; follows from `count` if it is not given.
+    /// Density; if `None`, it follows from `count`.
     pub amount: Option<Amount>,
     /// Whether to place particles one by one at random until no more fit, or until `count` or `amount` is reached.
     pub as_many_as_fit: bool,
     /// Region that contains the particles entirely; the whole box if `None`.
     pub region: Option<FillRegion>,
-    /// Temperature of the Maxwell velocities `[energy]`. Without temperature and speed, the scene determines them.
+    /// Temperature of the Maxwell velocities `[energy]`. By default, the scene determines the velocities.
     pub temperature: Option<f64>,
     /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
@@ -131,7 +131,7 @@ pub struct Chain {
     pub spacing: Option<f64>,
     /// Position of the first particle and direction of a straight chain; `None` for random chains without overlaps.
     pub straight: Option<(Vector, Vector)>,
-    /// Temperature of the Maxwell velocities `[energy]`. Without temperature and speed, the scene determines them.
+    /// Temperature of the Maxwell velocities `[energy]`. By default, the scene determines the velocities.
     pub temperature: Option<f64>,
     /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
@@ -223,7 +223,7 @@ pub struct SpeciesDraft {
     pub(crate) is_static: bool,
     /// Acceleration instead of gravity.
     pub(crate) acceleration: Option<Vector>,
-    /// Moment of inertia instead of the one of a uniform body.
+    /// Moment of inertia; by default that of a uniform body.
     pub(crate) moment_of_inertia: Option<f64>,
 }
 
@@ -333,7 +333,7 @@ impl InteractionDraft {
         Self { species: Some([first.to_owned(), second.to_owned()]), ..self }
     }
 
-    /// Gives the interaction a name for bonds.
+    /// Sets the name by which bonds refer to the interaction.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Self { name: Some(name.to_owned()), ..self }
@@ -351,15 +351,15 @@ impl InteractionDraft {
         Self { law: ContactLaw { restitution, ..self.law }, ..self }
     }
 
-    /// Makes the cores rough, with the tangential restitution `b`, -1 to 1: contacts without sliding multiply the
-    /// tangential velocity of the surfaces by `-b`. Without [`Self::friction`], they never slide.
+    /// Makes the cores rough. Contacts without sliding multiply the tangential velocity of the surfaces by `-b`, where
+    /// `b` is the tangential restitution, -1 to 1. Without [`Self::friction`], contacts never slide.
     #[must_use]
     pub fn tangential_restitution(self, restitution: f64) -> Self {
         Self { law: self.law.with_tangential_restitution(restitution), ..self }
     }
 
-    /// Makes the cores rough, with the friction coefficient `mu`: the largest ratio of the tangential to the normal
-    /// impulse. Without [`Self::tangential_restitution`], contacts that do not slide leave the surfaces rolling.
+    /// Makes the cores rough. The friction coefficient is the largest ratio of the tangential to the normal impulse.
+    /// Without [`Self::tangential_restitution`], contacts that do not slide leave the surfaces rolling.
     #[must_use]
     pub fn friction(self, coefficient: f64) -> Self {
         Self { law: self.law.with_friction(coefficient), ..self }
@@ -396,7 +396,7 @@ pub(crate) struct UnvalidatedBond {
     pub at: ConfigPath,
 }
 
-/// A start from the end of an earlier run. Parts that the scene does not give are taken from the run.
+/// A start from the end of an earlier run. Parts that are missing in the scene are taken from the run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedStart {
     pub from: PathBuf,

@@ -74,7 +74,7 @@ fn closed_forms(page: &mut String, totals: &mut [&mut (Algorithm, Tally)]) {
     }
 }
 
-/// With a larger relative error, a closed form has missed the root.
+/// Relative error above which a closed form has missed the root.
 const MISSED: f64 = 1e-3;
 
 fn closed_form_row(page: &mut String, polynomial: &str, algorithm: Algorithm, errors: &mut [f64]) {

@@ -16,7 +16,7 @@ pub struct Tally {
     pub wrong_count: usize,
     /// Errors of times [ulp].
     pub errors: Vec<f64>,
-    /// Errors of times, relative to the errors that rounding allows.
+    /// Errors of times, divided by the allowed errors.
     pub ratios: Vec<f64>,
     pub evaluations: Evaluations,
 }

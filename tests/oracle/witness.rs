@@ -58,8 +58,7 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     }
 }
 
-/// Number of corrections. Each correction leaves one part in 10^16. One correction is not enough, because the value at
-/// `t` can be smaller than its rounding error by many orders of magnitude.
+/// Number of corrections. Each leaves a rounding error of one part in 10^16, which can exceed the value at `t`.
 const CORRECTIONS: usize = 4;
 
 /// Returns the change of `f` or its derivative at `t` if a coefficient changes by 1.

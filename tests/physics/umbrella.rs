@@ -41,7 +41,7 @@ fn results(scene: Scene) -> (ExchangeResults, MeanForce) {
     (results, distances.mean_force(&exchange))
 }
 
-/// Compares a potential of mean force with its expected values. Also checks the mean difference between distances above
+/// Compares a potential of mean force with the expected values, and checks the mean difference between distances above
 /// and below a limit.
 fn refuse_other(
     found: &MeanForce,
@@ -95,9 +95,8 @@ fn potential_of_mean_force_of_a_pair_is_its_potential() {
     }
     assert!(results.neighbours.iter().all(|it| it.acceptance.unwrap().mean > 0.05));
     assert!(results.round_trips.iter().all(|trips| *trips > 100), "{:?}", results.round_trips);
-    // A swap is possible if both distances lie in the overlap of the two windows. For each distance, this probability
-    // is the weight of the overlap divided by the weight of its window. The expected acceptance is the product of both
-    // probabilities. The weights contain the Boltzmann factor of the well.
+    // A swap is possible if both distances lie in the overlap of the two windows. The probability of each distance is
+    // the weight of the overlap divided by the weight of the window. The expected acceptance is the product of the two.
     let weight = |from: f64, to: f64| {
         let cubes = |from: f64, to: f64| if to > from { to.powi(3) - from.powi(3) } else { 0.0 };
         cubes(from, to.min(1.5)) * (DEPTH / TEMPERATURE).exp() + cubes(from.max(1.5), to)
@@ -131,8 +130,8 @@ fn potential_of_mean_force_is_exact_in_two_dimensions_and_in_one() {
     }
 }
 
-/// Umbrella windows of the distance between a particle and the centre of mass of a dimer with unequal masses. One bead
-/// of the dimer has a square well for the particle.
+/// The windows restrain the distance of a particle from the centre of mass of a dimer with unequal masses. One bead of
+/// the dimer has a square well for the particle.
 #[test]
 fn potential_between_centres_of_mass_averages_over_the_bond() {
     let masses = [1.3, 0.7];

@@ -87,7 +87,7 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             // In a time of 0.1, no sphere moves farther than a period.
             contacts += u64::from(unbounded.step(0.1));
         }
-        // Otherwise, rounding could end one of the simulations just before the last contact.
+        // Rounding could otherwise end one of the simulations just before the last contact.
         contacts += u64::from(unbounded.step(1e-6));
         simulation.advance(Until::time(unbounded.time)).unwrap();
         let now = simulation.snapshot();

@@ -114,7 +114,7 @@ fn is_of(name: &str, value: &Value) -> bool {
 
 /// Returns whether a text matches a pattern of the schema.
 fn fits(pattern: &str, text: &str) -> bool {
-    // Characters beyond ASCII count as letters.
+    // Characters beyond ASCII are treated as letters.
     let letters = |c: char| c.is_ascii_alphanumeric() || !c.is_ascii();
     let marks = |c: char| letters(c) || "_.+()-".contains(c);
     let ascii = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);

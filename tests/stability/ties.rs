@@ -10,12 +10,11 @@ use carom::model::space::{Boundary, Space};
 const EDGE: u32 = 16;
 const COUNT: usize = (EDGE * EDGE * EDGE) as usize;
 
-/// Lattice spacing perpendicular to the x-axis.
+/// Lattice spacing perpendicular to the x-axis. It makes cells 2 long, so transitions are exact.
 const WIDE: f64 = 3.25;
 
-/// A lattice with a spacing of 2 along the x-axis. Neighbouring sheets perpendicular to this axis have opposite
-/// velocities of 1. All numbers are short binary fractions, so nothing is rounded. With [`WIDE`], the cells are 2 long,
-/// so transitions are exact.
+/// Sheets of particles with a distance of 2 along x. Neighbouring sheets have opposite velocities of 1. All numbers are
+/// short binary fractions, so nothing is rounded.
 fn sheets() -> (Space, Vec<State>) {
     let at = |k: u32| f64::from(2 * k) + 0.5;
     let across = |k: u32| WIDE * f64::from(k) + 0.5;
@@ -78,8 +77,8 @@ fn ties_between_separate_pairs_do_not_depend_on_the_numbering() {
     }
 }
 
-/// Returns the largest difference between the motions of particles along their initial directions. Asserts that no
-/// particle moves perpendicular to the x-axis.
+/// Returns the largest difference between the distances that particles have moved along their initial directions.
+/// Asserts that no particle moves perpendicular to the x-axis.
 fn asymmetry(simulation: &Simulation, particles: &[State]) -> f64 {
     let (end, size) = (simulation.snapshot(), simulation.scene().space().size.x);
     let moved = |k: usize| {

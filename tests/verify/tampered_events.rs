@@ -69,7 +69,7 @@ fn swapped_events_are_found() {
     let expected = Contact::of(&recording.events[K + 1].0);
     let Some((K, Fault::Missed { contact, .. })) = recording.fault() else { panic!("{:?}", recording.fault()) };
     assert_eq!(contact, expected);
-    // A later event in place of the next event is also a missed contact.
+    // If a later event replaces an event, the replaced event is missed.
     recording.events.remove(K);
     recording.events.insert(K, recording.events[K + 1].clone());
     assert!(matches!(recording.fault(), Some((K, Fault::Missed { .. }))));
@@ -165,7 +165,6 @@ fn wrong_torques_and_spins_are_reported() {
         recording.events[K].1.spins[particle] *= 1.0 + 1e-9;
         assert_eq!(wrong_quantity(&recording, K), Quantity::Torque);
     }
-    // Without the tangential impulse, the contact would be smooth.
     let mut recording = rough();
     let normal = recording.events[K].0.normal;
     let tangential = recording.events[K].0.impulse - normal * recording.events[K].0.normal_impulse();
@@ -228,8 +227,8 @@ fn wrong_pair_state_is_reported() {
     let mut verifier = Verifier::resume(&recording.scene, &recording.start, &captured).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
 
-    // The first released pair is missing in the list of captured pairs. At this distance, a pair that is not captured
-    // can have an event only while it approaches.
+    // The list of captured pairs lacks the first released pair. At this distance, an uncaptured pair has no event while
+    // it separates.
     let release =
         recording.events.iter().position(|(event, _)| event.kind == EventKind::Pair(Outcome::Release)).unwrap();
     let pair = Contact::of(&recording.events[release].0);

@@ -67,7 +67,7 @@ pub(super) fn measure(
     }
 }
 
-/// An instrument, and a copy that is restored from its own record after every sample.
+/// An instrument and a copy. After every sample, the copy is saved and restored.
 pub(super) struct Recorded<I> {
     pub instrument: I,
     pub again: I,

@@ -32,7 +32,7 @@ const SPANS: f64 = 20.0;
 /// Indices of the curves. Each curve has one element per lag, from lag 1 on.
 const SHEAR: usize = 0;
 const BULK: usize = 1;
-/// The mean `<x>`. The curve [`BULK`] is the mean square `<x^2>` of the same quantity.
+/// Mean of the quantity whose mean square is [`BULK`].
 const BULK_MEAN: usize = 2;
 const HEAT: usize = 3;
 const CURVES: usize = 4;
@@ -162,7 +162,6 @@ impl Transport {
     }
 }
 
-/// Number of pairs of axes over which the shear is averaged.
 fn pairs_of_axes(dimensions: f64) -> f64 {
     (0.5 * dimensions * (dimensions - 1.0)).max(1.0)
 }

@@ -66,7 +66,6 @@ fn means_of_temperature_and_energy_are_exact_however_rare_the_rows_are() {
     ] {
         let [observed, exact] = means(scene.build().unwrap(), bath);
         for k in 0..2 {
-            // The tolerance covers the round-off of a few hundred events.
             let scale = exact[0].abs() + exact[1].abs();
             assert!((observed[k] - exact[k]).abs() < 1e-11 * scale, "{what}, {k}: {observed:?} {exact:?}");
         }

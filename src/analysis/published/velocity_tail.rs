@@ -33,7 +33,7 @@ impl VelocityTail<'_> {
         (dimensions - 1.0) / dimensions * self.temperature_by_mass * (modes - 1.0)
     }
 
-    /// Contribution of the velocity autocorrelation after a time to the diffusion coefficient `[length^2 / time]`.
+    /// Part of the diffusion coefficient that comes from the velocity autocorrelation after a time `[length^2 / time]`.
     pub fn beyond(&self, time: f64) -> f64 {
         let slowest = self.periods.iter().fold(0.0_f64, |a, b| a.max(*b)) / TAU;
         self.integral([time, time + DECAYS * slowest * slowest / self.spreading], |_| 1.0)

@@ -218,7 +218,7 @@ impl Verifier {
     }
 
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
-        // The end is counted from the epoch of the latest states, because times far from an epoch are inaccurate.
+        // The end of the window is measured from the latest epoch, because times far from an epoch are inaccurate.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
@@ -286,7 +286,7 @@ impl Verifier {
         if due.approach.closing(time) > 0.0 && due.approach.is_on(time) {
             self.overdue.push(due);
         } else {
-            // A search from `time` on does not find the same event again.
+            // The search starts at `time`, so it cannot find this event again.
             self.window.ask(due.claim, due.approach.streamed(time));
         }
     }

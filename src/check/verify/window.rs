@@ -1,8 +1,7 @@
 //! A window of simulated time, with all events that Algorithm 1 predicts in it.
 //!
 //! At the start of the window, the next events of all pairs are computed, except for pairs that are too far apart to
-//! meet within the window. An event changes the flights of its particles. Their predicted events become invalid, and
-//! their next events are computed again.
+//! meet within the window. After an event, the next events of its particles are computed again.
 
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
@@ -16,7 +15,7 @@ use crate::model::ParticleId;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Safety factor for lengths in the test that skips distant pairs, far above their rounding errors.
+/// Safety factor for lengths in the test that skips distant pairs. Rounding errors are far smaller.
 pub(super) const MARGIN: f64 = 1.0 + 1e-12;
 /// Largest number of images of one pair that are searched. Usually there are at most six along each axis.
 const MOST_IMAGES: f64 = 4096.0;
@@ -28,7 +27,7 @@ pub(super) struct Due {
     pub time: f64,
     pub claim: Claim,
     pub approach: Approach,
-    /// Versions of both flights from which the event was computed. A flight that changes gets a new version.
+    /// Versions of the two flights for which the event was computed. A changed flight has a new version.
     versions: [u32; 2],
 }
 
@@ -82,9 +81,6 @@ impl<'a> Scan<'a> {
 
 impl Window {
     /// Opens a window: computes the next events of all pairs, and of all particles at walls and surfaces.
-    ///
-    /// # Errors
-    /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
     pub fn open(world: &World, pairs: &Pairs, states: &States, length: f64) -> Result<Self, Fault> {
         let length = length.min(world.motions.steady_for(&states.elapsed));
         let mut window = Self {
@@ -114,9 +110,6 @@ impl Window {
     }
 
     /// Recomputes the next events of particles whose flights have changed.
-    ///
-    /// # Errors
-    /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
     pub fn ask_changed(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) -> Result<(), Fault> {
         let left = self.length - self.time(&states.elapsed);
         let scan = Scan::within(world, pairs, states, left);
@@ -126,7 +119,6 @@ impl Window {
         Ok(())
     }
 
-    /// Returns a time relative to the start of the window `[time]`.
     pub fn time(&self, elapsed: &Elapsed) -> f64 {
         elapsed.after(&self.origin)
     }

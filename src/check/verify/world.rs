@@ -128,7 +128,7 @@ impl World {
         self.inverse_masses[i as usize] == 0.0
     }
 
-    /// Whether a loop over all moving `i` and all `j` must include this pair, in order to include each pair once.
+    /// Whether a loop over all moving `i` and all `j` must include this pair, to visit each pair once.
     pub fn is_first(&self, i: u32, j: u32) -> bool {
         i < j || (i > j && self.is_static(j))
     }

@@ -1,5 +1,5 @@
-//! The order in memory and the number of buckets do not change a single bit of the results. Neither do copies that
-//! replace all particles.
+//! The results do not depend, bit for bit, on the order in memory or on the number of buckets. They do not change if
+//! all particles are replaced by copies.
 
 use super::Order;
 use super::records::Record;
@@ -69,7 +69,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Runs a scene, and shuffles the particles after every `every` events. The queue has `buckets` buckets, if given.
+/// Runs a scene, and shuffles the particles after each `every` events. `buckets` sets the number of queue buckets.
 fn run<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     every: u64,

@@ -1,5 +1,3 @@
-//! The threads and processes in which the domains run.
-
 use crate::base::numbers::trunc_to_u32;
 use crate::engine::communicator::Communicator;
 use crate::model::Threads;
@@ -27,7 +25,6 @@ impl Team {
     pub fn new(domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) -> Self {
         let processes = communicator.as_ref().map_or(1, |communicator| communicator.size());
         let share = domains.clamp(1, (Threads::MOST / processes).max(1));
-        // If no threads can be started, the calling thread does all work.
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
         Self { pool: pool.map(Arc::new), communicator, share, sent: Arc::default() }
     }

@@ -301,8 +301,8 @@ fn rounds() -> usize {
     std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
 }
 
-/// Compares domains with a single engine after every hundred steps: owned particles with the particles of the single
-/// engine, and copies with their owners. Returns the number of comparisons.
+/// Compares owned particles with a single engine, and copies with their owners, after every hundred steps. Returns the
+/// number of comparisons.
 fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
     let (mut one, mut whole) = (begun::<FALLING, TABLE>(scene), begun::<FALLING, TABLE>(scene));
     let mut domains = Domains::<FALLING, TABLE>::with(Team::new(count, 2, None), halo);
@@ -347,7 +347,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
 fn domains_match_one_engine_and_copies_match_owners_at_each_barrier() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
-    // Flights are long at this low density, so the partner may be far away when an outdated contact is due.
+    // At this low density, flights are long. When an outdated contact is due, the partner may be far away.
     let rare = spheres(hard(), 0.005, 1_000).build().unwrap();
     let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let wells = spheres(well, 0.3, 1_000).build().unwrap();

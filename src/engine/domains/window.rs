@@ -19,8 +19,7 @@ use std::ops::ControlFlow;
 /// Number of event times that are kept, to detect that time stands still.
 const LAST_EVENTS: usize = 32;
 
-/// Largest number of steps of a domain in a window. It limits the memory for a rollback, even if particles become
-/// faster during the window.
+/// Largest number of steps of a domain in a window. It limits the memory for a rollback.
 const LONGEST_WINDOW: u64 = 100_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
@@ -210,7 +209,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Records a step of a shared particle. `hash_of_step` is `None` if the step changes no data that others can read.
+    /// Records a step of a shared particle. `hash_of_step` is `None` if the step changes nothing for other domains.
     #[inline]
     pub fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
         let prediction = self.engine.schedule.predictions[particle as usize];

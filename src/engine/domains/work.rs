@@ -10,7 +10,7 @@ pub enum SingleThread {
     ChangingDistances,
     /// The box is sheared, so that its sides slide past each other.
     SlidingImages,
-    /// Some bonds do not hold their pairs together, or bonded pairs may start beyond the range of their interaction.
+    /// Bonded particles can separate, or overlaps at the start are allowed.
     LongInteractions,
     /// A distance is restrained to an umbrella window, or energies have multicanonical weights.
     WholeSystem,

@@ -2,9 +2,7 @@ use crate::base::numbers::id;
 use serde::{Deserialize, Serialize};
 
 /// Image numbers: how many periods each particle has travelled along the axes. A particle takes three bytes. As soon as
-/// one particle needs more, every particle takes twelve bytes.
-///
-/// Image numbers wrap at 32 bits.
+/// one particle needs more, every particle takes twelve bytes. Image numbers wrap at 32 bits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) enum Travelled {
     Near(Vec<[i8; 3]>),

@@ -10,8 +10,7 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
 use serde::{Deserialize, Serialize};
 
-/// Margin of the reach for round-off of positions and times, as a fraction of the skin. Without a margin, two particles
-/// that are not in each other's lists could meet.
+/// Margin of the reach, as a fraction of the skin. Without it, particles that are not listed could meet by round-off.
 const MARGIN: f64 = 1e-6;
 
 /// The centres of all particles, and for each particle the list of particles with centres within reach.
@@ -100,9 +99,8 @@ impl VerletLists {
         apart.norm_squared() < self.squared[usize::from(species[0]) * self.species + usize::from(species[1])]
     }
 
-    /// Finds the particles whose centres are within reach of `centre`, for a particle of the species `mine`.
-    ///
-    /// The argument `species` holds the species of all particles. It is empty if there is only one species.
+    /// Finds the particles whose centres are within reach of `centre`, for a particle of the species `mine`. The
+    /// argument `species` holds the species of all particles. It is empty if there is only one species.
     #[inline]
     pub fn find_neighbours_within(&self, centre: &Vector, mine: u16, species: &[u16], near: &mut Candidates) {
         let reach = self.reaches[usize::from(mine)];

@@ -1,5 +1,3 @@
-//! Tests of the event queue: order, ties, and epochs that end early.
-
 use super::*;
 use proptest::prelude::*;
 

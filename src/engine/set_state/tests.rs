@@ -1,5 +1,3 @@
-//! Tests of setting positions and velocities.
-
 use super::*;
 use crate::engine::Until;
 use crate::engine::event::Event;
@@ -113,13 +111,11 @@ proptest! {
                 assert_eq!(again.snapshot().velocities, snapshot.velocities);
                 for (position, expected) in again.snapshot().positions.iter().zip(&snapshot.positions) {
                     let apart = minimum_image(position - expected, &simulation.scene().space().periods());
-                    // The tolerance allows for one rounding of each coordinate.
                     assert!(apart.norm() < 1e-14, "scene {which}: {position} {expected}");
                 }
                 let name = format!("scene {which}, seed {seed}, {states:?}");
                 assert_same(&next_events(&mut again, COMPARED), &next_events(&mut simulation.clone(), COMPARED), &name);
             }
-            // A new simulation starts from the same state.
             let mut parts = scene(which, seed).into_parts();
             (parts.start_time, parts.displacement) = (snapshot.time, snapshot.displacement);
             parts.allow_invalid_start = true;

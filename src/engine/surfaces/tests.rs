@@ -1,5 +1,3 @@
-//! Tests of planes in any direction against exact results.
-
 use super::plane::Plane;
 use super::{Placed, Surface};
 use crate::Vector;
@@ -83,7 +81,6 @@ fn keeps_all<const FALLING: bool>(gravity: f64, restitution: f64, count: u32) {
         let [radius, mass] = if event.distance == 0.5 { [0.5, 0.7] } else { [0.75, 3.1] };
         assert_eq!(event.distance, radius);
         let normal = surface.shape.normal(&event.positions[0]);
-        // The tolerance allows for round-off of coordinates of about 20.
         assert!(surface.shape.gap(&event.positions[0], radius).abs() < 1e-13);
         let [arriving, leaving] = [event.before[0], event.after[0]].map(|v| normal.dot(&v));
         assert!((leaving + restitution * arriving).abs() < 1e-14 * event.before[0].norm().max(1.0));

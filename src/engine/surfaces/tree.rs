@@ -1,7 +1,5 @@
-//! A tree of bounding boxes. It finds the features that may reach into the box of a query, which is the region that a
-//! particle sweeps before its predicted event.
-//!
-//! Unlike the cells of particles, the tree needs no more memory for long or thin features than for compact features.
+//! Tree of bounding boxes. It finds the features near the region that a particle sweeps before its predicted event.
+//! Unlike cells, the tree needs no more memory for long or thin features than for compact features.
 
 use super::{Placed, Surface};
 use crate::Vector;

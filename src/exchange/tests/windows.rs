@@ -1,5 +1,3 @@
-//! Exchanges between windows of a distance.
-
 use super::{fluid, ran};
 use crate::Vector;
 use crate::exchange::mean_force::MeanForce;

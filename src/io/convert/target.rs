@@ -1,5 +1,3 @@
-//! Target of a conversion.
-
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};

@@ -80,7 +80,7 @@ fn selected_frames_are_converted() {
         let frames: Result<Vec<Frame>, _> = FrameReader::new(&fs::read(&target).unwrap()[..]).collect();
         assert_eq!(frames.unwrap(), at(times));
     }
-    // The number of a frame is its number in the source.
+    // The table numbers the frames as in the source.
     let table = folder.path().join("b.csv");
     convert(&source, Format::Csv, &table, &Options { first: 2, ..Options::default() }).unwrap();
     assert!(fs::read_to_string(table).unwrap().lines().nth(1).unwrap().starts_with("2,2,0,bead,"));

@@ -164,7 +164,6 @@ mod tests {
                 trajectory.add_now(&simulation).unwrap();
                 frames.write_now(&mut expected, &simulation).unwrap();
                 if end == 3 {
-                    // A checkpoint contains all complete frames.
                     let entry = trajectory.keep(folder.path()).unwrap();
                     assert_eq!((entry.length, trajectory.length()), (expected.len() as u64, expected.len() as u64));
                     assert_eq!(entry.checksum, crate::base::checksum::checksum(&expected));

@@ -110,7 +110,6 @@ fn binary_coordinates_must_be_finite() {
         let message = refused("stl", &content);
         assert!(message.starts_with(&format!("triangle 3 (from 0): coordinate is `{shown}`, expected a finite")));
     }
-    // Normals may have any value.
     let mut content = binary(&sheet(2));
     content[84..96].fill(0xff);
     assert!(read_mesh("a", "stl", &content).is_ok());
@@ -168,7 +167,7 @@ fn trailing_bytes_of_binary_stl_are_ignored_and_counted() {
     content.extend_from_slice(b"made by a scanner");
     assert_eq!(read_mesh("a", "STL", &content).unwrap(), mesh);
     assert_eq!(unread_bytes("STL", &content), 17);
-    // The appended bytes now fill a triangle, and the number of triangles in the header is too small.
+    // The appended bytes fill another triangle, so the number of triangles in the header is too small.
     content.extend_from_slice(&[7; 33]);
     assert!(refused("stl", &content).starts_with("the header announces 8 triangles: expected 484 bytes, found 534"));
     assert_eq!(unread_bytes("obj", b"f"), 0);

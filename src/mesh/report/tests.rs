@@ -1,5 +1,3 @@
-//! Meshes with known faults, and comparisons with exhaustive searches.
-
 mod crossing;
 mod inside;
 mod thickness;
@@ -142,7 +140,7 @@ fn degenerate_triangles_are_reported_and_surface_stays_closed() {
     assert!(report.is_closed() && matches!(report.findings()[..], [Finding::Degenerate(_)]));
     mesh.triangles.push([7, 7, 7]);
     assert_eq!(MeshReport::of(&mesh).degenerate.count, 2);
-    // A triangle with a base of 8 counts as degenerate if its height is below 1.6e-11.
+    // A triangle with a base of 8 is degenerate if its height is below 1.6e-11.
     let triangle = |height: f64| {
         let corners = [Vector::zeros(), Vector::new(8.0, 0.0, 0.0), Vector::new(4.0, 0.0, height)];
         MeshReport::of(&TriangleMesh::welded([corners].into_iter())).degenerate.count

@@ -33,7 +33,7 @@ struct Ray<'a> {
 }
 
 /// Follows two rays from the middle of each triangle, along the normal and in the opposite direction. Returns the
-/// shortest ray of each kind, and whether all rays were followed.
+/// shortest ray in each of the two directions, and whether all rays were followed.
 ///
 /// A ray ends at the first triangle whose normal is within 60 degrees of the ray. In an oriented mesh, the normals at
 /// the two ends must also be roughly opposite. Triangles that share a vertex with the starting triangle are skipped.

@@ -1,6 +1,5 @@
-//! Tree of bounding boxes around triangles (bounding volume hierarchy).
-//!
-//! Each triangle is in exactly one leaf, so that long thin triangles need no more memory than others.
+//! Tree of bounding boxes around triangles (bounding volume hierarchy). Each triangle is in exactly one leaf, so long
+//! thin triangles need no more memory than others.
 
 use std::ops::Range;
 

@@ -26,7 +26,7 @@ fn plane_is_drawn_as_its_cross_section_with_the_box() {
     assert_eq!(hexagon.triangles.len(), 4);
     let up = crate::model::triangle_mesh::twice_area(&hexagon.corners(0));
     assert!(up.dot(&Vector::repeat(1.0)) > 0.0, "it looks along its normal");
-    // A plane in a side of the box is shown as this side.
+    // If the plane contains a side of the box, this side is shown.
     assert!((plane(&cube, [0.3, 0.1, 0.0], [0.0, 0.0, 1.0]).area() - 4.0).abs() < 1e-9);
     assert!(plane(&cube, [0.0, 0.0, -0.1], [0.0, 0.0, 1.0]).triangles.is_empty());
     assert!(plane(&cube, [0.0, 0.0, 1e40], [0.0, 0.0, 1.0]).triangles.is_empty());

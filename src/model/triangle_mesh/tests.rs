@@ -1,5 +1,3 @@
-//! Welding, measures, edges.
-
 use nalgebra::Rotation3;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};

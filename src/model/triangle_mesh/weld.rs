@@ -8,7 +8,7 @@ use crate::Vector;
 const FREE: u32 = u32::MAX;
 
 /// A mesh under construction. A hash table of 4-byte indices finds vertices by their coordinates. A map with
-/// coordinates as keys would need more memory than the file. The hash function has random keys against crafted files.
+/// coordinates as keys would need more memory than the file. Random hash keys protect against crafted files.
 #[derive(Debug, Default)]
 pub(crate) struct Welder {
     mesh: TriangleMesh,

@@ -30,8 +30,7 @@ fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
 
 #[test]
 fn pairs_keep_their_states_if_only_energies_change() {
-    // After an event, a pair is exactly at a step of its potential, and round-off decides on which side. The test
-    // therefore covers 40 events.
+    // After an event, round-off decides on which side of a potential step a pair is, so the test covers 40 events.
     for events in 1_000..1_040 {
         let before = simulation(events);
         let deeper = Simulation::without_plan(next(&wells(2.5, 1.5), &before).unwrap());
@@ -96,7 +95,7 @@ fn image_counts_are_reset_on_axes_no_longer_periodic() {
         assert!(minimum_image(i - j, &periods).norm() < 1.5 * (1.0 + 1e-12), "{pair:?}");
     }
     assert!(opened.captured_pairs().len() < before.captured_pairs().len());
-    // A particle that left through an open side is wrapped into the box when the axis becomes periodic.
+    // A particle that has left through an open side is wrapped into the box when the axis becomes periodic.
     let mut flown = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     flown.advance(Until::time(before.time() + 5.0)).unwrap();
     let space = before.scene().space();

@@ -120,7 +120,6 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
         })
         .collect();
     assert_eq!(bonds, [([5, 6], "link"), ([4, 5], "link"), ([2, 3], "slack"), ([1, 2], "slack")]);
-    // The key `bond` selects one interaction for all bonds.
     let all = started(&chains(), &format!("{BEADS}[[file]]\npath = \"start.xyz\"\nbond = \"slack\"\n")).unwrap();
     assert!(all.bonds.iter().all(|bond| bond.interaction == all.bonds[0].interaction));
     let sized =
@@ -265,7 +264,6 @@ fn momenta_are_velocities_times_masses() {
     let expected = vec![Vector::new(1.5, 0.0, -2.5), Vector::new(0.0, 0.5, 0.0)];
     assert_eq!(velocities(of_text(&file("momenta:R:3", "")).unwrap()), expected);
     assert_eq!(velocities(of_text(&file("masses:R:1:momenta:R:3", "2.0")).unwrap()), expected);
-    // If a file has velocities and momenta, the velocities are used.
     let both = file("velo:R:3:momenta:R:3", "7 8 9");
     assert_eq!(velocities(of_text(&both).unwrap()), [Vector::new(7.0, 8.0, 9.0); 2]);
     let error = of_text(&file("masses:R:1:momenta:R:3", "1.0")).unwrap_err().to_string();

@@ -38,7 +38,6 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
     assert_eq!(execute(&once_more), Fate::Done);
     assert!(fs::read_to_string(&converted).unwrap().lines().count() > 1);
     assert_eq!((execute(&once_more), folder.failure(point)), (Fate::Kept, None));
-    // A folder is not a converted file.
     fs::remove_file(&converted).unwrap();
     fs::create_dir(&converted).unwrap();
     fs::write(converted.join("mine"), "").unwrap();

@@ -53,7 +53,7 @@ fn scene_given_as_text_is_stored_in_the_sweep_folder() {
     assert_eq!((again.points(), again.set()), (sweep.points(), sweep.set()));
     SweepFolder::open(&path, &again).unwrap();
     assert!(fs::read_to_string(path.join(SWEEP)).unwrap().contains("scene = \"scene.toml\""));
-    // A scene read from the folder is the same scene. A scene with a changed text is not.
+    // The folder accepts its own scene, and rejects a scene with a changed text.
     SweepFolder::open(&path, &sweep).unwrap();
     assert_eq!(fs::read_to_string(path.join(SCENE)).unwrap(), text);
     let other = Sweep::of_text(text + "\n", "fluid.toml", &[("run.until_events", "10")], axes()).unwrap();

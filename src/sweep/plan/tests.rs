@@ -112,7 +112,6 @@ fn lists_tables_and_files_have_short_folders() {
         names(&["space.size=[12.0, 12.0, 9.5],[1, 1, -1e-3]", "seed=1"]),
         ["size-12x12x9.5_seed-1", "size-1x1x-0.001_seed-1"]
     );
-    // The checksum does not depend on other points.
     let alone = names(&["start.from=runs/first/fluid"]);
     assert_eq!(alone[0].len(), "from-fluid-12345678".len(), "{alone:?}");
     let both = names(&["start.from=\"runs/second/fluid\",runs/first/fluid,fluid"]);
@@ -141,7 +140,7 @@ fn numeric_list_entries_can_be_plotted_against() {
         [of("thermostat_temperature", &[1.0, 2.0])]
     );
     assert_eq!(named(&["surface.a.profile=[[0, 1]],[[0, 2]]"]), [of("profile_0_1", &[1.0, 2.0])]);
-    // Plain numbers have a column of their own. Words and lists of different lengths are not variables.
+    // Plain numbers already have a column. Words, and lists of different lengths, are not variables.
     assert_eq!(
         named(&["fill.0.count=1,2", "space.size=[1, 1],[1]", "fill.0.arrangement=fcc,bcc", "start.from=[a],[b]"]),
         []

@@ -58,7 +58,6 @@ fn runs_are_pooled_with_equal_weights() {
     assert_eq!((unknown.error, unknown.scatter.is_some()), (None, true));
     assert_eq!([three.runs, one.runs, unknown.runs], [3, 1, 2]);
     assert_eq!(pooled(&[]), None);
-    // The values are equal within round-off.
     let same = pooled(&[value(1.0, 0.0), value(1.0 + f64::EPSILON, 0.0), value(1.0, 0.0)]).unwrap();
     assert_eq!((same.error, same.scatter), (Some(0.0), Some(0.0)));
 }

@@ -55,10 +55,8 @@ pub(crate) struct FrameWriter<'a, W> {
 }
 
 impl<'a, W: Write> FrameWriter<'a, W> {
-    /// Starts a frame. The particles in `frame` are ignored.
-    ///
-    /// # Errors
-    /// The errors of [`write_frame`], except errors of particles.
+    /// Starts a frame. The particles in `frame` are ignored. Returns the errors of [`write_frame`], except errors of
+    /// particles.
     pub fn begin(output: W, frame: &'a Frame, heading: &Heading) -> Result<Self, WriteError> {
         refuse_species(frame)?;
         refuse_scalars(frame, heading.count)?;
@@ -75,10 +73,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
         Ok(Self { output, frame, has_masses: heading.has_masses, index: 0, text })
     }
 
-    /// Writes the next particle.
-    ///
-    /// # Errors
-    /// The errors of [`write_frame`] for a particle.
+    /// Writes the next particle. Returns the errors of [`write_frame`] for a particle.
     pub fn particle(&mut self, particle: &FrameParticle, image: Option<&[i32; 3]>) -> Result<(), WriteError> {
         let (frame, text) = (self.frame, &mut self.text);
         let species = frame.species.get(particle.species.0 as usize).ok_or(WriteError::NoSpecies(particle.id))?;
@@ -105,10 +100,6 @@ impl<'a, W: Write> FrameWriter<'a, W> {
         Ok(())
     }
 
-    /// Writes the rest of the text.
-    ///
-    /// # Errors
-    /// [`WriteError::Io`].
     pub fn end(mut self) -> Result<(), WriteError> {
         self.output.write_all(&self.text)?;
         Ok(())

@@ -149,7 +149,6 @@ fn predecessor_run_is_not_embedded_in_the_page() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, "start.from = \"run\"\nrun.until_time = 1.0\n").unwrap();
-    // A folder cannot be read as a file.
     std::fs::create_dir(folder.path().join("run")).unwrap();
     assert!(Source::of_file(&path, &[]).unwrap().files.is_empty());
 }

@@ -1,4 +1,4 @@
-/** If the page requests no picture for this time, it is hidden, and the simulation pauses `[ms]`. */
+/** A page that requests no picture for this time is hidden, and the simulation pauses `[ms]`. */
 const UNSEEN = 400;
 
 /** Rest after the simulation has reached its target time `[ms]`. */
@@ -183,7 +183,7 @@ class Laboratory {
     this.wake();
   }
 
-  /** Returns the next events. A copy of the simulation predicts more events once two thirds of them have passed. */
+  /** Returns the next events. A copy of the simulation predicts more when two thirds of these events have passed. */
   announce(count) {
     if (count === 0) {
       return undefined;

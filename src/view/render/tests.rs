@@ -264,7 +264,6 @@ fn shadows_fall_on_the_ground_where_there_is_gravity() {
     let without = drawn(&Style { has_ground: false, ..raised.clone() }, &scene);
     assert!(area(&with) > 1.4 * area(&without), "{} {}", area(&with), area(&without));
     assert_eq!(without, drawn(&Style { gravity: None, ..raised.clone() }, &scene));
-    // A soft shadow has many shades.
     let shades: std::collections::BTreeSet<u8> =
         with.pixels().iter().zip(without.pixels()).filter(|(a, b)| a != b).map(|(a, _)| a[1]).collect();
     assert!(shades.len() > 20, "{shades:?}");
@@ -301,12 +300,11 @@ fn sphere_shades_what_is_below_but_not_beside() {
 
 #[test]
 fn box_edges_do_not_cover_particles() {
-    // Some edges of the box are in front of the ball.
     let scene = frame([10.0; 3], &[(0, [5.0; 3], 4.9)]);
     let style = Style { azimuth: 45.0, elevation: 35.0, ..level() };
     let [without, with] = [false, true].map(|has_box| draw(&scene, &Style { has_box, ..style.clone() }).unwrap());
     assert!(area(&with) > area(&without));
-    // A pixel at the rim of the ball contains some background, so it may change slightly.
+    // A pixel at the rim of the ball partly shows the background, so its colour may change slightly.
     let is_like = |before: &[u8; 4], after: &[u8; 4]| (0..3).all(|k| before[k].abs_diff(after[k]) < 24);
     let is_kept = |(before, after): (&[u8; 4], &[u8; 4])| !is_red(*before) || is_like(before, after);
     assert!(without.pixels().iter().zip(with.pixels()).all(is_kept));

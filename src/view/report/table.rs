@@ -77,8 +77,8 @@ impl Trace {
     }
 }
 
-/// Reads the rows of a stage as one trace per column. The columns for time and stage are left out. A column name
-/// without a unit in brackets has the unit in `units`.
+/// Reads the rows of a stage as one trace per column, without the columns for time and stage. If the name of a column
+/// has no unit in brackets, the unit is looked up in `units`.
 pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, String> {
     let unreadable = |error: io::Error| format!("cannot read it: {error}");
     let mut line = String::new();

@@ -76,7 +76,6 @@ fn folder_of(text: &str) -> tempfile::TempDir {
 
 const HOSTILE: &str = "</script><script>alert('\"&')</script>";
 
-/// Numbers and curves with missing values, extreme values and markup.
 fn measured() -> Measured {
     let number = |mean, standard_error| Number {
         name: format!("number {mean:?}"),

@@ -33,8 +33,8 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     found.or_else(|| pair_of_witnesses(question, answer?))
 }
 
-/// Searches for two witnesses: one without an event before the answer, and one with an event at the answer. Each
-/// evaluation has its own rounding error. A line that is grazed twice may be hit only the second time.
+/// Searches for two witnesses: one without an event before the answer, and one with an event at the answer. Two may be
+/// needed, because each evaluation has its own rounding error.
 fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
     let before = &Dyadic::from(t) - &Dyadic::power_of_two(last_place(t) + SLACK);
@@ -54,7 +54,7 @@ fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
 /// The first `UNIFORM` items of `directions` leave the overlap function unchanged or shift it as a whole.
 const UNIFORM: usize = 3;
 
-/// Treatment of the extents without an event.
+/// Treatment of the extents that have no event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
     Free,
@@ -195,8 +195,7 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
 /// Bisections from an interval of width 4 to half the spacing of floating-point numbers at 1.
 const BISECTIONS: usize = 55;
 
-/// Number of corrections. Each correction leaves one part in 10^16. One correction is not enough, because the value at
-/// `t` can be smaller than its rounding error by many orders of magnitude.
+/// Number of corrections. Each leaves a rounding error of one part in 10^16, which can exceed the value at `t`.
 const CORRECTIONS: usize = 4;
 
 /// Largest remainder that is corrected, as a fraction of the box. Rounding leaves less.

@@ -25,8 +25,7 @@ fn crystals_have_their_exact_order() {
     // Two layers of a triangular lattice in an orthogonal unit cell.
     let hcp = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 1.0 / 3.0, 0.5], [0.5, 5.0 / 6.0, 0.5]];
     let hcp_cell = Vector::new(1.0, 3.0_f64.sqrt(), (8.0_f64 / 3.0).sqrt());
-    // Each cutoff lies between the neighbours and the next distance. The neighbours, in units of the shortest edge:
-    // fcc, 12 at 1 / sqrt(2); bcc, 8 at sqrt(3) / 2 and 6 at 1; sc, 6 at 1; hcp, 12 at 1.
+    // Each cutoff includes the nearest neighbours, and in bcc also the second neighbours.
     for (name, cell, sites, cutoff, q6, q4) in [
         ("fcc", cube, &fcc[..], 0.85, 0.57452, 0.19094),
         ("bcc", cube, &bcc[..], 1.2, 0.51069, 0.03637),
@@ -68,7 +67,7 @@ fn triangular_lattice_has_full_hexatic_order() {
 
 #[test]
 fn triangular_lattice_in_a_commensurate_sheared_box_is_hexatic() {
-    // Five is odd, so the image of the first row above the box is shifted by half a spacing.
+    // The number of rows is odd, so the image of the first row above the box is shifted by half a spacing.
     let height = 0.75_f64.sqrt();
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };

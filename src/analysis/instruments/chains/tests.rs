@@ -41,7 +41,6 @@ fn check_sizes(displacement: f64) {
     let mut instrument = Chains::new(&plan, &setup);
     for k in 1..=10 {
         instrument.sample(&sample(f64::from(k), &positions, displacement), &system);
-        // A checkpoint does not change the results.
         let record = serde_json::to_string(&instrument).unwrap();
         instrument = serde_json::from_str(&record).unwrap();
     }

@@ -66,7 +66,7 @@ fn start_is_ballistic_and_matches_the_temperature() {
     let linear = curve("mean_squared_displacement");
     let common = times.iter().position(|t| (t / linear.variables[0].values[1] - 1.0).abs() < 1e-12).unwrap();
     let (a, b) = (values[common].unwrap(), linear.series[0].values[1].unwrap());
-    // The averages at logarithmic lags also include origins younger than the span.
+    // The averages at logarithmic lags also use origins that are younger than the span.
     assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
 }
 

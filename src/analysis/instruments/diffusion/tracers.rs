@@ -11,8 +11,7 @@ use crate::model::components::components;
 /// Random stream that chooses the tracers. The initial state uses the streams 0, 1, ...
 const STREAM: u64 = u64::MAX;
 
-/// Smallest number of cells with particles for a standard error. With eight cells, the error is uncertain by about a
-/// quarter.
+/// For fewer cells with particles, there is no standard error. For eight, the error is uncertain by about a quarter.
 const FEWEST: usize = 8;
 
 /// Number of cells along each axis, for boxes with 0 to 3 axes: about 27 cells in all.
@@ -80,7 +79,7 @@ impl Tracers {
         followed(system).axes.len() as f64
     }
 
-    /// Number of groups: all particles, and each species if there are several.
+    /// Number of groups: one for all particles and, with several species, one for each species.
     pub fn groups(&self) -> usize {
         if self.species.len() > 1 { 1 + self.species.len() } else { 1 }
     }

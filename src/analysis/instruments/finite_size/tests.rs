@@ -11,8 +11,8 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// A mean squared displacement, of which only the times are used, and a velocity autocorrelation, of which only the
-/// first value is used. The temperature is 1.5.
+/// Returns a mean squared displacement and a velocity autocorrelation at the temperature 1.5. Only the times of the
+/// displacement and the first value of the autocorrelation are used.
 fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
     let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];
@@ -39,7 +39,7 @@ fn extended(system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     extended_over(100.0, system, viscosity)
 }
 
-/// Eight particles: one of species A, which has half of the total mass, and seven of species B.
+/// One particle of species A, with half of the total mass, and seven particles of species B.
 fn cube() -> SystemDescription {
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), 8);
     system.species_names.push("B".to_owned());
@@ -110,8 +110,8 @@ fn no_correction_if_mean_free_path_exceeds_the_box() {
         complete_diffusion(&mut measured, &system);
         measured.number("diffusion_coefficient_infinite").unwrap().mean
     };
-    // The mean free path equals `L / (2 pi)` if `D = 0.95778 sqrt(<v^2> / 3) 10 / (2 pi) = 1.7641`, with `<v^2> / 3 =
-    // 1.5 (7 + 1 / 7) / 8` for one mass of 7 and seven masses of 1.
+    // The mean free path `l` follows from `D = 0.95778 sqrt(<v^2> / 3) l`. For `D = 1.7641`, it equals `L / (2 pi)`
+    // with `L = 10`. For one mass of 7 and seven masses of 1, `<v^2> / 3 = 1.5 (7 + 1 / 7) / 8`.
     assert!(measured(1.76).is_some() && measured(1.77).is_none(), "{:?} {:?}", measured(1.76), measured(1.77));
 }
 

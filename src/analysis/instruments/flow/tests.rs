@@ -46,8 +46,8 @@ fn counted(plan: &Plan, duration: f64) -> Option<f64> {
 fn passages_are_signed_and_go_around_the_box() {
     assert_eq!(counted(&plan("x", 4.0), 10.0), Some(2.0));
     assert_eq!(counted(&plan("x", 0.5), 10.0), Some(2.0));
-    // Particle A moves from y = 5 to 10 and does not pass the plane. Particle B moves from 4 to -31 and passes the
-    // plane and its images at 3, -7, -17 and -27.
+    // Particle A moves from y = 5 to 10 and does not pass the plane. Particle B moves from y = 4 to -31. It passes the
+    // plane y = 3, and periodic images of the plane at -7, -17 and -27.
     assert_eq!(counted(&plan("y", 3.0), 10.0), Some(-4.0));
     assert_eq!(counted(&plan("z", 5.0), 10.0), Some(0.0));
     let a = Plan { species: Some("A".into()), ..plan("y", 7.0) };
@@ -138,8 +138,8 @@ fn a_steady_flow_has_its_rate_and_curve() {
 #[test]
 fn flow_counts_by_species_mass_direction_and_window() {
     let (system, mut simulation) = two();
-    // Particle A passes y = 7 upwards at t = 4. Particle B starts at y = 4 and passes the images of the plane
-    // downwards: y = -3, -13 and -23 at t = 2, 4.857 and 7.714.
+    // Only particle B moves downwards. At t = 2, 4.857 and 7.714, it passes y = -3, -13 and -23, which are periodic
+    // images of the plane.
     let plan = Plan { direction: Some("-".into()), window: Some([3.0, 8.0]), ..plan("y", 7.0) };
     let mut flow = instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan, setup));
     measure(&mut simulation, &system, &mut flow, 10.0);

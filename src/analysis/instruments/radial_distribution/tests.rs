@@ -14,7 +14,7 @@ fn measure(system: &SystemDescription, plan: &plan::RadialDistribution, frames: 
     measure_sheared(system, plan, frames, 0.0)
 }
 
-/// `displacement` is the shift along x of the next periodic image along y.
+/// In a sheared box, the periodic image above the box is shifted along x by `displacement`.
 fn measure_sheared(
     system: &SystemDescription,
     plan: &plan::RadialDistribution,
@@ -65,7 +65,6 @@ fn a_curve_times_its_divisors_is_the_number_of_pairs_in_each_bin() {
     for (bin, count) in counts.into_iter().enumerate() {
         let product = |divisor: &Divisor| divisor.values[if divisor.values.len() == 1 { 0 } else { bin }];
         let undone = curve.series[0].values[bin].unwrap() * normalisation.divisors.iter().map(product).product::<f64>();
-        // The tolerance covers the rounding errors of the division, the average and the multiplication.
         assert!((undone - count).abs() < 1e-12 * count && count > 0.0, "{bin}: {undone} and {count}");
     }
 }
@@ -201,7 +200,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
         for (bin, value) in curve.series[0].values.iter().enumerate() {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * width);
             let neighbours = value.unwrap() * (count as f64 - 1.0) * room.probability(from, to);
-            // Round-off may move a distance at the border of two bins.
+            // Round-off may move a distance across the border between two bins.
             let within = |by: f64| distances.iter().filter(|&&r| from - by <= r && r < to + by).count() as f64;
             let is_right = within(-1e-9) - 1e-6 <= neighbours && neighbours <= within(1e-9) + 1e-6;
             assert!(is_right, "{displacement} {from}: {neighbours}");

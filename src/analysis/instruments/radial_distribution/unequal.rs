@@ -16,7 +16,7 @@ pub(super) struct Rooms {
     axes: Vec<Axis>,
 }
 
-/// The period, or the lower and upper limits of both centres `[length]`.
+/// The period, or the lower and upper limit of each of the two centres `[length]`.
 #[derive(Debug, Clone, Copy)]
 enum Axis {
     Periodic(f64),
@@ -150,8 +150,8 @@ mod tests {
 
     #[test]
     fn a_slit_has_the_distances_along_it() {
-        // The centres can move by 0.2 across the slit, which has edges of 30. At a distance r, the mean over all unit
-        // vectors u of max(0, 1 - r |u_x| / 0.2) / 0.2 is 1 / (2 r).
+        // The slit has edges of 30, and centres can move by 0.2 across it. At a distance r, the mean of max(0, 1 - r
+        // |u_x| / 0.2) / 0.2 over all unit vectors u is 1 / (2 r).
         let boundary = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
         let space = Space { lower: Vector::zeros(), size: Vector::new(1.2, 30.0, 30.0), boundary };
         for diameters in [[1.0; 2], [1.0, 1.0 + 1e-9]] {
@@ -163,8 +163,7 @@ mod tests {
                 assert!((ratio - 1.0).abs() < 1e-3, "{from}: {ratio}");
             }
         }
-        // In a channel along a periodic axis of length L, narrow along both other axes, the density of distances is 2 /
-        // L.
+        // In a narrow channel along a periodic axis of length L, the density of distances is 2 / L.
         let boundary = [Boundary::walls(1.0), Boundary::walls(1.0), Boundary::Periodic];
         let channel = Space { lower: Vector::zeros(), size: Vector::new(1.2, 1.1, 30.0), boundary };
         let ratio = Rooms::new(&channel, [1.0; 2]).probability(8.0, 8.1) / (2.0 * 0.1 / 30.0);

@@ -7,7 +7,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-/// The masses are not powers of two, so that products are rounded.
+/// Products with these masses are rounded, because the masses are not powers of two.
 const MASSES: [f64; 2] = [0.7, 3.3];
 
 fn space(dimensions: usize) -> Space {
@@ -105,8 +105,8 @@ fn drawn(system: &SystemDescription, plan: &plan::Speeds, frames: u32) -> Measur
     report(&instrument, system)
 }
 
-/// Chi-squared per bin, `sum (n - e)^2 / e`, over bins with more than 20 expected particles, and the number of these
-/// bins. `all` is the number of particles in all samples together.
+/// Returns chi-squared per bin, `sum (n - e)^2 / e`, and the number of bins. Bins with at most 20 expected particles
+/// are left out. `all` is the number of particles, summed over all samples.
 fn chi_squared(curve: &Curve, window: usize, all: f64) -> (f64, f64) {
     let each = curve.series[window].values.iter().zip(&curve.published[0].y);
     let terms = each.map(|(value, expected)| (value.unwrap() * width(curve) * all, expected * width(curve) * all));
@@ -125,8 +125,8 @@ fn thermal_speeds_match_maxwell_for_few_unequal_particles() {
         for (curve, count) in measured.curves.iter().zip([5.0, 4.0]) {
             let (chi, bins) = chi_squared(curve, 0, count * f64::from(frames));
             let first = curve.series[0].values[0].unwrap();
-            // The first bin contains the particles at rest, one in 6001. The expected numbers are too large by this
-            // fraction.
+            // The first bin contains the particles at rest. They are one in 6001, so the expected numbers are too large
+            // by this fraction.
             assert!(first > 0.0 && bins > 25.0);
             let deviation = (2.0 / bins).sqrt();
             assert!((chi - 1.0).abs() < 5.0 * deviation, "{dimensions} {}: {chi} of {bins}", curve.name);

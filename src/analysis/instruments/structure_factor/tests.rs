@@ -58,8 +58,8 @@ fn modes_of_a_sheared_box_match_direct_sums_for_any_image() {
 
 #[test]
 fn sheared_lattice_scatters_only_at_reciprocal_vectors() {
-    // A triangular lattice of spacing 1 has peaks at `4 pi / sqrt(3) = 7.26`, in three directions. Its five rows fit a
-    // periodic box whose upper image is displaced by half a spacing.
+    // A triangular lattice of spacing 1 has peaks at `4 pi / sqrt(3) = 7.26`, in three directions. A box of five rows
+    // is periodic if its upper image is displaced by half a spacing.
     let height = 0.75_f64.sqrt();
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };

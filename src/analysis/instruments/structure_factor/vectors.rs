@@ -52,8 +52,8 @@ impl Reciprocal {
     }
 }
 
-/// Shells of at most `most` wave vectors each, with wave numbers up to `largest`, but at most 4096 times the smallest
-/// wave number. Empty shells are left out.
+/// Returns the nonempty shells, with at most `most` wave vectors each. Wave numbers are at most `largest`, and at most
+/// 4096 times the smallest wave number.
 pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
     let mut shells = all_shells(space, 0.0, largest, most);
     shells.retain(|shell| !shell.vectors.is_empty());
@@ -64,8 +64,8 @@ pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
 /// number and the bounds of the shells do not depend on the displacement.
 pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: usize) -> Vec<Shell> {
     let lattice = Reciprocal::new(space, displacement);
-    // The smallest unit is also the smallest wave number, for any displacement: along the axis of the first nonzero
-    // number among `n_x`, `n_y` and `n_z`, the wave vector has at least one unit.
+    // The smallest unit is the smallest wave number, for any displacement. Along the axis of the first nonzero number
+    // among `n_x`, `n_y` and `n_z`, the wave vector has at least one unit.
     let smallest = lattice.units.into_iter().filter(|&unit| unit > 0.0).fold(f64::INFINITY, f64::min);
     if !smallest.is_finite() {
         return Vec::new();
@@ -121,8 +121,7 @@ fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     found.into_iter().collect()
 }
 
-/// Wave vectors close to points that are spread evenly over one half of the shell. Opposite vectors are in the other
-/// half.
+/// Wave vectors close to points spread evenly over half of the shell. The other half contains the opposite vectors.
 fn scattered(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     let axes: Vec<usize> = (0..3).filter(|&k| lattice.units[k] > 0.0).collect();
     let golden_angle = PI * (3.0 - 5.0_f64.sqrt());

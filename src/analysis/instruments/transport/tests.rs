@@ -22,8 +22,8 @@ fn a_hard_sphere_fluid_has_the_coefficients_of_enskog() {
     let measured = report(&instrument, &system);
     let fluid = HardSphereFluid::reduced(0.2);
     // Simulations deviate from Enskog's theory by a few per cent at this density (Alder, Gass and Wainwright), and
-    // small systems have smaller coefficients. In long runs, the three coefficients were 5, 5 and 11 % below Enskog's
-    // values for 108 spheres, and 1, 4 and 4 % below for 500 spheres, each to within 2 to 4 %.
+    // small systems have smaller coefficients. In long runs of 108 spheres, the three coefficients were 5, 5 and 11 %
+    // below Enskog's values.
     for (name, enskog, deviation) in [
         ("shear_viscosity", fluid.shear_viscosity(), 0.05),
         ("bulk_viscosity", fluid.bulk_viscosity(), 0.1),

@@ -1,4 +1,4 @@
-//! Compares outcomes and the TC model with values by hand, and with the independent functions of the engine.
+//! Compares outcomes and the TC model with values computed by hand, and with the functions of the engine.
 
 use super::*;
 use crate::engine::pairs::contacts::ContactTimes;
@@ -80,7 +80,7 @@ fn tc_model_is_elastic_for_frequent_contacts_and_keeps_a_least_speed() {
     assert_eq!(model.contact(&[0], 6.0, &Arrival { tangential: 0.0, ..slides }), (0.0, 1.0));
 }
 
-/// Upper bound for the difference of two square roots, from one `root` and the difference `square` of the squares.
+/// Upper bound for the difference of two square roots `a` and `b`, where `root = a` and `square = |a^2 - b^2|`.
 fn of_root(square: f64, root: f64) -> f64 {
     if root * root > square { square / root.abs() } else { square.sqrt() }
 }

@@ -37,7 +37,7 @@ fn pair(event: &Event, name: impl Fn(ParticleId) -> ParticleId) -> (ParticleId, 
     (one.min(other), one.max(other))
 }
 
-/// Compares the next events. They are so few that rounding errors stay small.
+/// Compares only a few events, because rounding errors grow with each event.
 fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     mut engine: Engine<FALLING, TABLE>,
     scene: &Scene,
@@ -68,7 +68,7 @@ fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     }
 }
 
-/// A random position that is farther than `distance` from all centres.
+/// Returns a random position that is farther than `distance` from all centres.
 fn hole<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     random: &mut Random,

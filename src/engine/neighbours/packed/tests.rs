@@ -16,7 +16,7 @@ fn space(is_periodic: bool, lower: f64) -> Space {
     space
 }
 
-/// Returns the particles found near `centre`, and whether all are certainly within reach, with each instruction set.
+/// Returns the particles near `centre`, and whether all are certainly within reach. All instruction sets must agree.
 fn found(packed: &mut Packed, centre: &Vector) -> (Vec<u32>, bool) {
     let mut ways = Simd::all().into_iter().map(|width| {
         let mut near = Candidates::default();

@@ -1,5 +1,3 @@
-//! Tests of the contents of Verlet lists, by comparison with all pairs.
-
 use super::*;
 use crate::engine::Until;
 use crate::engine::predict::Scratch;

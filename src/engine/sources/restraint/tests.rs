@@ -1,5 +1,3 @@
-//! Tests of distances restrained to umbrella windows.
-
 use super::*;
 use crate::engine::domains::Domains;
 use crate::engine::{SingleThread, Until};

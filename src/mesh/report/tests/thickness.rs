@@ -1,5 +1,3 @@
-//! Compares the thickness of walls and gaps with known widths.
-
 use super::*;
 
 fn plate(height: f64, thickness: f64) -> TriangleMesh {
@@ -54,8 +52,8 @@ fn tree_finds_the_same_thinnest_wall_as_brute_force() {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 2).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.4 + uniform(&mut random));
         let report = assert_clean(&mesh);
-        // The line along the normal crosses the plane of the other triangle at its foot. The foot is inside the other
-        // triangle if the triangles between the foot and the sides have the same total area.
+        // The foot is the point where the line along the normal crosses the plane of the other triangle. It is inside
+        // that triangle if the areas of the three triangles between foot and sides add up to the area of that triangle.
         let mut shortest = [f64::INFINITY; 2];
         for (i, corners) in mesh.all_corners().enumerate() {
             let normal = crate::model::triangle_mesh::twice_area(&corners).normalize();

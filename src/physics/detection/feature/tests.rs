@@ -1,4 +1,4 @@
-//! Tests of contacts with triangles, by conservative advancement and by balls that bounce inside closed meshes.
+//! Compares contacts with triangles with conservative advancement, and lets balls bounce inside closed meshes.
 
 mod mesh;
 
@@ -95,7 +95,7 @@ fn foot_entering_a_face_within_contact_height_is_an_event() {
 
 #[test]
 fn foot_entering_at_a_corner_hits_the_face() {
-    // Two extents become positive at almost the same time. Rounding may leave one negative when the other is zero.
+    // Two extents become positive almost together. At the computed root of one, rounding may make the other negative.
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for case in 0..20_000 {
         let at = 1.0 + uniform(&mut random);
@@ -107,8 +107,7 @@ fn foot_entering_at_a_corner_hits_the_face() {
         let met = face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides);
         assert!(met.is_some_and(|t| (t - at).abs() < 1e-13), "{case}: {met:?} {at}");
     }
-    // The first extent becomes positive at t = 1.5. The second becomes negative at this time, one float before, or
-    // later.
+    // The first extent becomes positive at t = 1.5. The second becomes negative at 1.5, one float earlier, or later.
     for (leaves, expected) in [(1.5, Some(1.5)), (1.5_f64.next_down(), None), (1.75, Some(1.5))] {
         let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
         assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
@@ -170,7 +169,6 @@ fn a_ball_in_a_closed_mesh_never_leaves_it() {
     let mut deepest = 0.0_f64;
     for case in 0..30 {
         let (mut points, triangles) = sphere(1 + case % 2);
-        // Meshes are smooth or rough, and some have slivers.
         let rough = [0.0, 0.2, 0.5][case % 3];
         points.iter_mut().for_each(|point| *point *= 1.0 - rough * uniform(&mut random));
         if case % 5 == 0 {
@@ -186,6 +184,5 @@ fn a_ball_in_a_closed_mesh_never_leaves_it() {
             deepest = deepest.max(bounce(&mesh, radius, g, restitution, impacts(), &mut random));
         }
     }
-    // The tolerance covers several roundings of coordinates of about 1.
     assert!(deepest < 1e-13, "{deepest}");
 }

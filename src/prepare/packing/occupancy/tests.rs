@@ -12,7 +12,7 @@ fn overlaps_match_brute_force() {
         for length in [2.5, 5.0] {
             let mut space = Space::periodic_cube(length);
             space.boundary[1] = boundary;
-            // With few particles, a missed overlap is not hidden by another overlap.
+            // With many particles, another overlap could hide a missed overlap.
             for _ in 0..2000 {
                 let mut occupancy = Occupancy::new(&space, &contacts, 3);
                 let mut taken: Vec<(Vector, u32)> = Vec::new();

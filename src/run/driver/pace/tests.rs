@@ -45,7 +45,7 @@ impl Recorder for Kept {
 }
 
 impl Kept {
-    /// Continues a run, and interrupts it after `questions` calls of `watch`.
+    /// Continues a run, and interrupts it at call number `questions` of `watch`.
     fn go_on(&mut self, run: Run, mut questions: u32) {
         let mut watch = |_: &crate::run::Progress| {
             questions = questions.saturating_sub(1);
@@ -139,7 +139,7 @@ fn default_frames_take_at_most_200_megabytes() {
     assert!((8..16).contains(&most), "{most}");
     for limit in [Until::events(2_000), Until::time(2e-3)] {
         let frames = run(scene(limit, None)).frames.len();
-        // Events are rarer in the initial lattice than in the fluid, so the duration of a run limited by events is
+        // The initial lattice has fewer events per time than the fluid, so the duration of a run limited by events is
         // overestimated.
         let least = if limit.time.is_some() { most / 2 } else { 1 };
         assert!((least..=most).contains(&frames), "{frames} of {most}");

@@ -1,5 +1,3 @@
-//! Validates umbrella windows.
-
 use crate::base::text::shortest;
 use crate::model::components::Component;
 use crate::model::exchange_plan::MOST_TEMPERATURES;

@@ -50,7 +50,7 @@ fn adjacent_triangles_join_without_gap_or_overlap() {
     for columns in [2, 3, 7, 64] {
         let parts = image(&square(0.0, columns), 0.5);
         let is_same = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).all(|k| a[k].abs_diff(b[k]) <= 1);
-        // The lines of two edges overlap in the rows at the rim.
+        // In the rows at the rim, the lines of two edges overlap.
         let inner = 12 * 240..228 * 240;
         assert!(inner.clone().all(|k| is_same((&whole.pixels()[k], &parts.pixels()[k]))), "{columns}");
     }
@@ -64,7 +64,6 @@ fn surface_extending_behind_the_camera_is_drawn_in_front() {
         TriangleMesh::welded([[a, b, c], [a, c, d]].into_iter())
     };
     let near = image(&floor(4e3), 1.0);
-    // The background is visible above the horizon.
     assert!(is_background(pixel(&near, 0.1, 0.2)) && !is_background(pixel(&near, 0.1, 0.95)));
     let far = image(&floor(1e30), 1.0);
     assert_eq!((far.width(), far.height()), (near.width(), near.height()));

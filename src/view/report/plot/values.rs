@@ -31,7 +31,6 @@ struct Column<'c> {
     /// Values of the cells of a map.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     cells: Vec<f64>,
-    /// Standard errors of the values.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     errors: Vec<f64>,
     /// Deviations from published values, in standard errors.
@@ -39,7 +38,7 @@ struct Column<'c> {
     deviations: Vec<Option<f64>>,
 }
 
-/// Five digits keep large plots small.
+/// Numbers are written with five digits, to keep large plots small.
 pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     let lines = curves.lines.iter().zip(curves.classes()).map(|(line, class)| {
         let none = [];
@@ -66,7 +65,7 @@ pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     text(&curves.titles, &[x, y], lines.collect())
 }
 
-/// Returns the numbers of a map. The fourth number of a cell is its error; 0 if unknown.
+/// Returns the numbers of a map. The fourth number of each cell is the error, or 0 if the error is unknown.
 pub(super) fn json_of_map(titles: &[String; 3], axes: &[&Axis; 3], cells: &[[f64; 4]]) -> String {
     let of = |k: usize| cells.iter().map(|cell| short(cell[k])).collect::<Vec<_>>();
     let has_errors = cells.iter().any(|cell| cell[3] > 0.0);

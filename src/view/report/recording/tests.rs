@@ -14,7 +14,7 @@ fn frame(time: f64, count: u32) -> Frame {
     let grain = |k: u32| FrameParticle {
         id: ParticleId(k),
         species: SpeciesId(0),
-        // Every second grain is shifted by one period, so its position in the box is unchanged.
+        // Every second grain is shifted by one period, which does not change its position in the box.
         position: Vector::new(
             10.0 * place(k, 0.618) + 10.0 * f64::from(k % 2),
             4.0 * place(k, 0.414),
@@ -54,7 +54,7 @@ fn text(frames: &[Frame]) -> Vec<u8> {
     text
 }
 
-/// Returns the position of a particle in the player.
+/// Decodes the position of a particle as the player does.
 fn decoded(recording: &Recording, frame: usize, particle: usize) -> [f64; 3] {
     let bytes = &recording.frames[frame];
     let [lower, size] = recording.head.frames[frame].field;
@@ -77,7 +77,6 @@ fn positions_and_speeds_are_recorded_within_quantisation_step() {
             let found = decoded(&recording, index, particle);
             for (k, found) in found.into_iter().enumerate() {
                 let expected = if k == 0 { expected.position.x % 10.0 } else { expected.position[k] };
-                // Half a step, plus round-off.
                 let bound = head.frames[index].field[1][k] / 131_068.0 * (1.0 + 1e-9);
                 assert!((found - expected).abs() <= bound, "{k}: {found} but {expected}");
                 assert!((frame.lower[k]..=frame.lower[k] + frame.size[k]).contains(&found));
@@ -89,7 +88,7 @@ fn positions_and_speeds_are_recorded_within_quantisation_step() {
         }
         assert_eq!(recording.frames[index].len(), 308 + 51 + 7);
     }
-    // Constants: 52 radii, the position of the pivot, the ends and the radius of the bond, and 52 species.
+    // The constants are 52 radii, the position of the pivot, the two ends and the radius of the bond, and 52 species.
     assert_eq!(recording.constants.len(), 4 * 52 + 12 + 8 + 4 + 52);
     let float = |at: usize| f32::from_le_bytes(recording.constants[at..at + 4].try_into().unwrap());
     assert_eq!([0, 204, 208, 212, 216].map(float), [0.5, 0.25, 1.0, 2.0, -1.0]);
@@ -221,7 +220,7 @@ fn well_neighbours_match_brute_force() {
         let all = &frame.particles;
         let mut expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();
         assert!(expected.iter().sum::<f64>() > 100.0);
-        // Bonded particles do not count as neighbours.
+        // Bonded particles are not counted as neighbours.
         let one = expected.iter().position(|count| *count > 0.0).unwrap();
         let other = all.iter().position(|b| near(&all[one], b)).unwrap();
         frame.bonds = vec![[all[other].id, all[one].id]];

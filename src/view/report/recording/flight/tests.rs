@@ -175,7 +175,7 @@ fn flights_are_joined_where_frames_are_left_out() {
 #[test]
 fn collision_in_a_skipped_frame_is_remembered() {
     let scene = balls(OPEN).particle("ball", Vector::repeat(5.0), Vector::x()).build().unwrap();
-    // The particle turns back between frames 1500 and 1501. Only one of these two frames is recorded.
+    // The particle turns back between frames 1500 and 1501. The recording contains only one of them.
     let frames = (0..4_323).map(|index| {
         let mut frame = Frame::start_of(&scene);
         frame.time = f64::from(index);
