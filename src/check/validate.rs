@@ -123,7 +123,7 @@ pub fn points(effort: Effort) -> Vec<StatePoint> {
         Description(format!("bouncing_ball/{e:.1}"), format!("e = {e:.1}, h = g = 1"), bodies::BALL)
     });
     add(ONE, bodies::three_spheres, &|_| {
-        let state = "three spheres on a line, of which the first two overlap".to_owned();
+        let state = "three spheres on a line; the first two overlap".to_owned();
         Description("three_spheres".to_owned(), state, bodies::THREE_SPHERES)
     });
     add(ONE, bodies::pendulum, &|_| {

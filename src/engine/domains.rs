@@ -234,8 +234,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 break;
             }
         }
-        // The domains cannot continue. If they are fresh, a new cut would give the same domains, so the single engine
-        // continues. Otherwise, the system is cut again.
+        // The domains cannot continue. Domains that were just made would be the same after another cut. In this case, one
+        // engine simulates the whole system for a while. Otherwise, the system is cut into domains again.
         let is_fresh = cut.is_fresh;
         self.cut = Some(cut);
         self.join(whole);

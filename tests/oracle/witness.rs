@@ -23,7 +23,7 @@ pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bo
 /// The event of a witness may differ from the answer by `2^SLACK` ulp, the final width of a bracket.
 const SLACK: i64 = 2;
 
-/// Shifts a polynomial within its box so that there is a root or a turning point at `t`. Returns whether this is the
+/// Shifts a polynomial within its box, to put a root or a turning point at `t`. Returns whether this is the
 /// first event.
 fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     let at = Dyadic::from(t);

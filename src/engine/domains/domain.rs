@@ -181,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         record
     }
 
-    /// Returns true if so many copies have arrived that a new cut is due. A new cut removes stale copies.
+    /// Returns true if the number of copies exceeds its limit. A new cut then removes stale copies.
     fn has_grown(&self) -> bool {
         self.held.len() > most(self.first)
     }

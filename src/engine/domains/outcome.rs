@@ -44,7 +44,7 @@ pub struct Outcome {
     pub difference: Option<f64>,
     pub counts: Box<Counts>,
     pub tally: Tally,
-    /// True if so many copies have arrived that the box must be divided anew.
+    /// True if the number of copies exceeds its limit. The box must then be divided anew.
     pub has_grown: bool,
 }
 

@@ -91,7 +91,7 @@ impl Packed {
         empty.of_others(positions)
     }
 
-    /// Returns the same cells with other centres. Particles with successive ids are close together in memory.
+    /// Returns the same grid with particles at other positions.
     #[must_use]
     pub fn of_others(&self, centres: &[Vector]) -> Self {
         let mut others = Self {

@@ -1,5 +1,5 @@
-//! Detects event storms. Spheres at rest under gravity make tiny bounces, which are elastic in the TC model. There can
-//! be so many bounces that simulated time hardly advances.
+//! Detects event storms. Spheres at rest under gravity make tiny bounces, which are elastic in the TC model. If
+//! simulated time hardly advances during many bounces, this is a storm.
 //!
 //! Particles at rest normally have a few contacts within one contact time. A storm has thousands of times as many.
 

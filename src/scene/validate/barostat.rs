@@ -48,14 +48,14 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
         return refuse(
             at.clone(),
             names,
-            "bonds between single pairs, from [[bond]] or [[chain]]: each molecule moves as a whole",
+            "bonds from [[bond]] or [[chain]], because a volume move shifts each molecule as a whole",
         );
     }
     let masses = scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].mass).collect();
     let Some(bond) = Molecules::of(scene, masses).bond_around_the_box(scene) else { return Ok(()) };
     let [a, b] = bond.pair.map(|id| id.0);
     let what =
-        format!("given with a chain of bonds around the periodic box, through the bond between particles {a} and {b}");
+        format!("given with bonds that form a ring around the periodic box; particles {a} and {b} are in the ring");
     refuse(
         at.clone(),
         what,

@@ -125,7 +125,7 @@ class Unpacker {
     const context = ((at & ((1 << lp) - 1)) << lc) + (before >> (8 - lc));
     const place = LZMA_TABLES.literals + 0x300 * context;
     let symbol = 1;
-    // After a match, the next byte of its source is a hint, up to the first bit that differs.
+    // After a match, the byte that follows in the matched text predicts the next literal, until a bit differs.
     if (state >= 7) {
       let hint = out[at - this.distances[0] - 1];
       while (symbol < 0x100) {

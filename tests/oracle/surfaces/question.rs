@@ -1,4 +1,4 @@
-//! Exact polynomials of a motion and a feature, in a box that contains all possible rounded coefficients.
+//! Exact polynomials of a motion and a feature, with an interval for each rounded coefficient.
 
 use super::rounded::{ROUND_OFF, Rounded};
 use super::rule::{Exact, Kind, Overlap};

@@ -33,8 +33,8 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     found.or_else(|| pair_of_witnesses(question, answer?))
 }
 
-/// Searches for two witnesses: one without an event before the answer, and one with an event at the answer. Two may be
-/// needed, because each evaluation has its own rounding error.
+/// Searches for two motions within the rounding errors. The first motion has no event before the computed time, and the
+/// second one has an event at this time. Two motions may be needed, because each evaluation has its own rounding error.
 fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
     let before = &Dyadic::from(t) - &Dyadic::power_of_two(last_place(t) + SLACK);
@@ -100,7 +100,7 @@ fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<D
 /// The event of a witness may differ from the answer by `2^SLACK` ulp, the final width of a bracket.
 const SLACK: i64 = 2;
 
-/// Shifts polynomials within their boxes so that there is a root or a turning point at `t`. Returns the size of the
+/// Shifts polynomials within their boxes, to put a root or a turning point at `t`. Returns the size of the
 /// shift if this is the first event. With `AfterOthers`, the event need not be the first.
 fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), ends: Ends) -> Option<f64> {
     let functional = question.functional(kind, t);
