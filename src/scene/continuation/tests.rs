@@ -55,7 +55,7 @@ fn pair_states_follow_from_distances_if_radii_change() {
 
 #[test]
 fn particles_keep_their_spins() {
-    let rough = |text: String| text.replace("well_depth = 1.0\n", "well_depth = 1.0\nfriction = 0.4\n");
+    let rough = |text: String| text.replace("lambda = ", "friction = 0.4\nlambda = ");
     let text = rough(format!("{RUN}{}{FILL}", wells(1.0, 1.5)));
     let mut before = Simulation::without_plan(Scene::from_toml(text, "first.toml").unwrap());
     before.advance(Until::events(1_000)).unwrap();
