@@ -166,7 +166,7 @@ fn notice(crates: &[Crate]) -> String {
     let mut text = "# Third-party software\n\n\
         The program `carom` and the Python package are built from these crates, each under its own licence; where several are joined by `OR`, Carom uses the first \
         of MIT, MPL-2.0 and Apache-2.0 that is among them. `priority-queue` is used as published: its source is at the address beside it. \
-        The list is that of a build for Linux; elsewhere, a few crates for the operating system take the place of others.\n\n\
+        The list is for a build on Linux; on other systems, a few crates for the operating system differ.\n\n\
         Letters in pictures and movies are a part of the font Inter, (c) The Inter Project Authors, under the SIL Open Font License 1.1: \
         `src/view/render/letters/OFL.txt`.\n\n\
         Written by `CAROM_WRITE_NOTICE=1 cargo test --test licences`.\n\n\

@@ -34,7 +34,7 @@ impl Report {
         if SweepFolder::existing(&self.run).is_ok() {
             let folder = self.run.display();
             let help = format!(
-                "its page is {folder}/sweep.html, which carom sweep {folder} writes again; that of a run: carom report {folder}/RUN"
+                "its page is {folder}/sweep.html, which carom sweep {folder} writes again; for the page of a run: carom report {folder}/RUN"
             );
             return Err(Failure::bad_input(format!("{folder} is the folder of a sweep"), Some(&help)));
         }

@@ -48,7 +48,7 @@ impl Simulation {
         StatePoint::of(&self.scene, &self.population()).seed(self.scene.seed)
     }
 
-    /// Replaces the surfaces by those of a stage. Returns true if the surfaces have changed.
+    /// Adds and removes surfaces at the start of a stage. Returns true if the surfaces have changed.
     pub(crate) fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
         with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage))
     }

@@ -14,8 +14,8 @@
 //!
 //! Numbers are `f32` unless noted otherwise. Positions are relative to the centre of the box, because HOOMD's box is
 //! centred at the origin. In a tilted box, periods along x are added to move each particle inside. HOOMD's box is
-//! always periodic, so particles may be outside the box along axes that are not periodic in the run. Chunks that are
-//! equal to those of the first frame are not repeated.
+//! always periodic, so particles may be outside the box along axes that are not periodic in the run. A chunk that
+//! is equal in the first frame is not repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
 

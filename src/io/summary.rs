@@ -82,7 +82,7 @@ pub struct Summary {
     pub speed: Speed,
 }
 
-/// Summary of a measured stage. The keys are those of [`Summary`].
+/// Summary of a measured stage, with the keys of [`Summary`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Summary`")]
 pub struct StageSummary {

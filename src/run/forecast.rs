@@ -225,7 +225,7 @@ fn section(scene: &Scene) -> f64 {
 }
 
 /// Enskog factor: the collision rate divided by the rate of a dilute gas. It equals the radial distribution function at
-/// contact. Packing fractions above those of a fluid are reduced.
+/// contact. Packing fractions that no fluid can have are reduced.
 fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     const DENSEST: [f64; 3] = [0.95, 0.8, 0.6];
     match dimensions {

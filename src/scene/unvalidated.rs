@@ -153,7 +153,7 @@ pub struct SurfaceFill {
 /// Form of a pair potential, before its diameter is known.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the fields are those of the constructors of `Potential`")]
+#[allow(missing_docs, reason = "the constructors of `Potential` explain the fields")]
 pub enum Model {
     /// No interaction: particles pass through each other.
     None,
@@ -223,7 +223,7 @@ pub struct SpeciesDraft {
     pub(crate) is_static: bool,
     /// Acceleration instead of gravity.
     pub(crate) acceleration: Option<Vector>,
-    /// Moment of inertia; by default that of a uniform body.
+    /// Moment of inertia; `None` for a uniform sphere or disk.
     pub(crate) moment_of_inertia: Option<f64>,
 }
 

@@ -321,7 +321,7 @@ pub fn start(scene: &Scene) -> Option<String> {
     let checkpoint = Path::new(&run.checkpoint.path);
     let folder = checkpoint.parent().unwrap_or(checkpoint).display();
     let engine = match run.differences() {
-        [] => "its engine continues: the results are equal, bit for bit, to those of one longer run".to_owned(),
+        [] => "its engine continues: the results are equal, bit for bit, to the results of one longer run".to_owned(),
         differences => format!("a new engine begins there, because these differ: {}", differences.join(", ")),
     };
     Some(format!("the end of {folder}, at t = {}; {engine}", digits(scene.start_time)))

@@ -72,8 +72,8 @@ const NEAR_OPACITY: f32 = 0.22;
 const FINE_OPACITY: f32 = 0.4;
 const FINE: f32 = 0.7;
 
-/// Draws the frame of a trajectory nearest to a time `[time]`, or the last frame. The surfaces and gravity are those of
-/// the scene beside the file. An incomplete last frame is ignored.
+/// Draws the frame of a trajectory nearest to a time `[time]`, or the last frame. The scene beside the file gives the
+/// surfaces and gravity. An incomplete last frame is ignored.
 ///
 /// # Errors
 /// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a

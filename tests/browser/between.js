@@ -29,7 +29,7 @@ function recording(places, flights, { fall = [0, 0, 0], slide = 0, periodic = [f
 }
 
 const states = {
-  "a parabola is that of gravity"() {
+  "a free flight under gravity is a parabola"() {
     // The particle starts at (1, 5, 5) with velocity (2, 0, 1). The acceleration of gravity is 1 along -z.
     const between = new Between(recording([[1, 5, 5], [3, 5, 5.5], [5, 5, 5]], [[1], [1]], { fall: [0, 0, -1] }));
     for (const s of [0, 0.25, 0.5, 0.9]) {

@@ -217,7 +217,8 @@ fn changes_of_the_scene_apply_to_the_exact_final_state() {
     assert_eq!(place.read("runs/c/thermo.csv"), place.read("runs/d/thermo.csv"));
     let output = place.carom(&["check", "runs/c/scene.toml"]);
     assert!(
-        words(&output).contains("its engine continues: the results are equal, bit for bit, to those of one longer run"),
+        words(&output)
+            .contains("its engine continues: the results are equal, bit for bit, to the results of one longer run"),
         "{}",
         words(&output)
     );

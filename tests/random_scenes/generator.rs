@@ -15,7 +15,7 @@ struct Shape {
     length: f64,
     speed: f64,
     is_usual: bool,
-    /// Positions and velocities are multiples of simple fractions, so many events happen at the same time.
+    /// Positions and velocities are multiples of simple fractions. Many events then happen at the same time.
     is_even: bool,
     is_invalid: bool,
 }

@@ -180,10 +180,10 @@ fn checkpoint_resumes_only_with_the_files_of_its_run() {
     refused("cannot read");
     for (name, at) in [("thermo.csv.partial", 0), ("thermo.csv.partial", 100), ("trajectory.xyz.partial", 5000)] {
         flip(name, at);
-        refused(&format!("{name} are not those of the checkpoint"));
+        refused(&format!("{name} differ from the checkpoint"));
     }
     flip("events/time.npy", 128);
-    refused("time.npy are not those of the checkpoint");
+    refused("time.npy differ from the checkpoint");
     // Damage in these places does no harm. The header is rewritten at the end, and later data are cut off.
     flip("events/time.npy", 100);
     let last = good["thermo.csv.partial"].len() - 1;

@@ -47,7 +47,8 @@ impl Reference {
         let mut spins =
             [self.spins[particle as usize] - turning, partner.map_or(Vector::zeros(), |j| self.spins[j as usize])];
 
-        // The point of contact of the particle is at `-ri n` from its centre, and that of the partner at `rj n`.
+        // From the centre of the particle, the point of contact is at `-ri n`. From the centre of the partner, it is at
+        // `rj n`.
         let slip = velocity + spins[0].cross(&(normal * -ri)) - spins[1].cross(&(normal * rj));
         let slip = slip - normal * slip.dot(&normal);
         let response = mi + mj + ri * ri * ti + rj * rj * tj;

@@ -13,7 +13,7 @@ pub(in crate::engine) struct Sliding {
     pub speed: f64,
 }
 
-/// Replaces separations by those of the nearest images, in a box without shear.
+/// Reduces separations to the nearest images, in a box without shear.
 #[inline(always)]
 pub(in crate::engine) fn nearest<F: Lanes>(r: &mut [F; 3], periods: &Vector) {
     for (apart, period) in r.iter_mut().zip(periods) {
@@ -21,7 +21,7 @@ pub(in crate::engine) fn nearest<F: Lanes>(r: &mut [F; 3], periods: &Vector) {
     }
 }
 
-/// Replaces separations and relative velocities by those of the nearest images, under shear.
+/// Reduces separations to the nearest images, and corrects the relative velocities, in a sheared box.
 #[inline(always)]
 pub(in crate::engine) fn nearest_sheared<F: Lanes>(
     r: &mut [F; 3],

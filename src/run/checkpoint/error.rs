@@ -58,7 +58,7 @@ pub enum CheckpointError {
         source: io::Error,
     },
     /// An output file is damaged, or belongs to another run.
-    #[error("the first {length} bytes of {} are not those of the checkpoint: their checksum is {found:08x}, expected {expected:08x}",
+    #[error("the first {length} bytes of {} differ from the checkpoint: their checksum is {found:08x}, expected {expected:08x}",
         path.display())]
     Content {
         /// The file.

@@ -38,7 +38,7 @@ pub(super) fn parse_start(
         return Err(missing(
             &ConfigPath::root(),
             "interaction",
-            "a scene with its own species needs interactions; leave out both to keep those of the run",
+            "a scene with its own species needs interactions; leave out both to keep the species and interactions of the run",
         ));
     }
     let at = ConfigPath::root().key("start");

@@ -1,4 +1,5 @@
-//! Meshes and round surfaces. Contacts must agree with those of walls and planes. No particle may leave a closed mesh.
+//! Meshes and round surfaces. A mesh must act like the wall or plane that has the same shape. No particle may leave a
+//! closed mesh.
 
 use super::run;
 use crate::Vector;
