@@ -36,6 +36,11 @@ impl Order {
         Self { old, new, room: 0 }
     }
 
+    /// Returns the permuted values of a column that is empty in scenes without the feature.
+    pub fn permuted_if_any<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        if values.is_empty() { Vec::new() } else { self.permuted(values) }
+    }
+
     pub fn permuted<T: Copy>(&self, values: &[T]) -> Vec<T> {
         let mut permuted = Vec::with_capacity(self.old.len() + self.room);
         permuted.extend(self.old.iter().map(|&old| values[old as usize]));
@@ -87,7 +92,7 @@ impl Column for Vec<u16> {
 
     /// The column is empty if there is only one species.
     fn permuted(&self, order: &Order) -> Self {
-        if self.is_empty() { Self::new() } else { order.permuted(self) }
+        order.permuted_if_any(self)
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
@@ -105,7 +110,7 @@ impl Column for Vec<u16> {
 /// The spins; empty if the scene has none.
 impl Column for Vec<Vector> {
     fn permuted(&self, order: &Order) -> Self {
-        if self.is_empty() { Self::new() } else { order.permuted(self) }
+        order.permuted_if_any(self)
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {

@@ -14,3 +14,4 @@
 pub(super) mod apply;
 pub(super) mod frame;
 pub(super) mod law;
+mod rough;

@@ -56,6 +56,12 @@ pub struct Species {
 }
 
 impl Species {
+    /// Creates a uniform species without acceleration. An infinite mass makes it static.
+    #[must_use]
+    pub fn new(name: &str, mass: f64, diameter: f64) -> Self {
+        Self { name: name.to_owned(), mass, diameter, acceleration: Vector::zeros(), moment_of_inertia: None }
+    }
+
     /// Whether particles of this species never move, like a surface or a pivot.
     #[must_use]
     pub fn is_static(&self) -> bool {

@@ -88,8 +88,8 @@ pub struct Response {
     pub radial: f64,
     /// Factor that multiplies the relative tangential velocity; 1 except in sliding contacts of the TC model.
     pub tangential_scale: f64,
-    /// Roughness of the barrier; `None` if the contact is smooth.
-    pub roughness: Option<Roughness>,
+    /// Whether the roughness of the contact law acts in this contact.
+    pub is_rough: bool,
 }
 
 /// Decides the response of a pair at a discontinuity.
@@ -105,14 +105,14 @@ pub struct Response {
 #[must_use]
 pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactLaw) -> Response {
     let &Approach { radial, squared, reduced_mass } = approach;
-    let smooth = |outcome, radial| Response { outcome, radial, tangential_scale: 1.0, roughness: None };
+    let smooth = |outcome, radial| Response { outcome, radial, tangential_scale: 1.0, is_rough: false };
     if energy_step == f64::INFINITY {
         // The particles do not touch at the end of a bond, so this barrier is smooth.
-        let (outcome, roughness) = match side {
-            Side::Positive => (Outcome::Core, law.roughness),
-            Side::Negative => (Outcome::Bounce, None),
+        let (outcome, is_rough) = match side {
+            Side::Positive => (Outcome::Core, law.roughness.is_some()),
+            Side::Negative => (Outcome::Bounce, false),
         };
-        return Response { roughness, ..smooth(outcome, reflect(side, radial, law.restitution)) };
+        return Response { is_rough, ..smooth(outcome, reflect(side, radial, law.restitution)) };
     }
     let beyond = radial * radial - 2.0 * energy_step / reduced_mass * squared;
     if beyond <= 0.0 {
@@ -139,8 +139,8 @@ pub struct Leaving {
     pub speed: f64,
     /// Factor that multiplies the relative tangential velocity; 1 unless the contact is sliding.
     pub tangential_scale: f64,
-    /// Roughness of the barrier; `None` if the contact is smooth.
-    pub roughness: Option<Roughness>,
+    /// Whether the roughness of the contact law acts in this contact.
+    pub is_rough: bool,
 }
 
 /// Maximum number of contacts within one contact time. A pair that would have more contacts slides.
@@ -173,13 +173,13 @@ pub fn tc_contact(
         let speed = slowest.min(energy.sqrt());
         let left = (energy - speed * speed).max(0.0).sqrt();
         let tangential_scale = if tangential > 0.0 { left / tangential } else { 1.0 };
-        return Leaving { speed, tangential_scale, roughness: None };
+        return Leaving { speed, tangential_scale, is_rough: false };
     }
     if is_recent {
-        return Leaving { speed: approach, tangential_scale: 1.0, roughness: None };
+        return Leaving { speed: approach, tangential_scale: 1.0, is_rough: false };
     }
     let speed = (law.restitution * approach).max(away_for_contact_time.min(approach));
-    Leaving { speed, tangential_scale: 1.0, roughness: law.roughness }
+    Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some() }
 }
 
 #[cfg(test)]
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn the_tc_model_makes_frequent_contacts_elastic() {
-        let leaving = |speed| Leaving { speed, tangential_scale: 1.0, roughness: None };
+        let leaving = |speed| Leaving { speed, tangential_scale: 1.0, is_rough: false };
         assert_eq!(tc_contact(&ContactLaw::smooth(0.5), true, 3.0, 1.0, 1.0, 0.1), leaving(3.0));
         assert_eq!(tc_contact(&ContactLaw::smooth(0.5), false, 3.0, 1.0, 1.0, 0.1), leaving(1.5));
         assert_eq!(
@@ -278,11 +278,11 @@ mod tests {
         let energy = leaving.speed.powi(2) + (2.0 * leaving.tangential_scale).powi(2);
         assert!((energy - 4.0).abs() < 4.0 * f64::EPSILON);
         let slow = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 1e-6, 1.0, 0.128);
-        assert_eq!(slow, Leaving { speed: 1e-6, tangential_scale: 0.0, roughness: None }, "all of a slow motion");
+        assert_eq!(slow, Leaving { speed: 1e-6, tangential_scale: 0.0, is_rough: false }, "all of a slow motion");
         let rest = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 0.0, 1.0, 0.128);
         assert_eq!(
             rest,
-            Leaving { speed: 0.0, tangential_scale: 1.0, roughness: None },
+            Leaving { speed: 0.0, tangential_scale: 1.0, is_rough: false },
             "a pair at rest stays at rest"
         );
     }

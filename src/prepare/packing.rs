@@ -75,13 +75,7 @@ mod tests {
     use crate::prepare::packing::occupancy::first_overlap;
 
     fn fill(count: usize, packing_fraction: f64, has_box: bool) -> Result<Vec<Vector>, NoPlace> {
-        let species = [Species {
-            name: "A".to_owned(),
-            mass: 1.0,
-            diameter: 1.0,
-            acceleration: Vector::zeros(),
-            moment_of_inertia: None,
-        }];
+        let species = [Species::new("A", 1.0, 1.0)];
         let kinds = vec![SpeciesId(0); count];
         let space = Space::periodic_cube(libm::cbrt(count as f64 * own_volume(1.0, 3) / packing_fraction));
         let mut contacts = Contacts::new(1);

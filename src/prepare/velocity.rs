@@ -184,16 +184,7 @@ mod tests {
     use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
     fn start(masses: &[f64], count: usize, space: &Space) -> (Vec<Particle>, Vec<Species>) {
-        let species: Vec<Species> = masses
-            .iter()
-            .map(|&mass| Species {
-                name: String::new(),
-                mass,
-                diameter: 1.0,
-                acceleration: Vector::zeros(),
-                moment_of_inertia: None,
-            })
-            .collect();
+        let species: Vec<Species> = masses.iter().map(|&mass| Species::new("", mass, 1.0)).collect();
         let mut particles: Vec<Particle> =
             (0..count).map(|i| Particle::new(SpeciesId(id(i % masses.len())), space.lower, Vector::zeros())).collect();
         maxwell(&mut particles, &species, space, 1.5, &mut Random::new(1, Purpose::Velocities, 0));
@@ -223,16 +214,7 @@ mod tests {
 
     /// Returns masses and velocities at the speed 1.3. `numbers` counts the particles of mass 0.7, 3 and 11.
     fn equal(numbers: [usize; 3], boundary: [Boundary; 3], seed: u64) -> Vec<(f64, Vector)> {
-        let species: Vec<Species> = [0.7, 3.0, 11.0]
-            .iter()
-            .map(|&mass| Species {
-                name: String::new(),
-                mass,
-                diameter: 1.0,
-                acceleration: Vector::zeros(),
-                moment_of_inertia: None,
-            })
-            .collect();
+        let species: Vec<Species> = [0.7, 3.0, 11.0].iter().map(|&mass| Species::new("", mass, 1.0)).collect();
         let space = Space { boundary, ..Space::periodic_cube(9.0) };
         let kinds = numbers.iter().enumerate().flat_map(|(kind, &number)| std::iter::repeat_n(kind, number));
         let mut particles: Vec<Particle> =

@@ -183,13 +183,8 @@ impl SceneBuilder {
             positive(draft.diameter, at.key("diameter"))?;
             let mass = draft.mass.map_or(Ok(f64::INFINITY), |mass| positive(mass, at.key("mass")))?;
             positive_if_given(draft.moment_of_inertia, at.key("moment_of_inertia"))?;
-            species.push(Species {
-                name: draft.name.clone(),
-                mass,
-                diameter: draft.diameter,
-                acceleration: Vector::zeros(),
-                moment_of_inertia: draft.moment_of_inertia,
-            });
+            let uniform = Species::new(&draft.name, mass, draft.diameter);
+            species.push(Species { moment_of_inertia: draft.moment_of_inertia, ..uniform });
         }
         Ok(species)
     }

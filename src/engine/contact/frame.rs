@@ -8,6 +8,7 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 use crate::physics::response::Approach;
 
+#[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Frame {
     pub i: u32,
     pub j: u32,

@@ -6,7 +6,6 @@ use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
 use crate::physics::response::{ContactLaw, Leaving, Response, respond, tc_contact};
-use crate::physics::rough::{Grip, Roughness, Touch};
 
 /// Uncertainty of a relative velocity, divided by the sum of the two speeds.
 const LOST: f64 = 2.0 * f64::EPSILON;
@@ -64,8 +63,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         } else if leaving.speed != law.restitution * arriving {
             response.radial = side.sign() * leaving.speed * length;
         }
-        let roughness = leaving.roughness.filter(|_| side == Side::Positive);
-        Response { tangential_scale: leaving.tangential_scale, roughness, ..response }
+        let is_rough = leaving.is_rough && side == Side::Positive;
+        Response { tangential_scale: leaving.tangential_scale, is_rough, ..response }
     }
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
@@ -81,7 +80,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Leaving {
         if self.pairs.contact_times.is_none() {
             let speed = if vn < 0.0 { -law.restitution * vn } else { vn };
-            return Leaving { speed, tangential_scale: 1.0, roughness: law.roughness };
+            return Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some() };
         }
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
@@ -91,14 +90,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Returns the velocities of a pair after a contact. The relative velocity changes by `change` times the line of
-    /// centres. The tangential part is multiplied by a factor, and a rough contact adds a tangential impulse.
+    /// centres. The tangential part is multiplied by `tangential_scale`.
     #[inline]
     pub(in crate::engine) fn reflected(
         &self,
         pair: &Frame,
         before: &[Vector; 2],
         change: f64,
-        (tangential_scale, grip): (f64, Option<&Grip>),
+        tangential_scale: f64,
         is_barrier: bool,
     ) -> [Vector; 2] {
         let Frame { ref line, ref velocity, ref approach, .. } = *pair;
@@ -108,51 +107,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let tangential = velocity - line * (approach.radial / approach.squared);
             self.change_relative_velocity(pair, &(tangential * (tangential_scale - 1.0)), &mut after);
         }
-        if let Some(grip) = grip {
-            self.change_relative_velocity(pair, &(grip.impulse / approach.reduced_mass), &mut after);
-        }
         if is_barrier {
             self.separate(pair, &mut after);
         }
         after
-    }
-
-    /// Returns the tangential impulse of a rough contact between two particles. `normal_impulse` is the magnitude of
-    /// the normal impulse. `distance` is the distance of the centres.
-    ///
-    /// The point of contact divides the distance in the ratio of the diameters. This conserves the angular momentum
-    /// even if the diameters are non-additive.
-    #[inline(never)]
-    pub(in crate::engine) fn grip(
-        &self,
-        pair: &Frame,
-        roughness: &Roughness,
-        distance: f64,
-        normal_impulse: f64,
-    ) -> Grip {
-        let both = [pair.i, pair.j];
-        let [a, b] = both.map(|particle| self.pairs.rules.species[usize::from(self.row(particle))].radius);
-        let share = a / (a + b);
-        let touch = Touch {
-            normal: pair.line / pair.approach.squared.sqrt(),
-            velocity: pair.velocity,
-            spins: both.map(|particle| self.spin(particle)),
-            arms: [share * distance, (1.0 - share) * distance],
-            inverse_inertias: both.map(|particle| self.inverse_inertia(particle)),
-            inverse_mass: 1.0 / pair.approach.reduced_mass,
-        };
-        touch.grip(roughness, normal_impulse)
-    }
-
-    /// Returns the spin of a particle; zero if the scene has no spins.
-    #[inline]
-    pub(in crate::engine) fn spin(&self, particle: u32) -> Vector {
-        self.state.spins.get(particle as usize).copied().unwrap_or_default()
-    }
-
-    #[inline]
-    pub(in crate::engine) fn inverse_inertia(&self, particle: u32) -> f64 {
-        self.pairs.rules.species[usize::from(self.row(particle))].inverse_inertia
     }
 
     /// Records an inelastic contact whose speed is lost in the round-off of the velocities.
@@ -174,14 +132,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn tc_model(&mut self, particles: &[u32], law: &ContactLaw, arrival: Arrival, time: f64) -> Leaving {
         let Arrival { speed: approach, tangential, closing } = arrival;
         let Some(times) = &mut self.pairs.contact_times else {
-            return Leaving { speed: law.restitution * approach, tangential_scale: 1.0, roughness: law.roughness };
+            let is_rough = law.roughness.is_some();
+            return Leaving { speed: law.restitution * approach, tangential_scale: 1.0, is_rough };
         };
         let is_recent = times.note(particles, time);
         let leaving = tc_contact(law, is_recent, approach, tangential, closing, times.contact_time);
         self.counts.totals.tc_contacts += 1;
         self.counts.totals.tc_altered += u64::from(
             leaving.speed != law.restitution * approach
-                || leaving.roughness != law.roughness
+                || leaving.is_rough != law.roughness.is_some()
                 || leaving.tangential_scale != 1.0,
         );
         leaving
@@ -193,7 +152,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// the remainder. If both shares were rounded, their sum would have the same error in every event, as if the
     /// restitution were `1 +- eps`.
     #[inline]
-    fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
+    pub(super) fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
         let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
         let less = change * (wi.min(wj) / (wi + wj));
         let more = change - less;
@@ -208,7 +167,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// is added, and doubled until the pair moves away. A pair in contact at its core may stay at relative rest. A pair
     /// at the maximum length of its bond must move inwards.
     #[inline]
-    fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
+    pub(super) fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
         let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;
         let opening = opening(opening_speed, apart.norm_squared());
         let is_closing = |velocities: &[Vector; 2]| {

@@ -48,15 +48,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, law: &ContactLaw, time: f64) -> (Outcome, Change) {
         // In a multicanonical simulation, weights replace the energy step of the potential.
         let felt = self.weighted(seen);
-        let Response { outcome, radial: leaving, tangential_scale, roughness } = self.leave(pair, &felt, law, time);
+        let Response { outcome, radial: leaving, tangential_scale, is_rough } = self.leave(pair, &felt, law, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // The relative velocity changes by `change` times the vector between the centres.
         let change = (leaving - radial) / squared;
         let impulse = reduced_mass * change;
         let is_barrier = seen.energy_step == f64::INFINITY || outcome == Outcome::Bounce;
         let before = [pair.i, pair.j].map(|particle| self.state.bodies[particle as usize].velocity);
-        let grip = roughness.map(|rough| self.grip(pair, &rough, seen.distance, impulse * squared.sqrt()));
-        let after = self.reflected(pair, &before, change, (tangential_scale, grip.as_ref()), is_barrier);
+        let after = self.reflected(pair, &before, change, tangential_scale, is_barrier);
         let (counted, energy_step) = match outcome {
             Outcome::Core => (CountedKind::Core, 0.0),
             Outcome::Capture => (CountedKind::Capture, seen.energy_step),
@@ -70,35 +69,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if tangential_scale != 1.0 {
             impulse_of_i = (after[0] - before[0]) / self.inverse_mass(pair.i);
         }
-        let mut dissipated =
-            if is_crossed || tangential_scale != 1.0 { 0.0 } else { -0.5 * impulse * (radial + leaving) };
-        let mut torques = [Vector::zeros(); 2];
-        if let Some(grip) = &grip {
-            impulse_of_i += grip.impulse;
-            dissipated += grip.dissipated;
-            torques = grip.torques;
-        }
         let change = Change {
             counted: Some(counted),
             particle: pair.i,
             other: With::Particle(pair.j),
             impulse: impulse_of_i,
-            torques,
+            torques: [Vector::zeros(); 2],
             line: pair.line,
             squared,
             distance: seen.distance,
             virial: reduced_mass * (leaving - radial) / pair.stretch,
             energy_step,
-            dissipated,
+            dissipated: if is_crossed || tangential_scale != 1.0 { 0.0 } else { -0.5 * impulse * (radial + leaving) },
             supplied: self.supplied(pair, &before, &after[0], impulse) + by_weights,
             after,
         };
-        (outcome, change)
+        match law.roughness.filter(|_| is_rough) {
+            Some(roughness) => (outcome, self.roughen_pair(change, *pair, roughness)),
+            None => (outcome, change),
+        }
     }
 
     /// Energy that sliding images and growing diameters supply in a contact.
     #[inline(always)]
-    fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
+    pub(in crate::engine) fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
         if self.images.slide() {
             // The contact conserves energy between the first particle and the image of the second particle. The image

@@ -11,9 +11,8 @@ use crate::engine::{Invariant, InvariantBroken};
 use crate::model::random::{Purpose, Random};
 use crate::model::state_point::StatePoint;
 use crate::model::surface_motion::Moment;
-use crate::model::{ContactLaw, Roughness, Scene, SurfaceLaw};
+use crate::model::{ContactLaw, Scene, SurfaceLaw};
 use crate::physics::response::Leaving;
-use crate::physics::rough::{Grip, Touch};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -99,47 +98,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let acceleration = at.acceleration(&before, self.acceleration(i));
         let closing = -normal.dot(&acceleration) - bend;
         let arriving = (&at.velocity, vn, closing);
-        let Leaving { speed, tangential_scale, roughness } = self.leave_surface(i, arriving, law, self.clock.now);
+        let Leaving { speed, tangential_scale, is_rough } = self.leave_surface(i, arriving, law, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let scaled = if tangential_scale == 1.0 { at.velocity } else { at.velocity * tangential_scale };
-        let mut seen = shape.with_normal_speed(&at.position, &scaled, speed);
-        let mut dissipated =
-            if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
-        let (mut torques, mut turning) = ([Vector::zeros(); 2], 0.0);
-        if let Some(roughness) = roughness {
-            let grip = self.grip_of_surface(i, at, &normal, &roughness, (speed - vn) / inverse_mass);
-            seen += grip.impulse * inverse_mass;
-            dissipated += grip.dissipated;
-            torques[0] = at.in_space(&grip.torques[0]);
-            turning = torques[0].dot(&(self.spin(i) + torques[0] * (0.5 * self.inverse_inertia(i))));
-        }
-        let after = at.outwards(seen);
+        let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
+        let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
         // A surface at rest does no work.
-        let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + turning + dissipated };
-        Change { supplied, dissipated, torques, ..change }
-    }
-
-    /// Returns the tangential impulse of a rough contact with a surface, in the frame of the surface.
-    #[inline(never)]
-    fn grip_of_surface(
-        &self,
-        i: u32,
-        at: &Touching,
-        normal: &Vector,
-        roughness: &Roughness,
-        normal_impulse: f64,
-    ) -> Grip {
-        let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
-        let touch = Touch {
-            normal: *normal,
-            velocity: at.velocity,
-            spins: [at.spin_seen(&self.spin(i)), Vector::zeros()],
-            arms: [radius, 0.0],
-            inverse_inertias: [self.inverse_inertia(i), 0.0],
-            inverse_mass: self.inverse_mass(i),
-        };
-        touch.grip(roughness, normal_impulse)
+        let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
+        let change = Change { supplied, dissipated, ..change };
+        match law.roughness.filter(|_| is_rough) {
+            Some(roughness) => self.roughen_at_surface(change, *at, roughness, (speed - vn) / inverse_mass),
+            None => change,
+        }
     }
 
     /// Draws the velocity of a particle from the flux distribution of a gas. Along the normal, the density is
@@ -173,12 +144,12 @@ pub(in crate::engine) struct Touching {
 
 impl Touching {
     #[inline]
-    fn in_space(&self, direction: &Vector) -> Vector {
+    pub(in crate::engine) fn in_space(&self, direction: &Vector) -> Vector {
         self.moment.as_ref().map_or(*direction, |moment| moment.pose.direction(direction))
     }
 
     /// Converts the spin of the particle to the frame of the surface, which may rotate.
-    fn spin_seen(&self, spin: &Vector) -> Vector {
+    pub(in crate::engine) fn spin_seen(&self, spin: &Vector) -> Vector {
         self.moment.as_ref().map_or(*spin, |moment| moment.pose.direction_of_shape(&(spin - moment.spin)))
     }
 
@@ -188,11 +159,16 @@ impl Touching {
         self.moment.as_ref().map_or(acceleration, seen)
     }
 
-    /// Converts a velocity to the laboratory frame. If round-off leaves the particle moving into the surface, increases
-    /// the velocity along the normal. [`super::super::contact::law`] does the same for pairs.
+    /// Converts a velocity to the laboratory frame. The result moves the particle away from the surface.
     #[inline]
     fn outwards(&self, seen: Vector) -> Vector {
-        let mut velocity = self.moment.as_ref().map_or(seen, |moment| moment.velocity_of(&self.place, &seen));
+        self.away(self.moment.as_ref().map_or(seen, |moment| moment.velocity_of(&self.place, &seen)))
+    }
+
+    /// If round-off leaves the particle moving into the surface, increases the velocity along the normal.
+    /// [`super::super::contact::law`] does the same for pairs.
+    #[inline]
+    pub(in crate::engine) fn away(&self, mut velocity: Vector) -> Vector {
         if !self.is_closing(&velocity) {
             return velocity;
         }

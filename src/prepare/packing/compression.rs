@@ -212,14 +212,7 @@ fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, N
     for (number, &kind) in used.iter().enumerate() {
         let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);
         let diameter = if reach > 0.0 { reach } else { contacts.largest() };
-        let name = kind.0.to_string();
-        spheres.species.push(Species {
-            name,
-            mass: 1.0,
-            diameter,
-            acceleration: Vector::zeros(),
-            moment_of_inertia: None,
-        });
+        spheres.species.push(Species::new(&kind.0.to_string(), 1.0, diameter));
         for (other, &partner) in used[..=number].iter().enumerate() {
             let contact = contact(kind, partner);
             if contact > 0.0 {

@@ -166,13 +166,7 @@ mod tests {
 
     #[test]
     fn a_particle_in_any_surface_is_refused_with_its_depth() {
-        let species = [Species {
-            name: "A".to_owned(),
-            mass: 1.0,
-            diameter: 1.0,
-            acceleration: Vector::zeros(),
-            moment_of_inertia: None,
-        }];
+        let species = [Species::new("A", 1.0, 1.0)];
         let at = |x: f64| {
             let particle = |x: f64| Particle::new(SpeciesId(0), Vector::new(x, 2.0, 2.0), Vector::zeros());
             let particles = vec![particle(4.0), particle(x)];

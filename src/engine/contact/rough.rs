@@ -1,0 +1,95 @@
+//! Rough contacts: adds the tangential impulse to the change of velocities in a smooth contact.
+//!
+//! The arguments are passed by value. Smooth contacts then keep them in registers.
+
+use super::apply::{Change, With};
+use super::frame::Frame;
+use crate::Vector;
+use crate::engine::parts::Engine;
+use crate::engine::sources::surface::Touching;
+use crate::engine::surfaces::Surface;
+use crate::physics::rough::{Roughness, Touch};
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Adds the tangential impulse between two particles.
+    ///
+    /// The point of contact divides the contact distance in the ratio of the diameters. This conserves the angular
+    /// momentum even if the diameters are non-additive.
+    #[cold]
+    #[inline(never)]
+    pub(in crate::engine) fn roughen_pair(&self, change: Change, pair: Frame, roughness: Roughness) -> Change {
+        let both = [pair.i, pair.j];
+        let [a, b] = both.map(|particle| self.radius(particle));
+        let share = a / (a + b);
+        let length = change.squared.sqrt();
+        let touch = Touch {
+            normal: pair.line / length,
+            velocity: pair.velocity,
+            spins: both.map(|particle| self.spin(particle)),
+            arms: [share * change.distance, (1.0 - share) * change.distance],
+            inverse_inertias: both.map(|particle| self.inverse_inertia(particle)),
+            inverse_mass: 1.0 / pair.approach.reduced_mass,
+        };
+        let normal_impulse = change.impulse.dot(&touch.normal);
+        let grip = touch.grip(&roughness, normal_impulse);
+        let mut after = change.after;
+        self.change_relative_velocity(&pair, &(grip.impulse * touch.inverse_mass), &mut after);
+        self.separate(&pair, &mut after);
+        let before = both.map(|particle| self.state.bodies[particle as usize].velocity);
+        Change {
+            after,
+            impulse: change.impulse + grip.impulse,
+            torques: grip.torques,
+            dissipated: change.dissipated + grip.dissipated,
+            supplied: self.supplied(&pair, &before, &after[0], normal_impulse / length),
+            ..change
+        }
+    }
+
+    /// Adds the tangential impulse of a surface, which is computed in the frame of the surface.
+    #[cold]
+    #[inline(never)]
+    pub(in crate::engine) fn roughen_at_surface(
+        &self,
+        change: Change,
+        at: Touching,
+        roughness: Roughness,
+        normal_impulse: f64,
+    ) -> Change {
+        let (i, inverse_mass) = (change.particle, self.inverse_mass(change.particle));
+        let touch = Touch {
+            normal: at.shape.normal(&at.position),
+            velocity: at.velocity,
+            spins: [at.spin_seen(&self.spin(i)), Vector::zeros()],
+            arms: [self.radius(i), 0.0],
+            inverse_inertias: [self.inverse_inertia(i), 0.0],
+            inverse_mass,
+        };
+        let grip = touch.grip(&roughness, normal_impulse);
+        let torque = at.in_space(&grip.torques[0]);
+        let turning = torque.dot(&(self.spin(i) + torque * (0.5 * self.inverse_inertia(i))));
+        let after = at.away(change.after[0] + at.in_space(&grip.impulse) * inverse_mass);
+        let change_of_velocity =
+            Change::of_one(With::Program, i, &self.state.bodies[i as usize].velocity, after, inverse_mass);
+        let dissipated = change.dissipated + grip.dissipated;
+        // A surface at rest does no work.
+        let supplied = if at.moment.is_none() { 0.0 } else { change_of_velocity.supplied + turning + dissipated };
+        Change { supplied, dissipated, torques: [torque, Vector::zeros()], ..change_of_velocity }
+    }
+
+    #[inline]
+    fn radius(&self, particle: u32) -> f64 {
+        self.pairs.rules.species[usize::from(self.row(particle))].radius
+    }
+
+    /// Returns the spin of a particle; zero if the scene has no spins.
+    #[inline]
+    pub(in crate::engine) fn spin(&self, particle: u32) -> Vector {
+        self.state.spins.get(particle as usize).copied().unwrap_or_default()
+    }
+
+    #[inline]
+    pub(super) fn inverse_inertia(&self, particle: u32) -> f64 {
+        self.pairs.rules.species[usize::from(self.row(particle))].inverse_inertia
+    }
+}
