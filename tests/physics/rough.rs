@@ -186,12 +186,12 @@ fn perfectly_rough_contacts_reverse_in_time() {
 }
 
 /// A periodic gas of unlike spheres or disks without spins at the start.
-fn gas(is_flat: bool, law: impl Fn(InteractionDraft) -> InteractionDraft) -> Simulation {
+fn gas(is_flat: bool, seed: u64, law: impl Fn(InteractionDraft) -> InteractionDraft) -> Simulation {
     let mut scene = SceneBuilder::new("gas")
         .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
         .interaction(law(hard()).between("A", "A"))
         .temperature(1.0)
-        .seed(11);
+        .seed(seed);
     if is_flat {
         let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
         let size = Vector::new(30.0, 30.0, 0.0);
@@ -208,7 +208,7 @@ fn a_perfectly_rough_gas_has_equal_energy_in_all_degrees_of_freedom() {
     // Particles have `f` translational and `g` rotational degrees of freedom. The mean ratio of the energies is `g /
     // f`, corrected for the `f` components of the conserved momentum.
     for (is_flat, count, f, g) in [(false, 500.0, 3.0, 3.0), (true, 256.0, 2.0, 1.0)] {
-        let mut simulation = gas(is_flat, |draft| draft.tangential_restitution(1.0));
+        let mut simulation = gas(is_flat, 11, |draft| draft.tangential_restitution(1.0));
         let energy = simulation.energy().total();
         simulation.advance(Until::events(40 * 500)).unwrap();
         let shares: Vec<f64> = (0..60)
@@ -229,22 +229,22 @@ fn a_rough_granular_gas_cools_with_the_ratio_of_temperatures_from_kinetic_theory
     // 58, 3416, 1998): the translational temperature T and the rotational temperature R change with dT/dt = -A T + B R
     // and dR/dt = B T - C R, in units of the collision rate. Here q = 2/5, eta = q (1 + b) / (2 q + 2), A = (1 - e^2) /
     // 4 + eta (1 - eta), B = eta^2 / q, C = eta / q (1 - eta / q). The ratio r = R / T tends to the positive root of B
-    // r^2 + (C - A) r - B = 0.
+    // r^2 + (C - A) r - B = 0. The theory assumes Maxwell distributions and independent spins. Near b = 0, spins and
+    // velocities are correlated (Brilliantov et al., Phys. Rev. Lett. 98, 128001, 2007): the ratio is 4 % smaller at
+    // e = 0.9 and b = 0.
     let q = 0.4;
-    for (e, b) in [(0.95_f64, 0.5_f64), (0.9, 0.0)] {
+    for (e, b) in [(0.95_f64, 0.5_f64), (0.9, 0.8)] {
         let eta = q * (1.0 + b) / (2.0 * q + 2.0);
         let [a, b_, c] = [(1.0 - e * e) / 4.0 + eta * (1.0 - eta), eta * eta / q, eta / q * (1.0 - eta / q)];
         let half = (a - c) / (2.0 * b_);
         let expected = half + (half * half + 1.0).sqrt();
-        let mut simulation = gas(false, |draft| draft.restitution(e).tangential_restitution(b));
-        simulation.advance(Until::events(20 * 500)).unwrap();
-        let ratios: Vec<f64> = (0..40)
-            .map(|block| {
-                simulation.advance(Until::events(20 * 500 + (block + 1) * 250)).unwrap();
-                let energy = simulation.energy();
-                energy.rotational / energy.kinetic
-            })
-            .collect();
+        // The ratio relaxes within about seven contacts of each sphere, so each run gives one independent value.
+        let ratios = (1..=32).map(|seed| {
+            let mut simulation = gas(false, seed, |draft| draft.restitution(e).tangential_restitution(b));
+            simulation.advance(Until::events(20 * 500)).unwrap();
+            let energy = simulation.energy();
+            energy.rotational / energy.kinetic
+        });
         Mean::of(ratios).assert_is(expected, 0.05 * expected, &format!("ratio of temperatures at e = {e}, b = {b}"));
     }
 }
