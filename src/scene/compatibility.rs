@@ -6,7 +6,8 @@ use crate::Vector;
 use crate::base::text::shortest;
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{
-    Barostat, ContactLaw, ExchangeEnsemble, Growth, Interaction, RunPlan, SceneParts, SurfaceLaw, Thermostat, Threads,
+    Barostat, ContactLaw, ExchangeEnsemble, Growth, Interaction, Roughness, RunPlan, SceneParts, SurfaceLaw,
+    Thermostat, Threads,
 };
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -296,50 +297,41 @@ fn laws(it: &Subject<'_>) -> impl Iterator<Item = (ConfigPath, SurfaceLaw)> {
 }
 
 fn losses(it: &Subject<'_>) -> Option<Found> {
-    let lossy =
-        |at: ConfigPath, restitution| (restitution < 1.0).then(|| (Some(at.key("restitution")), shortest(restitution)));
-    let of_draft = |(index, draft): (usize, &InteractionDraft)| {
-        lossy(ConfigPath::entry("interaction", index), draft.law.restitution)
+    let lossy = |at: &ConfigPath, law: &ContactLaw| {
+        (law.restitution < 1.0).then(|| (Some(at.key("restitution")), shortest(law.restitution)))
     };
-    let of_interaction = |(index, interaction): (usize, &Interaction)| {
-        let (at, restitution) = lossy(ConfigPath::entry("interaction", index), interaction.law.restitution)?;
-        // A scene without interactions takes the interactions of the run from which it starts.
-        let of_run = || (Some(path("start.from")), format!("a run with an interaction of restitution {restitution}"));
-        Some(if it.builder.start.is_some() { of_run() } else { (at, restitution) })
-    };
-    let of_law = |(at, law): (ConfigPath, SurfaceLaw)| match law {
-        SurfaceLaw::Reflecting(law) => lossy(at, law.restitution),
-        SurfaceLaw::Thermal { .. } => None,
-    };
-    let (drafts, interactions) =
-        (it.builder.interactions.iter().enumerate(), it.start.interactions.list().iter().enumerate());
-    let pairs = drafts.filter_map(of_draft).chain(interactions.filter_map(of_interaction));
-    pairs.chain(laws(it).filter_map(of_law)).next()
+    first_law(it, lossy, |law| format!("a run with an interaction of restitution {}", law.restitution))
 }
 
 fn roughness(it: &Subject<'_>) -> Option<Found> {
-    let rough = |at: ConfigPath, law: &ContactLaw| {
-        let roughness = law.roughness?;
-        let is_limited = roughness.friction < f64::INFINITY;
-        let (key, value) = if is_limited {
-            ("friction", roughness.friction)
-        } else {
-            ("tangential_restitution", roughness.tangential_restitution)
-        };
+    let rough = |at: &ConfigPath, law: &ContactLaw| {
+        let Roughness { tangential_restitution, friction } = law.roughness?;
+        let never_slides = friction == f64::INFINITY;
+        let (key, value) =
+            if never_slides { ("tangential_restitution", tangential_restitution) } else { ("friction", friction) };
         Some((Some(at.key(key)), shortest(value)))
     };
+    first_law(it, rough, |_| "a run with rough contacts".to_owned())
+}
+
+/// Returns what `found` finds in the first contact law: of an interaction, a wall or a surface. A scene without
+/// interactions takes the interactions of the run from which it starts. `of_run` then describes the run.
+fn first_law(
+    it: &Subject<'_>,
+    found: impl Fn(&ConfigPath, &ContactLaw) -> Option<Found>,
+    of_run: impl Fn(&ContactLaw) -> String,
+) -> Option<Found> {
     let of_draft =
-        |(index, draft): (usize, &InteractionDraft)| rough(ConfigPath::entry("interaction", index), &draft.law);
+        |(index, draft): (usize, &InteractionDraft)| found(&ConfigPath::entry("interaction", index), &draft.law);
     let of_interaction = |(index, interaction): (usize, &Interaction)| {
-        let found = rough(ConfigPath::entry("interaction", index), &interaction.law)?;
-        let of_run = || (Some(path("start.from")), "a run with rough contacts".to_owned());
-        Some(if it.builder.start.is_some() { of_run() } else { found })
+        let here = found(&ConfigPath::entry("interaction", index), &interaction.law)?;
+        let run = || (Some(path("start.from")), of_run(&interaction.law));
+        Some(if it.builder.start.is_some() { run() } else { here })
     };
-    let of_law = |(at, law): (ConfigPath, SurfaceLaw)| rough(at, &law.contact()?);
     let (drafts, interactions) =
         (it.builder.interactions.iter().enumerate(), it.start.interactions.list().iter().enumerate());
     let pairs = drafts.filter_map(of_draft).chain(interactions.filter_map(of_interaction));
-    pairs.chain(laws(it).filter_map(of_law)).next()
+    pairs.chain(laws(it).filter_map(|(at, law)| found(&at, &law.contact()?))).next()
 }
 
 const fn row(

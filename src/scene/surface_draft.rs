@@ -25,23 +25,26 @@ impl SurfaceDraft {
     /// Sets the ratio of the normal speeds after and before a contact, 0 to 1.
     #[must_use]
     pub fn restitution(self, restitution: f64) -> Self {
-        let law = self.law.contact().unwrap_or(ContactLaw::smooth(1.0));
-        Self { law: SurfaceLaw::Reflecting(ContactLaw { restitution, ..law }), ..self }
+        self.with_law(|law| ContactLaw { restitution, ..law })
     }
 
     /// Makes the surface rough, with a tangential restitution from -1 to 1. Without [`Self::friction`], contacts never
     /// slide.
     #[must_use]
     pub fn tangential_restitution(self, restitution: f64) -> Self {
-        let law = self.law.contact().unwrap_or(ContactLaw::smooth(1.0));
-        Self { law: SurfaceLaw::Reflecting(law.with_tangential_restitution(restitution)), ..self }
+        self.with_law(|law| law.with_tangential_restitution(restitution))
     }
 
     /// Makes the surface rough, with a friction coefficient. The tangential restitution is 0 unless it is set, too.
     #[must_use]
     pub fn friction(self, coefficient: f64) -> Self {
+        self.with_law(|law| law.with_friction(coefficient))
+    }
+
+    /// Changes the contact law. A thermal surface becomes a reflecting one.
+    fn with_law(self, change: impl FnOnce(ContactLaw) -> ContactLaw) -> Self {
         let law = self.law.contact().unwrap_or(ContactLaw::smooth(1.0));
-        Self { law: SurfaceLaw::Reflecting(law.with_friction(coefficient)), ..self }
+        Self { law: SurfaceLaw::Reflecting(change(law)), ..self }
     }
 
     /// Sets the temperature of a thermal surface `[energy]`, which gives particles new velocities.

@@ -1,4 +1,5 @@
-//! Tangential impulse of a rough contact, with its uncertainty.
+//! Tangential impulse of a rough contact, with its uncertainty. The verifier proves the engine, so it shares no formula
+//! with `physics::rough`.
 
 use super::bounds::{Bounds, rounded};
 use crate::Vector;
