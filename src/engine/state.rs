@@ -67,13 +67,14 @@ impl State {
             .zip(&names)
             .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
             .collect();
+        let spins = if scene.has_spins() { particles().map(|p| p.spin).collect() } else { Vec::new() };
         Self {
             bodies,
             next_name: id(numbers.len()),
             numbers,
             species: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
             images: Travelled::new(names.len()),
-            spins: particles().filter(|_| scene.has_spins()).map(|p| p.spin).collect(),
+            spins,
             space: scene.space().clone(),
             periods: scene.space().periods(),
         }
