@@ -52,6 +52,11 @@ pub(super) trait Column: Sized {
     /// False if contacts never change the column.
     const CHANGES_IN_CONTACTS: bool = true;
 
+    /// Whether the column would stay wrong if a contact were undone by restoring motions and predictions only.
+    fn is_more_than_motion(&self) -> bool {
+        Self::CHANGES_IN_CONTACTS
+    }
+
     /// Returns the column in a new order, with new particle numbers in its entries.
     fn permuted(&self, order: &Order) -> Self;
 
@@ -66,6 +71,10 @@ pub(super) trait Column: Sized {
 }
 
 impl Column for Vec<Body> {
+    fn is_more_than_motion(&self) -> bool {
+        false
+    }
+
     fn permuted(&self, order: &Order) -> Self {
         order.permuted(self)
     }
@@ -109,6 +118,10 @@ impl Column for Vec<u16> {
 
 /// The spins; empty if the scene has none.
 impl Column for Vec<Vector> {
+    fn is_more_than_motion(&self) -> bool {
+        !self.is_empty()
+    }
+
     fn permuted(&self, order: &Order) -> Self {
         order.permuted_if_any(self)
     }
@@ -154,6 +167,10 @@ impl Column for Travelled {
 }
 
 impl Column for Vec<Prediction> {
+    fn is_more_than_motion(&self) -> bool {
+        false
+    }
+
     fn permuted(&self, order: &Order) -> Self {
         let mut permuted = order.permuted(self);
         permuted.iter_mut().for_each(|prediction| prediction.renumber(&order.new));
@@ -224,6 +241,10 @@ impl Column for SurfaceRandom {
 }
 
 impl Column for CapturedPairs {
+    fn is_more_than_motion(&self) -> bool {
+        !self.is_empty()
+    }
+
     /// Without pairs that can be captured, the lists are empty.
     fn permuted(&self, order: &Order) -> Self {
         if self.is_empty() {
@@ -372,10 +393,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns true if contacts change nothing but motions and predictions.
     pub(super) fn changes_motion_only(&self) -> bool {
-        self.pairs.states.is_empty()
-            && self.state.spins.is_empty()
-            && self.pairs.contact_times.is_none()
-            && self.sources.surface_random.is_none()
+        let mut is_more = false;
+        columns!(self, as_ref, column: => is_more |= column.is_more_than_motion());
+        !is_more
     }
 
     #[inline(always)]

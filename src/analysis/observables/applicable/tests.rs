@@ -1,6 +1,7 @@
 use super::*;
 use crate::engine::Until;
-use crate::model::space::{Boundary, Space};
+use crate::model::ContactLaw;
+use crate::model::space::{Boundary, Face, Space};
 use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 fn pair() -> SceneBuilder {
@@ -28,11 +29,16 @@ fn a_periodic_fluid_has_everything_but_a_height() {
 #[test]
 fn walls_gravity_and_static_particles_disable_observables() {
     let walls = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(10.0) };
-    let walled = ApplicableObservables::of(&pair().space(walls).build().unwrap());
+    let walled = ApplicableObservables::of(&pair().space(walls.clone()).build().unwrap());
     assert!(!walled.conserves_momentum && !walled.is_homogeneous && walled.has_temperature);
     assert!(walled.has_pressure && walled.pressed_walls == [[true; 2]; 3]);
     assert_eq!(walled.degrees_of_freedom, 6.0);
     assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
+    // The tangential forces of rough walls contribute to the virial, but only normal impulses are summed.
+    let wall = Face::Wall(ContactLaw::smooth(1.0).with_friction(0.3));
+    let rough = Space { boundary: [Boundary::Bounded { lower: wall, upper: wall }; 3], ..walls };
+    let rough = ApplicableObservables::of(&pair().space(rough).build().unwrap());
+    assert!(!rough.has_pressure && rough.pressed_walls == [[true; 2]; 3]);
     // The walls act only along x. The common motion along y has a kinetic energy of 2.
     let slit = Space {
         boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
