@@ -27,6 +27,7 @@ mod scene_copy;
 mod scenes;
 pub mod summary;
 pub(crate) mod surfaces;
+pub(crate) mod table;
 mod thermo;
 mod vtk;
 

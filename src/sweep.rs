@@ -35,4 +35,4 @@ pub use error::SweepError;
 pub use execute::{Fate, News, Orders, Share};
 pub use folder::SweepFolder;
 pub use plan::{Point, Sweep};
-pub use results::{Group, MeasuredQuantity, PointResult, Pooled, Results, StageMeans, StageResult, Standing, Value};
+pub use results::{Group, MeasuredQuantity, PointResult, Pooled, Results, StageMeans, StageResult, Standing};

@@ -8,7 +8,9 @@ use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, with_causes};
 use crate::io::estimate::{allowance, free_disk};
 use crate::io::{Existing, FolderState, refuse_link};
-use crate::sweep::{Agreement, Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
+use crate::sweep::{
+    Agreement, Axis, Fate, News, Orders, Pooled, Results, Share, Standing, Sweep, SweepError, SweepFolder,
+};
 use crate::view::report;
 use crate::view::{describe, final_table};
 use clap::Args;
@@ -242,12 +244,12 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
             // A quantity that is constant in each run has no standard error, but may differ between runs.
-            Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
-                Some(error) if error > 0.0 => {
-                    describe::estimate(&Estimate { mean: it.mean, standard_error: Some(error) })
+            Some(Pooled { estimate: Estimate { mean, standard_error }, scatter, .. }) => {
+                match standard_error.filter(|error| *error > 0.0).or(scatter) {
+                    Some(error) if error > 0.0 => describe::estimate(&Estimate { mean, standard_error: Some(error) }),
+                    _ => digits(mean),
                 }
-                _ => digits(it.mean),
-            },
+            }
         });
         rows.push(settings.chain(stage).chain([means.runs.to_string()]).chain(values).collect());
     }

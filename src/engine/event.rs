@@ -195,12 +195,11 @@ impl EventCounts {
 
     /// Returns the counts and sums since `earlier`, with the deepest overlap of the whole run.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
-        let mut since = *self;
-        let mut before = *earlier;
+        let [mut since, mut before] = [*self, *earlier];
         for (count, before) in since.counts_mut().into_iter().zip(before.counts_mut()) {
             *count -= *before;
         }
-        for (sum, before) in since.sums_mut().into_iter().zip(earlier.sums()) {
+        for (sum, before) in since.sums_mut().into_iter().zip(before.sums_mut()) {
             sum.subtract(before);
         }
         since
@@ -213,7 +212,7 @@ impl EventCounts {
             *count = count.wrapping_add(*more);
         }
         self.deepest_overlap = self.deepest_overlap.max(part.deepest_overlap);
-        for (sum, more) in self.sums_mut().into_iter().zip(part.sums()) {
+        for (sum, more) in self.sums_mut().into_iter().zip(some.sums_mut()) {
             sum.merge(more);
         }
     }
@@ -233,26 +232,6 @@ impl EventCounts {
             &mut self.tc_altered,
             &mut self.thermostat,
         ]
-    }
-
-    fn sums(&self) -> Vec<&ExactSum> {
-        let Self {
-            virial,
-            confined_virial,
-            confined_heating,
-            wall_push,
-            wall_heat,
-            dissipated,
-            dissipated_moment,
-            supplied,
-            supplied_moment,
-            pair_energy_moment,
-            ..
-        } = self;
-        let scalars = [virial, dissipated, dissipated_moment, supplied, supplied_moment, pair_energy_moment];
-        let of_axes = confined_virial.iter().chain(confined_heating);
-        let of_walls = wall_push.iter().chain(wall_heat).flatten();
-        scalars.into_iter().chain(of_axes).chain(of_walls).collect()
     }
 
     fn sums_mut(&mut self) -> Vec<&mut ExactSum> {

@@ -1,13 +1,16 @@
 //! The potential of mean force along a distance, from all windows of an exchange.
 
+use std::convert::Infallible;
+
+use serde::Deserialize;
+
 use super::execute::ExchangeRecorder;
 use super::replicas::{Exchange, ExchangeRow};
 use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLevels, Reweighting};
 use crate::analysis::statistics::Estimate;
-use std::convert::Infallible;
 
 /// Free energies in a bin of the distance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[non_exhaustive]
 pub struct MeanForcePoint {
     /// Middle of the bin `[length]`.

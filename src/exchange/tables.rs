@@ -1,8 +1,9 @@
 //! The tables of an exchange: `exchange.csv` with a row for each attempt to swap, `energies.csv` with the populations,
 //! `curves.csv` and `density_of_states.csv`.
 
-use std::fmt::Write;
-use std::str::Lines;
+use std::iter::once;
+
+use csv::StringRecord;
 
 use super::curves::ThermalPoint;
 use super::levels::LevelDensity;
@@ -11,60 +12,34 @@ use super::replicas::ExchangeRow;
 use super::results::{ExchangeResults, Population};
 use crate::analysis::statistics::Estimate;
 use crate::io::number::Cell;
+use crate::io::table;
 
 /// The first line of `exchange.csv`. Temperatures and replicas are counted from 1.
 pub(super) fn header(temperatures: usize, measured: &[&str]) -> String {
-    let mut line = "time".to_owned();
-    for place in 1..=temperatures {
-        let _ = write!(line, ",replica_{place},potential_{place}");
-    }
-    for place in 1..=temperatures {
-        for name in measured {
-            let _ = write!(line, ",{name}_{place}");
-        }
-    }
-    line + "\n"
+    let places = (1..=temperatures).flat_map(|place| ["replica", "potential"].map(|name| format!("{name}_{place}")));
+    let measured = (1..=temperatures).flat_map(|place| measured.iter().map(move |name| format!("{name}_{place}")));
+    table::line(once("time".to_owned()).chain(places).chain(measured))
 }
 
 pub(super) fn line(row: &ExchangeRow<'_>) -> String {
-    let mut line = Cell(Some(row.time)).to_string();
-    for (replica, energy) in row.replicas.iter().zip(row.potential) {
-        let _ = write!(line, ",{},{}", replica + 1, Cell(Some(*energy)));
-    }
-    for number in row.measured {
-        let _ = write!(line, ",{}", Cell(Some(*number)));
-    }
-    line + "\n"
+    let replicas = row.replicas.iter().zip(row.potential);
+    let places = replicas.flat_map(|(replica, energy)| [(replica + 1) as f64, *energy]);
+    table::line(once(row.time).chain(places).chain(row.measured.iter().copied()).map(|number| Cell(Some(number))))
 }
 
-pub(super) fn temperatures(heads: &str) -> usize {
-    heads.split(',').filter(|head| head.starts_with("replica_")).count()
-}
-
-/// Returns the time of a line of `exchange.csv`, and the index of the replica at each temperature.
-pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>)> {
-    let mut cells = line.split(',');
+/// Returns the time of a row of `exchange.csv`, and the index of the replica at each temperature.
+pub(super) fn places(row: &StringRecord, temperatures: usize) -> Option<(f64, Vec<usize>)> {
+    let mut cells = row.iter();
     let time = cells.next()?.parse().ok()?;
     let replicas = cells.step_by(2).take(temperatures).map(|cell| cell.parse::<usize>().ok()?.checked_sub(1));
     let replicas: Vec<usize> = replicas.collect::<Option<_>>()?;
     (replicas.len() == temperatures).then_some((time, replicas))
 }
 
-/// Reads the energies and other quantities from a line of `exchange.csv`. Returns whether the line is complete.
-pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, measured: &mut Vec<f64>) -> bool {
-    energies.clear();
-    measured.clear();
-    let mut cells = line.split(',').skip(1).map(str::parse::<f64>).enumerate();
-    let are_numbers = cells.all(|(at, cell)| {
-        let list = if at < 2 * temperatures { &mut *energies } else { &mut *measured };
-        cell.map(|number| {
-            if at % 2 == 1 || at >= 2 * temperatures {
-                list.push(number)
-            }
-        })
-        .is_ok()
-    });
-    are_numbers && energies.len() == temperatures
+/// Returns a row of numbers without errors, and estimates with their errors.
+fn row<'e>(numbers: &[f64], estimates: impl IntoIterator<Item = &'e Estimate>) -> String {
+    let estimates = estimates.into_iter().flat_map(|it| [Some(it.mean), it.standard_error]);
+    table::line(numbers.iter().copied().map(Some).chain(estimates).map(Cell))
 }
 
 fn heads_of(point: &ThermalPoint) -> String {
@@ -73,125 +48,62 @@ fn heads_of(point: &ThermalPoint) -> String {
 }
 
 pub(super) fn curves(points: &[ThermalPoint]) -> String {
-    let mut text = heads_of(points.first().unwrap_or(&ThermalPoint::default())) + "\n";
-    for point in points {
-        text.push_str(&Cell(Some(point.temperature)).to_string());
-        for (_, it) in point.quantities() {
-            let _ = write!(text, ",{},{}", Cell(Some(it.mean)), Cell(it.standard_error));
-        }
-        text.push('\n');
-    }
-    text
+    let heads = heads_of(points.first().unwrap_or(&ThermalPoint::default())) + "\n";
+    let of = |point: &ThermalPoint| row(&[point.temperature], point.quantities().iter().map(|(_, it)| it));
+    once(heads).chain(points.iter().map(of)).collect()
 }
 
 pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
-    let (mut lines, heads) = (text.lines(), heads_of(&ThermalPoint::default()));
-    let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
-        return Err(format!("line 1: expected a header that begins with `{heads}`"));
+    let always = heads_of(&ThermalPoint::default());
+    let Some(heads) = text.lines().next().filter(|heads| heads.starts_with(&always)) else {
+        return Err(format!("line 1: expected a header that begins with `{always}`"));
     };
     // The name of each quantity is followed by the name of the error column.
-    let names: Vec<&str> = others.split(',').skip(1).step_by(2).collect();
-    read_lines(lines, "a temperature, and numbers with their errors", |cells| {
-        let all = (0..4 + names.len()).map(|at| cells.estimate(2 * at + 1)).collect::<Option<Vec<_>>>()?;
-        Some(ThermalPoint::new(cells.number(0)?, &all, &names))
-    })
+    let names: Vec<&str> = heads[always.len()..].split(',').skip(1).step_by(2).collect();
+    let rows = table::read::<(f64, Vec<Estimate>)>(text, heads, "a temperature, and numbers with their errors")?;
+    Ok(rows.iter().map(|(temperature, all)| ThermalPoint::new(*temperature, all, &names)).collect())
 }
 
 const DENSITY_HEADS: &str = "energy,log_density_of_states,log_density_of_states_error";
 
 pub(super) fn density_of_states(levels: &[LevelDensity]) -> String {
-    let mut text = format!("{DENSITY_HEADS}\n");
-    for LevelDensity { energy, log_density_of_states: it, .. } in levels {
-        let _ = writeln!(text, "{},{},{}", Cell(Some(*energy)), Cell(Some(it.mean)), Cell(it.standard_error));
-    }
-    text
+    let rows = levels.iter().map(|it| row(&[it.energy], [&it.log_density_of_states]));
+    once(format!("{DENSITY_HEADS}\n")).chain(rows).collect()
 }
 
 pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, String> {
-    read_lines(behind(text, DENSITY_HEADS)?, "an energy, and a number with its error", |cells| {
-        Some(LevelDensity::new(cells.number(0)?, cells.estimate(1)?))
-    })
+    let rows = table::read::<(f64, Estimate)>(text, DENSITY_HEADS, "an energy, and a number with its error")?;
+    Ok(rows.into_iter().map(|(energy, density)| LevelDensity::new(energy, density)).collect())
 }
 
 const MEAN_FORCE_HEADS: &str =
     "distance,width,free_energy,free_energy_error,potential_of_mean_force,potential_of_mean_force_error";
 
 pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
-    let mut text = format!("{MEAN_FORCE_HEADS}\n");
-    for MeanForcePoint { distance, width, free_energy, potential_of_mean_force } in points {
-        let _ = write!(text, "{},{}", Cell(Some(*distance)), Cell(Some(*width)));
-        for it in [free_energy, potential_of_mean_force] {
-            let _ = write!(text, ",{},{}", Cell(Some(it.mean)), Cell(it.standard_error));
-        }
-        text.push('\n');
-    }
-    text
+    let of = |it: &MeanForcePoint| row(&[it.distance, it.width], [&it.free_energy, &it.potential_of_mean_force]);
+    once(format!("{MEAN_FORCE_HEADS}\n")).chain(points.iter().map(of)).collect()
 }
 
 pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String> {
-    let expected = "a distance, a width, and two numbers with their errors";
-    read_lines(behind(text, MEAN_FORCE_HEADS)?, expected, |cells| {
-        Some(MeanForcePoint {
-            distance: cells.number(0)?,
-            width: cells.number(1)?,
-            free_energy: cells.estimate(2)?,
-            potential_of_mean_force: cells.estimate(4)?,
-        })
-    })
+    table::read(text, MEAN_FORCE_HEADS, "a distance, a width, and two numbers with their errors")
 }
 
 const HEADS: &str = "temperature,energy,width,population,population_error";
 
 pub(super) fn energies(results: &ExchangeResults) -> String {
-    let mut text = format!("{HEADS}\n");
-    for at in &results.temperatures {
-        for Population { energy, width, population } in &at.populations {
-            let cells = [Some(at.temperature), Some(*energy), Some(*width), Some(population.mean)];
-            let cells = cells.into_iter().chain([population.standard_error]).map(|cell| Cell(cell).to_string());
-            text.push_str(&cells.collect::<Vec<_>>().join(","));
-            text.push('\n');
-        }
-    }
-    text
+    let temperatures = results.temperatures.iter();
+    let all = temperatures.flat_map(|at| at.populations.iter().map(|it| (at.temperature, it)));
+    let rows = all.map(|(temperature, it)| row(&[temperature, it.energy, it.width], [&it.population]));
+    once(format!("{HEADS}\n")).chain(rows).collect()
 }
 
 pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
-    let temperatures = &mut results.temperatures;
-    read_lines(behind(text, HEADS)?, "four numbers, and a fifth number or an empty cell", |cells| {
-        let (energy, width, population) = (cells.number(1)?, cells.number(2)?, cells.estimate(3)?);
-        let temperature = cells.number(0)?;
-        let at = temperatures.iter_mut().find(|at| at.temperature == temperature)?;
-        at.populations.push(Population { energy, width, population });
-        Some(())
-    })
-    .map(|_| ())
-}
-
-struct Cells<'t>(Vec<&'t str>);
-
-impl Cells<'_> {
-    fn number(&self, at: usize) -> Option<f64> {
-        self.0.get(at)?.parse().ok()
+    let rows = table::read::<(f64, Population)>(text, HEADS, "four numbers, and a fifth number or an empty cell")?;
+    for (number, (temperature, population)) in (2..).zip(rows) {
+        let at = results.temperatures.iter_mut().find(|at| at.temperature == temperature);
+        at.ok_or_else(|| format!("line {number}: expected a temperature of the exchange"))?
+            .populations
+            .push(population);
     }
-
-    /// Reads a mean from a cell, and its error from the next cell, which may be empty.
-    fn estimate(&self, at: usize) -> Option<Estimate> {
-        Some(Estimate { mean: self.number(at)?, standard_error: self.number(at + 1) })
-    }
-}
-
-fn behind<'t>(text: &'t str, heads: &str) -> Result<Lines<'t>, String> {
-    let mut lines = text.lines();
-    if lines.next() == Some(heads) { Ok(lines) } else { Err(format!("line 1: expected `{heads}`")) }
-}
-
-fn read_lines<T>(
-    lines: Lines<'_>,
-    expected: &str,
-    mut made: impl FnMut(&Cells<'_>) -> Option<T>,
-) -> Result<Vec<T>, String> {
-    let of_line = |(number, line): (usize, &str)| {
-        made(&Cells(line.split(',').collect())).ok_or_else(|| format!("line {number}: expected {expected}"))
-    };
-    (2..).zip(lines).map(of_line).collect()
+    Ok(())
 }

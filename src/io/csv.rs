@@ -9,7 +9,8 @@
 use std::io::Write;
 
 use super::convert::{Draft, FrameError, Moment, Writer, finish};
-use super::number::{Cell, text_cell};
+use super::number::Cell;
+use super::table::text_cell;
 use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 

@@ -1,6 +1,5 @@
 //! Results of instruments: `measurements.json`, and a CSV table for each curve in the folder `measurements`.
 
-use std::fmt::Write;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -10,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::error::OutputError;
 use super::number::Cell;
 use super::partial::PartialFile;
+use super::table::line;
 use crate::analysis::instruments::{Curve, Measured};
 use crate::base::text;
 use crate::run::{Finished, MeasuredStage};
@@ -100,24 +100,18 @@ pub(super) fn is_table(name: &str) -> bool {
 /// Writes a curve as a CSV table: the variables, and each quantity with its standard error. Missing data are empty
 /// cells. Units are only in `measurements.json`.
 fn table(curve: &Curve) -> String {
-    let mut text = String::new();
     let heads = curve.variables.iter().map(|variable| variable.name.clone());
     let series = curve.series.iter().flat_map(|series| [series.name.clone(), format!("{} error", series.name)]);
     let heads: Vec<String> = heads.chain(series).collect();
     let heads = text::identifiers(heads.iter().map(String::as_str));
-    text.push_str(&heads.join(","));
-    text.push('\n');
+    let mut text = line(heads);
     let rows = curve.variables.first().map_or(0, |variable| variable.values.len());
     for row in 0..rows {
         let variables = curve.variables.iter().map(|variable| variable.values.get(row).copied());
         let series = curve.series.iter().flat_map(|series| {
             [&series.values, &series.standard_errors].map(|values| values.get(row).copied().flatten())
         });
-        for (at, cell) in variables.chain(series).enumerate() {
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{}{}", if at == 0 { "" } else { "," }, Cell(cell));
-        }
-        text.push('\n');
+        text += &line(variables.chain(series).map(Cell));
     }
     text
 }

@@ -15,34 +15,9 @@ impl fmt::Display for Cell {
     }
 }
 
-/// Returns a word as a cell of a CSV table. A word with a comma, a quote or a line end gets quotes.
-pub(crate) fn quoted(word: &str) -> String {
-    if word.contains([',', '"', '\n']) { format!("\"{}\"", word.replace('"', "\"\"")) } else { word.to_owned() }
-}
-
-/// Returns a text as a cell of a CSV table. An apostrophe protects texts that a spreadsheet would read as formulas.
-pub(crate) fn text_cell(word: &str) -> String {
-    let is_formula = word.starts_with(['=', '+', '-', '@', '\t', '\r']) && word.parse::<f64>().is_err();
-    if is_formula { quoted(&format!("'{word}")) } else { quoted(word) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn no_cell_is_a_formula() {
-        for (word, cell) in [
-            ("=1+1", "'=1+1"),
-            ("@a,b", "\"'@a,b\""),
-            ("-x", "'-x"),
-            ("-0.5", "-0.5"),
-            ("+1e3", "+1e3"),
-            ("a=b", "a=b"),
-        ] {
-            assert_eq!(text_cell(word), cell);
-        }
-    }
 
     #[test]
     fn number_cells_hold_the_shortest_text() {

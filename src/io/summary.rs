@@ -173,12 +173,12 @@ pub struct Overlaps {
     pub resolved_after: Option<f64>,
 }
 
-/// A mean and its standard error. The error is `None` if the run is too short to estimate it.
+/// An observable of the run, averaged over the measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "as in `Estimate`")]
 pub struct Observable {
-    pub mean: f64,
-    pub standard_error: Option<f64>,
+    /// The mean and its standard error.
+    #[serde(flatten)]
+    pub estimate: Estimate,
     /// Whether the observable was stationary; `None` in files without this key.
     #[serde(default)]
     pub stationarity: Option<Stationarity>,
@@ -306,9 +306,9 @@ fn observables(
     estimates: &[(&'static str, Estimate)],
     stationarity: &[(&'static str, Stationarity)],
 ) -> BTreeMap<String, Observable> {
-    let observable = |(name, estimate): &(&'static str, Estimate)| {
-        let stationarity = stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
-        ((*name).to_owned(), Observable { mean: estimate.mean, standard_error: estimate.standard_error, stationarity })
+    let observable = |&(name, estimate): &(&'static str, Estimate)| {
+        let stationarity = stationarity.iter().find(|(known, _)| *known == name).map(|(_, verdict)| *verdict);
+        (name.to_owned(), Observable { estimate, stationarity })
     };
     estimates.iter().map(observable).collect()
 }

@@ -4,11 +4,10 @@
 //! `summary.json`. The last column contains the name of the stage. The equilibration of a stage `a` is named `a
 //! equilibration`. The last two stages are named `equilibration` and `measurement`.
 
-use std::fmt::Write;
-
 use serde::{Deserialize, Serialize};
 
-use super::number::{Cell, quoted};
+use super::number::Cell;
+use super::table::{line, quoted};
 use crate::analysis::observables::{ApplicableObservables, Row};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text;
@@ -53,8 +52,7 @@ impl Columns {
     }
 
     pub fn header(&self) -> String {
-        let names: Vec<String> = self.columns().into_iter().map(|column| column.name).collect();
-        names.join(",") + "\n"
+        line(self.columns().into_iter().map(|column| column.name))
     }
 
     pub fn columns(&self) -> Vec<Column> {
@@ -87,18 +85,10 @@ impl Columns {
     }
 
     pub fn line(&self, stage: Stage, row: &Row) -> String {
-        let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
-        for (has, .., of) in self.quantities() {
-            if has {
-                let _ = write!(line, ",{}", Cell(of(row)));
-            }
-        }
-        for count in &row.counts {
-            let _ = write!(line, ",{count}");
-        }
-        line.push(',');
-        line.push_str(&quoted(&stage.name(&self.plan)));
-        line.push('\n');
-        line
+        let mut cells = vec![Cell(Some(row.time)).to_string(), row.events.to_string()];
+        cells.extend(self.quantities().iter().filter(|(has, ..)| *has).map(|(.., of)| Cell(of(row)).to_string()));
+        cells.extend(row.counts.iter().map(usize::to_string));
+        cells.push(quoted(&stage.name(&self.plan)));
+        line(cells)
     }
 }

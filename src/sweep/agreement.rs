@@ -50,8 +50,8 @@ impl Results {
         let Some(name) = self.quantities.get(quantity).map(|it| &it.name) else { return Vec::new() };
         let mut all: Vec<(&str, Vec<Pair<'_>>)> = Vec::new();
         for (_, means) in self.means() {
-            let measured = means.values.get(quantity).copied().flatten();
-            let error = measured.and_then(|it| it.error).filter(|error| *error > 0.0);
+            let measured = means.values.get(quantity).copied().flatten().map(|it| it.estimate);
+            let error = measured.and_then(|it| it.standard_error).filter(|error| *error > 0.0);
             let Some((measured, error)) = measured.zip(error) else { continue };
             let is_crystal = self.is_crystal(means);
             for known in means.published.iter().filter(|it| it.quantity == *name) {
@@ -69,7 +69,7 @@ impl Results {
     /// Whether the compressibility factor is nearer to the published crystal than to the published fluid.
     fn is_crystal(&self, means: &StageMeans) -> Option<bool> {
         let at = self.quantities.iter().position(|it| it.name == FACTOR)?;
-        let measured = means.values.get(at).copied().flatten()?.mean;
+        let measured = means.values.get(at).copied().flatten()?.estimate.mean;
         let known = |is_crystal: bool| {
             let mut all = means.published.iter().filter(|it| it.quantity == FACTOR);
             all.find(|it| it.is_of_crystal() == is_crystal).map(PublishedValue::at_size)
@@ -99,6 +99,7 @@ fn agreement(label: &str, all: &[Pair<'_>]) -> Agreement {
 mod tests {
     use super::*;
     use crate::analysis::published::CRYSTAL_LABEL as CRYSTAL;
+    use crate::analysis::statistics::Estimate;
     use crate::sweep::{Group, MeasuredQuantity, Pooled, StageMeans};
 
     fn group(mean: f64, error: f64, published: &[(&str, f64, f64)]) -> Group {
@@ -109,7 +110,7 @@ mod tests {
             label: (*label).to_owned(),
             source: String::new(),
         };
-        let value = Pooled { mean, error: Some(error), scatter: None, runs: 1 };
+        let value = Pooled { estimate: Estimate { mean, standard_error: Some(error) }, scatter: None, runs: 1 };
         let published = published.iter().map(known).collect();
         let means = StageMeans { stage: "measurement".to_owned(), runs: 1, values: vec![Some(value)], published };
         Group { places: vec![0], repeats: 0, measurements: vec![means] }
@@ -150,8 +151,8 @@ mod tests {
             source: String::new(),
         };
         let at = |z: f64, rate: f64, published: Vec<PublishedValue>| {
-            let value = |mean| Some(Pooled { mean, error: Some(0.1), scatter: None, runs: 1 });
-            let values = vec![value(z), value(rate)];
+            let estimate = |mean| Estimate { mean, standard_error: Some(0.1) };
+            let values = [z, rate].map(|mean| Some(Pooled { estimate: estimate(mean), scatter: None, runs: 1 })).into();
             let means = StageMeans { stage: "measurement".to_owned(), runs: 1, values, published };
             Group { places: vec![0], repeats: 0, measurements: vec![means] }
         };

@@ -7,7 +7,7 @@ use super::plan::{Point, Sweep};
 use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
-use crate::analysis::statistics::ROUNDING;
+use crate::analysis::statistics::{Estimate, ROUNDING};
 use crate::base::text::unit;
 use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
@@ -48,23 +48,12 @@ pub struct MeasuredQuantity {
     pub unit: String,
 }
 
-/// A mean with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Value {
-    /// The mean.
-    pub mean: f64,
-    /// Standard error of the mean; `None` if there are too few data.
-    pub error: Option<f64>,
-}
-
 /// Mean over the runs of a state point, which have different seeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pooled {
-    /// Mean over the runs, with equal weights.
-    pub mean: f64,
-    /// Standard error of the mean from the errors `e_i` of the `n` runs, `sqrt(sum e_i^2) / n`; `None` if an error of a
-    /// run is unknown.
-    pub error: Option<f64>,
+    /// Mean over the runs, with equal weights. Its standard error is `sqrt(sum e_i^2) / n` from the errors `e_i` of the
+    /// `n` runs; `None` if an error of a run is unknown.
+    pub estimate: Estimate,
     /// Standard error of the mean from the scatter of the values `x_i` of the `n` runs,
     /// `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the scatter is round-off, `None` for a single run.
     pub scatter: Option<f64>,
@@ -107,7 +96,7 @@ pub struct StageResult {
     /// Number of physical events.
     pub events: u64,
     /// Measured values, in the order of [`Results::quantities`].
-    pub values: Vec<Option<Value>>,
+    pub values: Vec<Option<Estimate>>,
     /// Published values for the simulated system.
     pub published: Vec<PublishedValue>,
 }
@@ -229,7 +218,7 @@ pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
 
 fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<MeasuredQuantity>) -> Vec<StageResult> {
     let dimensions = summary.system.as_ref().map_or(3, |system| system.dimensions);
-    let mut placed = |values: Vec<(MeasuredQuantity, Value)>| {
+    let mut placed = |values: Vec<(MeasuredQuantity, Estimate)>| {
         let mut all = Vec::new();
         for (quantity, value) in values {
             let at = quantities.iter().position(|known| known.name == quantity.name).unwrap_or_else(|| {
@@ -282,7 +271,7 @@ fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,
     measured: &Measured,
-) -> Vec<(MeasuredQuantity, Value)> {
+) -> Vec<(MeasuredQuantity, Estimate)> {
     // The pressure tensor measures the collision rate under the name `core_rate`.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
@@ -291,18 +280,19 @@ fn values_of(
     let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
     let observables = known.chain(others).filter_map(|(name, unit)| Some((name, unit, observables.get(name)?)));
-    let finite = |mean: f64, error: Option<f64>| {
-        mean.is_finite().then(|| Value { mean, error: error.filter(|error| error.is_finite()) })
+    let finite = |Estimate { mean, standard_error }| {
+        let standard_error = standard_error.filter(|error: &f64| error.is_finite());
+        mean.is_finite().then_some(Estimate { mean, standard_error })
     };
     let observables = observables.filter(|(name, ..)| is_new(name)).filter_map(|(name, unit_of, observable)| {
         let quantity =
             MeasuredQuantity { name: name.to_owned(), title: name.replace('_', " "), unit: unit(unit_of, dimensions) };
-        Some((quantity, finite(observable.mean, observable.standard_error)?))
+        Some((quantity, finite(observable.estimate)?))
     });
     let numbers = measured.numbers.iter().filter_map(|number| {
         let (name, title) = (number.name.clone(), number.title.clone());
         let quantity = MeasuredQuantity { name, title, unit: unit(&number.unit, dimensions) };
-        Some((quantity, finite(number.mean?, number.standard_error)?))
+        Some((quantity, finite(number.estimate()?)?))
     });
     observables.chain(numbers).collect()
 }
@@ -336,7 +326,7 @@ fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: 
 fn means_of(stage: &str, runs: &[&PointResult], quantities: usize) -> StageMeans {
     let of_stage =
         || runs.iter().filter_map(|run| run.measurements.iter().find(|measurement| measurement.stage == stage));
-    let values = |at: usize| of_stage().filter_map(|measurement| measurement.values[at]).collect::<Vec<Value>>();
+    let values = |at: usize| of_stage().filter_map(|measurement| measurement.values[at]).collect::<Vec<Estimate>>();
     StageMeans {
         stage: stage.to_owned(),
         runs: of_stage().count(),
@@ -345,17 +335,16 @@ fn means_of(stage: &str, runs: &[&PointResult], quantities: usize) -> StageMeans
     }
 }
 
-fn pooled(values: &[Value]) -> Option<Pooled> {
+fn pooled(values: &[Estimate]) -> Option<Pooled> {
     let number = values.len() as f64;
     let mean = values.iter().map(|value| value.mean).sum::<f64>() / number;
-    let squares = values.iter().map(|value| value.error.map(|error| error * error)).sum::<Option<f64>>();
+    let squares = values.iter().map(|value| value.standard_error.map(|error| error * error)).sum::<Option<f64>>();
     let scatter = values.iter().map(|value| (value.mean - mean) * (value.mean - mean)).sum::<f64>();
     let scatter = (scatter / (number * (number - 1.0))).sqrt();
     // Conserved quantities differ by round-off, which is not scatter.
     let scatter = if scatter <= ROUNDING * mean.abs() { 0.0 } else { scatter };
     mean.is_finite().then(|| Pooled {
-        mean,
-        error: squares.map(|sum| sum.sqrt() / number),
+        estimate: Estimate { mean, standard_error: squares.map(|sum| sum.sqrt() / number) },
         runs: values.len(),
         scatter: (values.len() > 1).then_some(scatter),
     })

@@ -6,14 +6,14 @@
 //! `x_runs` is the number of runs with a value. Unknown values are empty cells. Numbers that vary inside a list or
 //! table have their own columns, such as `size_0`.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use super::error::SweepError;
 use super::folder::SweepFolder;
 use super::plan::{Point, Sweep};
 use super::results::{Results, Standing};
-use crate::io::number::{Cell, quoted, text_cell};
+use crate::io::number::Cell;
+use crate::io::table::{line, quoted, text_cell};
 use crate::model::run_plan::MEASUREMENT;
 
 const RUNS: &str = "sweep.csv";
@@ -37,11 +37,6 @@ fn typed(value: &str) -> String {
     text_cell(value.trim_matches(['"', '\'']))
 }
 
-fn line(text: &mut String, cells: impl Iterator<Item = String>) {
-    text.push_str(&cells.collect::<Vec<_>>().join(","));
-    text.push('\n');
-}
-
 fn entry_heads(sweep: &Sweep) -> impl Iterator<Item = String> {
     sweep.entries().into_iter().map(|entry| entry.name().to_owned())
 }
@@ -51,7 +46,6 @@ fn stage_head(results: &Results) -> impl Iterator<Item = String> {
 }
 
 fn runs(sweep: &Sweep, results: &Results) -> String {
-    let mut text = String::new();
     let fixed = ["folder", "state"].map(str::to_owned);
     let sizes = ["duration", "events"].map(str::to_owned);
     let names = results.quantities.iter().flat_map(|it| [it.name.clone(), format!("{}_error", it.name)]);
@@ -62,7 +56,7 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
         .chain(stage_head(results))
         .chain(sizes)
         .chain(names);
-    line(&mut text, heads);
+    let mut text = line(heads);
     let entries = sweep.entries();
     let numbers_at = |point: &Point| entries.iter().map(|entry| Cell(entry.of(point)).to_string()).collect::<Vec<_>>();
     for (point, result) in sweep.points().iter().zip(&results.points) {
@@ -80,34 +74,25 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
             let numbers = measurement
                 .values
                 .iter()
-                .flat_map(|value| [value.map(|value| value.mean), value.and_then(|value| value.error)]);
+                .flat_map(|value| [value.map(|value| value.mean), value.and_then(|value| value.standard_error)]);
             let values = numbers.map(|number| Cell(number).to_string());
-            line(&mut text, run().chain(stage).chain(sizes).chain(values));
+            text += &line(run().chain(stage).chain(sizes).chain(values));
         }
         if result.measurements.is_empty() {
             let cells = usize::from(results.has_stages()) + 2 + 2 * results.quantities.len();
-            line(&mut text, run().chain(std::iter::repeat_n(String::new(), cells)));
+            text += &line(run().chain(std::iter::repeat_n(String::new(), cells)));
         }
     }
     text
 }
 
 fn means(sweep: &Sweep, results: &Results) -> String {
-    let mut text = String::new();
     let quantities = || results.quantities.iter();
     let is_partial: Vec<bool> = (0..results.quantities.len()).map(|at| is_partial(results, at)).collect();
     let suffixes = |at: usize| ["", "_error", "_scatter"].into_iter().chain(is_partial[at].then_some("_runs"));
     let names = quantities().enumerate().flat_map(|(at, it)| suffixes(at).map(|suffix| format!("{}{suffix}", it.name)));
-    line(
-        &mut text,
-        sweep
-            .state_point_names()
-            .into_iter()
-            .chain(entry_heads(sweep))
-            .chain(stage_head(results))
-            .chain(["runs".to_owned()])
-            .chain(names),
-    );
+    let settings = sweep.state_point_names().into_iter().chain(entry_heads(sweep));
+    let mut text = line(settings.chain(stage_head(results)).chain(["runs".to_owned()]).chain(names));
     let entries = sweep.entries();
     for group in &results.groups {
         let Some(point) = group.places.first().and_then(|place| sweep.points().get(*place)) else { continue };
@@ -116,11 +101,13 @@ fn means(sweep: &Sweep, results: &Results) -> String {
             let settings = point.state_point().map(|(_, value)| typed(value)).chain(numbers);
             let stage = results.has_stages().then(|| quoted(&means.stage));
             let values = means.values.iter().zip(&is_partial).flat_map(|(value, is_partial)| {
-                let numbers = [value.map(|it| it.mean), value.and_then(|it| it.error), value.and_then(|it| it.scatter)];
+                let estimate = value.map(|it| it.estimate);
+                let error = estimate.and_then(|it| it.standard_error);
+                let numbers = [estimate.map(|it| it.mean), error, value.and_then(|it| it.scatter)];
                 let runs = is_partial.then(|| value.map_or(0, |it| it.runs).to_string());
                 numbers.map(|number| Cell(number).to_string()).into_iter().chain(runs)
             });
-            line(&mut text, settings.chain(stage).chain([means.runs.to_string()]).chain(values));
+            text += &line(settings.chain(stage).chain([means.runs.to_string()]).chain(values));
         }
     }
     text
@@ -134,20 +121,21 @@ fn is_partial(results: &Results, quantity: usize) -> bool {
 }
 
 fn columns(sweep: &Sweep, results: &Results) -> String {
-    let mut text = String::from("column,unit,meaning\n");
+    let row = |name: &str, unit: &str, meaning: &str| line([name, unit, meaning].map(quoted));
+    let mut text = row("column", "unit", "meaning");
     for (name, key) in sweep.short_names().iter().zip(sweep.keys()) {
-        let _ = writeln!(text, "{},,{}", quoted(name), quoted(&format!("the key {key} of the scene")));
+        text += &row(name, "", &format!("the key {key} of the scene"));
     }
     for entry in sweep.entries() {
-        let meaning = format!("an entry of the key {} of the scene", entry.key());
-        let _ = writeln!(text, "{},,{}", quoted(entry.name()), quoted(&meaning));
+        text += &row(entry.name(), "", &format!("an entry of the key {} of the scene", entry.key()));
     }
     if results.has_stages() {
-        let _ = writeln!(text, "{STAGE},,the measured stage; {MEASUREMENT} is the last measurement");
+        text += &row(STAGE, "", &format!("the measured stage; {MEASUREMENT} is the last measurement"));
     }
-    text.push_str("duration,time,simulated time of the measurement\nevents,1,physical events of the measurement\n");
+    text += &row("duration", "time", "simulated time of the measurement");
+    text += &row("events", "1", "physical events of the measurement");
     for quantity in &results.quantities {
-        let _ = writeln!(text, "{},{},{}", quantity.name, quoted(&quantity.unit), quoted(&quantity.title));
+        text += &row(&quantity.name, &quantity.unit, &quantity.title);
     }
     text
 }

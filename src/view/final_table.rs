@@ -158,9 +158,8 @@ impl Lines {
         let longest = numbers.iter().take(MOST_NUMBERS).map(|number| number.title.chars().count()).max();
         let width = longest.map_or(32, |longest| (longest + 1).max(32));
         for number in numbers.iter().take(MOST_NUMBERS) {
-            let estimate = |mean| Estimate { mean, standard_error: number.standard_error };
             let unit = text::unit(&number.unit, dimensions);
-            let words = number.mean.map(|mean| format!("{} [{unit}]", describe::estimate(&estimate(mean))));
+            let words = number.estimate().map(|estimate| format!("{} [{unit}]", describe::estimate(&estimate)));
             self.line(&format!("{:<width$}{}", number.title, words.as_deref().unwrap_or("insufficient data")));
         }
         if numbers.len() > MOST_NUMBERS {

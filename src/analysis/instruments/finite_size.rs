@@ -94,7 +94,7 @@ impl<'s> Fluid<'s> {
             temperature,
             is_hydrodynamic,
             has_viscosity,
-            viscosity: viscosity.and_then(estimate).filter(is_known),
+            viscosity: viscosity.and_then(Number::estimate).filter(is_known),
             span,
         })
     }
@@ -122,7 +122,7 @@ impl<'s> Fluid<'s> {
             return None;
         }
         let sum = || {
-            let (of_box, viscosity, tail) = (estimate(number)?, self.viscosity?, tail?);
+            let (of_box, viscosity, tail) = (number.estimate()?, self.viscosity?, tail?);
             let part = free_part(species, self.system);
             let (density, edge) =
                 (self.system.moving_mass() / self.system.space.volume(), self.system.space.size.max());
@@ -148,10 +148,6 @@ fn free_part(species: &str, system: &SystemDescription) -> f64 {
     let one = system.moving.iter().copied().find(is_one);
     let mean = system.moving_mass() / system.moving.len() as f64;
     system.free_part(one.map_or(mean, |id| system.masses[id as usize]), 0)
-}
-
-fn estimate(number: &Number) -> Option<Estimate> {
-    number.mean.map(|mean| Estimate { mean, standard_error: number.standard_error })
 }
 
 const METHOD: &str = "(1 - m / M) (D + D_tail) + 2.837297 T / (6 pi eta L) * nu / (nu + D + D_tail), with the \

@@ -91,6 +91,12 @@ impl Number {
             method: method.to_owned(),
         }
     }
+
+    /// Returns the mean with its standard error; `None` for insufficient data.
+    #[must_use]
+    pub fn estimate(&self) -> Option<Estimate> {
+        self.mean.map(|mean| Estimate { mean, standard_error: self.standard_error })
+    }
 }
 
 /// A per-particle scalar at one time, such as the bond order: a column of a trajectory.

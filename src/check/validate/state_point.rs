@@ -88,8 +88,7 @@ pub(super) fn advance(
 }
 
 pub(super) fn number(finished: &Finished, name: &str) -> Option<Estimate> {
-    let number = finished.measured.number(name)?;
-    Some(Estimate { mean: number.mean?, standard_error: number.standard_error })
+    finished.measured.number(name)?.estimate()
 }
 
 /// Mean of independent values and its standard error; `None` for fewer than two.

@@ -1,38 +1,32 @@
 //! Reads the rows of an exchange, `exchange.csv`.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io;
 use std::path::Path;
+
+use csv::{Reader, StringRecord};
 
 use crate::exchange::curves::ThermalCurves;
 use crate::exchange::mean_force::MeanForce;
 use crate::exchange::{Exchange, ExchangeFolderError, tables};
+use crate::io::table;
 
-/// Returns the header of a table, and the other lines with their line numbers.
-fn lines(path: &Path) -> Result<(String, impl Iterator<Item = (usize, io::Result<String>)>), ExchangeFolderError> {
-    let file = File::open(path).map_err(|source| read(path, source))?;
-    let mut lines = BufReader::new(file).lines();
-    let heads = lines.next().transpose().map_err(|source| read(path, source))?;
-    Ok((heads.unwrap_or_default(), (2..).zip(lines)))
-}
+const ROW: &str = "a time, and a replica and an energy for each temperature";
 
 fn read(path: &Path, source: io::Error) -> ExchangeFolderError {
     ExchangeFolderError::Read { path: path.to_owned(), source }
 }
 
-fn damaged(path: &Path, number: usize) -> ExchangeFolderError {
-    let why = format!("line {number}: expected a time, and a replica and an energy for each temperature");
-    read(path, io::Error::new(io::ErrorKind::InvalidData, why))
-}
-
+/// Reads every N-th of the first `rows` rows, where N is `every`. Returns the time and the replica at each
+/// temperature.
 pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
-    let (heads, lines) = lines(path)?;
-    let temperatures = tables::temperatures(&heads);
-    let place = |(number, line): (usize, io::Result<String>)| {
-        let line = line.map_err(|source| read(path, source))?;
-        tables::places(&line, temperatures).ok_or_else(|| damaged(path, number))
+    let problem = |error| read(path, table::problem(error, ROW));
+    let mut reader = Reader::from_path(path).map_err(problem)?;
+    let heads = reader.headers().map_err(problem)?;
+    let temperatures = heads.iter().filter(|head| head.starts_with("replica_")).count();
+    let place = |(line, row): (u64, csv::Result<StringRecord>)| {
+        tables::places(&row.map_err(problem)?, temperatures).ok_or_else(|| read(path, table::unexpected(line, ROW)))
     };
-    lines.take(rows).step_by(every.max(1)).map(place).collect()
+    (2..).zip(reader.records()).take(rows).step_by(every.max(1)).map(place).collect()
 }
 
 /// Computes the curves. The rows are read twice, so that they need not be kept in memory.
@@ -54,16 +48,21 @@ pub(super) fn mean_force(path: &Path, exchange: &Exchange) -> Result<MeanForce, 
 }
 
 fn visit(path: &Path, exchange: &Exchange, mut see: impl FnMut(&[f64], &[f64])) -> Result<(), ExchangeFolderError> {
+    let problem = |error| read(path, table::problem(error, ROW));
     let count = exchange.temperatures().len();
-    let of_each = exchange.measured_names().len();
-    let (mut energies, mut measured) = (Vec::new(), Vec::new());
-    for (number, line) in lines(path)?.1 {
-        let line = line.map_err(|source| read(path, source))?;
-        let is_whole = tables::numbers(&line, count, &mut energies, &mut measured);
-        if !is_whole || measured.len() != of_each * count {
-            return Err(damaged(path, number));
-        }
-        see(&energies, &measured);
+    let mut reader = Reader::from_path(path).map_err(problem)?;
+    // All rows have as many cells as the header.
+    if reader.headers().map_err(problem)?.len() != 1 + count * (2 + exchange.measured_names().len()) {
+        return Err(read(path, table::unexpected(1, "the names of the columns")));
+    }
+    let mut energies = Vec::with_capacity(count);
+    for row in reader.records() {
+        let (_, numbers): (f64, Vec<f64>) = row.and_then(|row| row.deserialize(None)).map_err(problem)?;
+        let (places, measured) = numbers.split_at(2 * count);
+        energies.clear();
+        // Replica numbers and energies alternate.
+        energies.extend(places.iter().skip(1).step_by(2));
+        see(&energies, measured);
     }
     Ok(())
 }

@@ -125,11 +125,7 @@ fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
 }
 
 fn measured(at: &TemperatureResult, name: &str) -> Option<Estimate> {
-    let of_instruments = || {
-        let number = at.measured.number(name)?;
-        Some(Estimate { mean: number.mean?, standard_error: number.standard_error })
-    };
-    at.observables.get(name).copied().or_else(of_instruments)
+    at.observables.get(name).copied().or_else(|| at.measured.number(name)?.estimate())
 }
 
 fn words(name: &str) -> String {
@@ -149,7 +145,7 @@ fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
 }
 
 fn mean(measured: Option<Estimate>) -> String {
-    measured.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error))
+    measured.map_or_else(String::new, |it| value(Some(it)))
 }
 
 fn named(at: &TemperatureResult) -> String {

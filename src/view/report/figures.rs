@@ -185,10 +185,10 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     let energies: Vec<&Trace> = ENERGIES.iter().filter_map(|name| find(name)).collect();
     figures.extend(course("energy", &energies, None));
     for trace in results.thermo.iter().filter(is_alone) {
-        let observable = results.observables.get(&trace.name);
-        let level = observable.filter(|observable| observable.mean.is_finite()).map(|observable| Level {
-            mean: observable.mean,
-            error: observable.standard_error.filter(|error| error.is_finite()).unwrap_or(0.0),
+        let estimate = results.observables.get(&trace.name).map(|observable| observable.estimate);
+        let level = estimate.filter(|estimate| estimate.mean.is_finite()).map(|estimate| Level {
+            mean: estimate.mean,
+            error: estimate.standard_error.filter(|error| error.is_finite()).unwrap_or(0.0),
         });
         figures.extend(course(&trace.name.replace('_', " "), &[trace], level));
     }

@@ -40,8 +40,7 @@ const MOST_RATES: usize = 50;
 struct Row<'a> {
     title: String,
     unit: String,
-    mean: Option<f64>,
-    standard_error: Option<f64>,
+    estimate: Option<Estimate>,
     published: Vec<&'a PublishedValue>,
     /// Text that replaces the number, for example of a conserved observable.
     words: Option<String>,
@@ -128,8 +127,7 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
         published: published(name),
         title: name.replace('_', " "),
         unit: of_scene(unit(name)),
-        mean: Some(observable.mean),
-        standard_error: observable.standard_error,
+        estimate: Some(observable.estimate),
         words: words(name, observable, results.events),
         method: method_of(name),
     });
@@ -137,8 +135,7 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
         published: published(&number.name),
         title: number.title.clone(),
         unit: of_scene(&number.unit),
-        mean: number.mean,
-        standard_error: number.standard_error,
+        estimate: number.estimate(),
         words: None,
         method: &number.method,
     });
@@ -170,19 +167,19 @@ fn line(row: &Row, span: usize, has_published: bool) -> String {
     format!(
         "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td>{}</td>{published}{method}</tr>\n",
         escape(&row.title),
-        row.words.as_deref().map_or_else(|| value(row.mean, row.standard_error), with_signs),
+        row.words.as_deref().map_or_else(|| value(row.estimate), with_signs),
         escape(brackets.trim_start().trim_matches(['[', ']'])),
     )
 }
 
 /// The error determines the number of digits.
-pub(super) fn value(mean: Option<f64>, standard_error: Option<f64>) -> String {
-    const NONE: &str = "<em>insufficient data</em>";
-    let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
-    match (finite(mean), finite(standard_error)) {
-        (None, _) => NONE.to_owned(),
-        (Some(mean), None) => format!("{} <small>error: insufficient data</small>", number(&digits(mean))),
-        (Some(mean), error) => with_signs(&describe::estimate(&Estimate { mean, standard_error: error })),
+pub(super) fn value(estimate: Option<Estimate>) -> String {
+    let Some(Estimate { mean, standard_error }) = estimate.filter(|it| it.mean.is_finite()) else {
+        return "<em>insufficient data</em>".to_owned();
+    };
+    match standard_error.filter(|error| error.is_finite()) {
+        None => format!("{} <small>error: insufficient data</small>", number(&digits(mean))),
+        error => with_signs(&describe::estimate(&Estimate { mean, standard_error: error })),
     }
 }
 
@@ -192,13 +189,12 @@ fn with_signs(text: &str) -> String {
 }
 
 pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String {
-    let plain = || value(Some(observable.mean), observable.standard_error);
+    let plain = || value(Some(observable.estimate));
     words(name, observable, events).map_or_else(plain, |words| with_signs(&words))
 }
 
 fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
-    let Observable { mean, standard_error, stationarity } = *observable;
-    let plain = Estimate { mean, standard_error };
-    let text = describe::observable(name, &plain, stationarity, events);
-    (mean.is_finite() && text != describe::estimate(&plain)).then_some(text)
+    let Observable { estimate, stationarity } = *observable;
+    let text = describe::observable(name, &estimate, stationarity, events);
+    (estimate.mean.is_finite() && text != describe::estimate(&estimate)).then_some(text)
 }

@@ -87,7 +87,7 @@ fn means(sweep: &Sweep, results: &Results) -> String {
                     format!("<br><small>scatter ± {}</small>", escape(&html::number(&digits(scatter))))
                 });
                 let of = (it.runs < means.runs).then(|| format!("<br><small>of {} runs</small>", it.runs));
-                format!("{}{scatter}{}", value(Some(it.mean), it.error), of.unwrap_or_default())
+                format!("{}{scatter}{}", value(Some(it.estimate)), of.unwrap_or_default())
             }
         };
         let cells = std::iter::once(means.runs.to_string()).chain(means.values.iter().map(shown));

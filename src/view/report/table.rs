@@ -1,6 +1,8 @@
 //! Reads a stage of `thermo.csv`. Long tables are thinned while they are read.
 
-use std::io::{self, BufRead};
+use std::io::Read;
+
+use csv::{ReaderBuilder, StringRecord};
 
 use crate::io::summary::Column;
 
@@ -79,51 +81,42 @@ impl Trace {
 
 /// Reads the rows of a stage as one trace per column, without the columns for time and stage. If the name of a column
 /// has no unit in brackets, the unit is looked up in `units`.
-pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, String> {
-    let unreadable = |error: io::Error| format!("cannot read it: {error}");
-    let mut line = String::new();
-    input.read_line(&mut line).map_err(unreadable)?;
-    let heads: Vec<&str> = line.trim_end().split(',').collect();
-    if heads.len() < 2 || !line.starts_with("time") {
+pub(super) fn read(input: impl Read, stage: &str, units: &[Column]) -> Result<Vec<Trace>, String> {
+    let unreadable = |error: csv::Error| format!("cannot read it: {error}");
+    let mut table = ReaderBuilder::new().flexible(true).from_reader(input);
+    let heads = table.headers().map_err(unreadable)?;
+    if heads.len() < 2 || !heads[0].starts_with("time") {
         return Err("line 1: expected the names of the columns, `time [time],...`".to_owned());
     }
-    let named = |head: &&str| match head.rsplit_once(" [") {
+    let named = |head: &str| match head.rsplit_once(" [") {
         Some((name, unit)) => Trace::new(name, unit.trim_end_matches(']')),
-        None => Trace::new(head, units.iter().find(|column| column.name == **head).map_or("1", |column| &column.unit)),
+        None => Trace::new(head, units.iter().find(|column| column.name == head).map_or("1", |column| &column.unit)),
     };
     let columns = heads.len();
-    let has_stage = heads.last() == Some(&"stage");
-    let mut traces: Vec<Trace> = heads[..columns - usize::from(has_stage)].iter().skip(1).map(named).collect();
-    for number in 2.. {
-        line.clear();
-        if input.read_line(&mut line).map_err(unreadable)? == 0 {
-            break;
+    let has_stage = heads.iter().next_back() == Some("stage");
+    let mut traces: Vec<Trace> = heads.iter().take(columns - usize::from(has_stage)).skip(1).map(named).collect();
+    let mut cells = StringRecord::new();
+    while table.read_record(&mut cells).map_err(unreadable)? {
+        let line = cells.position().map_or(0, csv::Position::line);
+        if cells.len() != columns {
+            return Err(format!("line {line}: expected {columns} cells, found {}", cells.len()));
         }
-        if !line.trim().is_empty() {
-            row(line.trim_end(), number, columns, stage, &mut traces)?;
+        if !has_stage || &cells[columns - 1] == stage {
+            row(&cells, line, &mut traces)?;
         }
     }
     Ok(traces)
 }
 
-fn row(text: &str, line: usize, columns: usize, stage: &str, traces: &mut [Trace]) -> Result<(), String> {
-    let has_stage = columns > traces.len() + 1;
-    // Names of stages may contain commas.
-    let cells: Vec<&str> = text.splitn(if has_stage { columns } else { usize::MAX }, ',').collect();
-    if cells.len() != columns {
-        return Err(format!("line {line}: expected {columns} cells, found {}", cells.len()));
-    }
-    if has_stage && cells[columns - 1] != stage {
-        return Ok(());
-    }
+fn row(cells: &StringRecord, line: u64, traces: &mut [Trace]) -> Result<(), String> {
     let wrong = |column: &str, text: &str| {
         let text: String = text.chars().take(60).collect();
         format!("line {line}: {column} is `{text}`, expected a finite number")
     };
     let finite = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite());
-    let time = finite(cells[0]).ok_or_else(|| wrong("time", cells[0]))?;
-    for (trace, cell) in traces.iter_mut().zip(&cells[1..]) {
-        let value = match *cell {
+    let time = finite(&cells[0]).ok_or_else(|| wrong("time", &cells[0]))?;
+    for (trace, cell) in traces.iter_mut().zip(cells.iter().skip(1)) {
+        let value = match cell {
             "" => None,
             cell => Some(finite(cell).ok_or_else(|| wrong(&trace.name, cell))?),
         };
@@ -154,6 +147,8 @@ mod tests {
         assert_eq!(traces[0].points(), [None, Some([2.0, 4.0])]);
         let other = read(text.as_bytes(), "equilibration", &[]).unwrap();
         assert_eq!(other[0].points(), [Some([1.0, 2.0])]);
+        let quoted = read(text.as_bytes(), "first, warm", &[]).unwrap();
+        assert_eq!(quoted[0].points(), [Some([0.0, 1.0])]);
     }
 
     #[test]

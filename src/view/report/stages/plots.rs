@@ -1,6 +1,7 @@
 //! Plots against the temperatures of measured stages.
 
 use crate::analysis::observables::OBSERVABLES;
+use crate::analysis::statistics::Estimate;
 use crate::base::text;
 use crate::view::report::families::{self, Member, Parameter};
 use crate::view::report::figures::{capitalised, curves_figure};
@@ -22,8 +23,9 @@ const SAME: f64 = 1e-9;
 /// Plots all results against the temperature of the stage. Functions become families of curves, coloured by
 /// temperature.
 pub(super) fn plots(all: &[Results<'_>]) -> String {
-    let temperature =
-        |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
+    let temperature = |results: &Results<'_>| {
+        results.observables.get(TEMPERATURE).map(|it| it.estimate.mean).filter(|it| it.is_finite())
+    };
     let stages: Vec<(f64, &Results<'_>)> =
         all.iter().filter_map(|results| Some((temperature(results)?, results))).collect();
     let temperatures = || stages.iter().map(|(temperature, _)| *temperature);
@@ -77,10 +79,10 @@ fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarit
     let mut points: Vec<Point> = stages
         .iter()
         .filter_map(|(x, results)| {
-            let observable = results.observables.get(&known.name).map(|it| (it.mean, it.standard_error));
-            let number = || results.measured.number(&known.name).and_then(|it| Some((it.mean?, it.standard_error)));
-            let (y, error) = observable.or_else(number)?;
-            let error = error.filter(|error| error.is_finite()).unwrap_or(0.0);
+            let observable = results.observables.get(&known.name).map(|observable| observable.estimate);
+            let Estimate { mean: y, standard_error } =
+                observable.or_else(|| results.measured.number(&known.name)?.estimate())?;
+            let error = standard_error.filter(|error| error.is_finite()).unwrap_or(0.0);
             y.is_finite().then_some(Point { x: *x, y, error })
         })
         .collect();

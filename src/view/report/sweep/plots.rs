@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::settings;
+use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
-use crate::sweep::{Agreement, Entry, Group, MeasuredQuantity, Results, StageMeans, Sweep};
+use crate::sweep::{Agreement, Entry, Group, MeasuredQuantity, Pooled, Results, StageMeans, Sweep};
 use crate::view::report::figures::{capitalised, curves_figure};
 use crate::view::report::html::{self, escape, symbols};
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot, deviations, extent};
@@ -99,7 +100,7 @@ fn stages<'r>(sweep: &Sweep, results: &'r Results) -> Vec<Series<'r>> {
     let Some(at) = results.quantities.iter().position(|it| it.name == TEMPERATURE) else { return Vec::new() };
     let of_group = |group: &'r Group| {
         let words = settings(sweep, group).into_iter().map(|(name, value)| format!("{name} = {value}"));
-        let points = group.measurements.iter().filter_map(|means| Some((means.values[at]?.mean, means)));
+        let points = group.measurements.iter().filter_map(|means| Some((means.values[at]?.estimate.mean, means)));
         Series { label: words.collect::<Vec<_>>().join(", "), points: points.collect() }
     };
     let is_annealed = |series: &Series<'_>| is_spread(series.points.iter().map(|(temperature, _)| *temperature));
@@ -160,7 +161,7 @@ fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<
 }
 
 fn constant(results: &Results, at: usize) -> Option<f64> {
-    let means = || results.means().filter_map(|(_, means)| means.values[at].map(|value| value.mean));
+    let means = || results.means().filter_map(|(_, means)| means.values[at].map(|it| it.estimate.mean));
     let [least, most] = extent(means())?;
     (means().count() > 1 && most - least <= SAME * least.abs().max(most.abs())).then_some(least)
 }
@@ -170,7 +171,8 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     let (mut lines, mut text) = (Vec::new(), along.words.to_owned());
     for one in series {
         let dot = |(x, means): &(f64, &StageMeans)| {
-            means.values[at].map(|it| Dot { x: *x, y: it.mean, error: it.error.or(it.scatter).unwrap_or(0.0) })
+            let Pooled { estimate: Estimate { mean, standard_error }, scatter, .. } = means.values[at]?;
+            Some(Dot { x: *x, y: mean, error: standard_error.or(scatter).unwrap_or(0.0) })
         };
         let label = if one.label.is_empty() { "measured".to_owned() } else { symbols(&one.label) };
         let points: Vec<Option<Dot>> = one.points.iter().map(dot).collect();

@@ -1,5 +1,6 @@
 use super::*;
 use crate::analysis::published::PublishedValue;
+use crate::analysis::statistics::Estimate;
 use crate::sweep::{Group, MeasuredQuantity, Pooled};
 
 fn sweep(axes: &[&str]) -> Sweep {
@@ -9,7 +10,8 @@ fn sweep(axes: &[&str]) -> Sweep {
 
 /// The published value of `z` is 8 for an infinite system, and 7 for the system size of the runs.
 fn means(stage: &str, temperature: f64, z: f64) -> StageMeans {
-    let value = |mean| Some(Pooled { mean, error: Some(0.5), scatter: None, runs: 1 });
+    let estimate = |mean| Estimate { mean, standard_error: Some(0.5) };
+    let value = |mean| Some(Pooled { estimate: estimate(mean), scatter: None, runs: 1 });
     let known = PublishedValue {
         quantity: "z".to_owned(),
         value: 8.0,
