@@ -311,7 +311,7 @@ macro_rules! columns {
     ($engine:expr, $some:ident, $column:ident: $($mutable:ident)? => $body:expr) => {{
         let $column = &$($mutable)? $engine.state.bodies;
         $body;
-        let $column = &$($mutable)? $engine.state.species;
+        let $column = &$($mutable)? $engine.state.rows;
         $body;
         let $column = &$($mutable)? $engine.state.images;
         $body;

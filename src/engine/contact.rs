@@ -9,7 +9,9 @@
 //! | apply | [`apply`] | writes velocities, voids predictions, counts, reports the event |
 //! | ledger | [`super::ledger`] | sums of exchanged energy and momentum |
 //!
-//! Only [`apply`] writes velocities.
+//! Only [`apply`] changes velocities and spins by impulses. Three other functions write velocities: `stream` moves
+//! accelerated particles, `slide` in a sheared box moves a particle to the image inside the box, and records restore
+//! whole particles.
 
 pub(super) mod apply;
 pub(super) mod frame;

@@ -126,6 +126,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
+    /// Calls `visit` for all images that are as near as the nearest one. There are such images if a component of the
+    /// distance is at least half a period, `least`: each combination of these axes gives one.
+    #[inline]
+    pub(super) fn for_each_tied_image(
+        &self,
+        nearest: &RelativeState,
+        least: [f64; 3],
+        mut visit: impl FnMut(&RelativeState),
+    ) {
+        let is_tied: [bool; 3] = std::array::from_fn(|axis| nearest.position[axis].abs() >= least[axis]);
+        for sides in 1..8_u8 {
+            let is_other = |axis: usize| sides >> axis & 1 == 1;
+            if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
+                continue;
+            }
+            let mut state = *nearest;
+            for axis in (0..3).filter(|&axis| is_other(axis)) {
+                state.position[axis] -= self.state.periods[axis].copysign(state.position[axis]);
+            }
+            visit(&state);
+        }
+    }
+
     #[inline]
     pub(super) fn way(&self, particle: u32, time: f64) -> Way {
         let has_one_image = self.images.further.is_empty();

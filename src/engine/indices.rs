@@ -17,7 +17,7 @@ impl Simulation {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn unsound_index(&self, species: usize) -> Option<&'static str> {
-        let State { bodies, numbers, next_name, species: rows, images, spins, .. } = &self.state;
+        let State { bodies, numbers, next_name, rows, images, spins, .. } = &self.state;
         let count = bodies.len();
         let spinning = if self.pairs.rules.has_spins { count } else { 0 };
         let is_particle = |number: u32| (number as usize) < count;

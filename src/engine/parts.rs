@@ -174,7 +174,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     pub(super) fn row(&self, particle: u32) -> u16 {
-        if TABLE { self.state.species[particle as usize] } else { 0 }
+        if TABLE { self.state.rows[particle as usize] } else { 0 }
     }
 
     #[inline]

@@ -11,7 +11,8 @@
 //! | contacts with distant bonded partners | [`own_interactions`] |
 //! | contacts with walls and other surfaces | [`surfaces`] |
 //!
-//! [`super::images`] chooses the periodic images of a pair.
+//! [`super::images`] chooses the periodic images of a pair. The search for new neighbours of a list,
+//! [`super::neighbours::packed`], uses the nearest image.
 
 pub(super) mod batch;
 mod growth;
@@ -97,7 +98,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if is_batch {
             let wraps = self.ranges.may_be_overstretched
                 || self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
-            self.others(me, wraps).earliest_of_captured::<FALLING>(me, captured, rules, prediction);
+            self.batch_of(me, wraps).earliest_of_captured::<FALLING>(me, captured, rules, prediction);
             if !FALLING {
                 return;
             }
@@ -120,7 +121,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Predicts the first contact with an uncaptured particle. With `wraps`, images across the sides are considered.
     #[inline(always)]
-    pub(in crate::engine) fn predict_nearest(
+    pub(in crate::engine) fn predict_batch(
         &self,
         me: &Streamed,
         wraps: bool,
@@ -133,7 +134,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_uncaptured(me, wraps, others, length, prediction);
     }
 
-    /// Like [`Self::predict_nearest`], for contact distances that do not change with time.
+    /// Like [`Self::predict_batch`], for contact distances that do not change with time.
     #[inline(never)]
     fn predict_uncaptured(
         &self,
@@ -144,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let before = prediction.contact_time;
-        let met = self.others(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
+        let met = self.batch_of(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
         if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {
             prediction.meet(me.id, met.other, Side::Positive, met.time, &self.state.bodies);
         }
@@ -158,7 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    pub(in crate::engine) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
+    pub(in crate::engine) fn batch_of(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let species = self.row(me.id);
         Batch {
             width: self.hardware.width,
@@ -167,7 +168,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             wraps,
             acceleration: me.acceleration,
             squared: self.pairs.rules.inertial_squared(species),
-            species: &self.state.species,
+            rows: &self.state.rows,
         }
     }
 

@@ -124,15 +124,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         observe: &mut Observe<'_>,
     ) -> Result<Option<ControlFlow<()>>, InvariantBroken> {
         match prediction.contact {
-            Contact::Pair(side) => {
-                let partner = prediction.partner;
-                if self.state.bodies[partner as usize].events != prediction.partner_events {
-                    return Ok(None);
-                }
-                self.execute_pair([particle, partner], side, time, observe).map(Some)
-            }
-            Contact::Surface if prediction.is_search() => Ok(None),
+            _ if self.is_void(prediction) => Ok(None),
+            Contact::Pair(side) => self.execute_pair([particle, prediction.partner], side, time, observe).map(Some),
             Contact::Surface => self.execute_surface(particle, prediction.partner_events, time, observe).map(Some),
+        }
+    }
+
+    /// Whether a contact is not executed: its partner has had an event since, or is absent, or the contact only
+    /// continues a search for contacts with moving surfaces.
+    #[inline(always)]
+    pub(super) fn is_void(&self, prediction: &Prediction) -> bool {
+        match prediction.contact {
+            Contact::Pair(_) => {
+                let partner = self.state.bodies.get(prediction.partner as usize);
+                partner.is_none_or(|partner| partner.events != prediction.partner_events)
+            }
+            Contact::Surface => prediction.is_search(),
         }
     }
 

@@ -42,7 +42,7 @@ pub(super) struct State {
     /// The id of the next particle that enters.
     pub next_name: u32,
     /// Row of each particle's species in the interaction table. Empty if there is no table.
-    pub species: Vec<u16>,
+    pub rows: Vec<u16>,
     pub images: Travelled,
     /// Spin of each particle `[1 / time]`; empty if the scene has no spins.
     pub spins: Vec<Vector>,
@@ -72,7 +72,7 @@ impl State {
             bodies,
             next_name: id(numbers.len()),
             numbers,
-            species: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
+            rows: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
             images: Travelled::new(names.len()),
             spins,
             space: scene.space().clone(),
@@ -104,10 +104,10 @@ impl State {
 
     pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {
         let mut population = vec![0; species];
-        if self.species.is_empty() && !self.bodies.is_empty() {
+        if self.rows.is_empty() && !self.bodies.is_empty() {
             population[0] = self.bodies.len();
         }
-        for &row in &self.species {
+        for &row in &self.rows {
             population[rows.species()[usize::from(row)].0 as usize] += 1;
         }
         population

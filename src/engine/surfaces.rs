@@ -1,8 +1,8 @@
 //! Surfaces that particles meet: the walls of the box, and the surfaces of a scene.
 //!
 //! A surface has a shape ([`Surface`]) and a law of contact ([`crate::model::SurfaceLaw`]). A mesh consists of several
-//! shapes: its faces, edges and corners ([`features`]). To add a shape, write a file like [`wall`] or [`plane`], and
-//! add a variant to [`Shape`].
+//! shapes: its faces, edges and corners ([`features`]). To add a shape, write a file like [`plane`], or [`round`] for
+//! a curved shape, and add a variant to [`Shape`]. The defaults of [`Surface`] hold for flat shapes only.
 //!
 //! [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds the surfaces of limited extent.
 

@@ -15,7 +15,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 bodies: state.bodies.permuted(order),
                 numbers: Vec::new(),
                 next_name: state.next_name,
-                species: state.species.permuted(order),
+                rows: state.rows.permuted(order),
                 images: state.images.permuted(order),
                 spins: state.spins.permuted(order),
                 space: state.space.clone(),

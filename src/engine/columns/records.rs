@@ -12,7 +12,7 @@ use crate::engine::state::Body;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// All data of one particle. Other particles are given by id.
+/// All data of one particle. Other particles are given by their numbers in memory, and by their ids in messages.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Record {
     pub body: Body,

@@ -56,7 +56,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             _ => &[i, j],
         };
         let arrival = Arrival { speed: arriving, tangential: tangential.sqrt(), closing };
-        let leaving = self.tc_model(moving, law, arrival, time);
+        let Some(leaving) = self.tc_model(moving, law, arrival, time) else { return response };
         // Elastic contacts, and contacts that the TC model does not alter, avoid the round-off of a square root.
         if leaving.speed == arriving {
             response = respond(side, seen.energy_step, approach, &ContactLaw::smooth(1.0));
@@ -78,13 +78,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         law: &ContactLaw,
         time: f64,
     ) -> Leaving {
-        if self.pairs.contact_times.is_none() {
-            let speed = if vn < 0.0 { -law.restitution * vn } else { vn };
-            return Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some() };
-        }
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
-        let leaving = self.tc_model(&[i], law, Arrival { speed: arriving, tangential, closing }, time);
+        let arrival = Arrival { speed: arriving, tangential, closing };
+        let Some(leaving) = self.tc_model(&[i], law, arrival, time) else {
+            let speed = if vn < 0.0 { -law.restitution * vn } else { vn };
+            return Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some() };
+        };
         // An elastic contact keeps the normal speed, even if the particle recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
@@ -129,12 +129,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    fn tc_model(&mut self, particles: &[u32], law: &ContactLaw, arrival: Arrival, time: f64) -> Leaving {
+    /// Returns `None` if the scene does not use the TC model.
+    fn tc_model(&mut self, particles: &[u32], law: &ContactLaw, arrival: Arrival, time: f64) -> Option<Leaving> {
         let Arrival { speed: approach, tangential, closing } = arrival;
-        let Some(times) = &mut self.pairs.contact_times else {
-            let is_rough = law.roughness.is_some();
-            return Leaving { speed: law.restitution * approach, tangential_scale: 1.0, is_rough };
-        };
+        let times = self.pairs.contact_times.as_mut()?;
         let is_recent = times.note(particles, time);
         let leaving = tc_contact(law, is_recent, approach, tangential, closing, times.contact_time);
         self.counts.totals.tc_contacts += 1;
@@ -143,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 || leaving.is_rough != law.roughness.is_some()
                 || leaving.tangential_scale != 1.0,
         );
-        leaving
+        Some(leaving)
     }
 
     /// Adds `change` to the relative velocity `v_i - v_j`, at constant total momentum.

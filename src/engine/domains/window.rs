@@ -97,11 +97,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     fn contact(&mut self, regions: &Regions, particle: u32, prediction: &Prediction, is_observed: bool) {
         let time = self.engine.clock.now;
         let partner = prediction.partner_in_contact();
-        let has_changed = |partner: u32| {
-            let body = self.engine.state.bodies.get(partner as usize);
-            body.is_none_or(|body| body.events != prediction.partner_events)
-        };
-        if prediction.is_search() || partner.is_some_and(has_changed) {
+        if self.engine.is_void(prediction) {
             self.save(particle);
             self.engine.repredict(particle, time);
             if self.shared.has(particle) {
@@ -194,8 +190,12 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let with = other.map_or(u64::MAX, |other| {
             u64::from(self.engine.pair_state(particle, other).0) << 32 | u64::from(self.engine.name(other).0)
         });
-        let hash = hash(3, [time.to_bits(), with, x, y, z, u, v, w]);
-        self.note(particle, Some(hash), time, regions.readers(regions.columns(&self.engine, particle)));
+        let mut hash_of_step = hash(3, [time.to_bits(), with, x, y, z, u, v, w]);
+        // Spins can differ although velocities are equal: an impulse is rounded when it is added.
+        if let Some(spin) = self.engine.state.spins.get(particle as usize) {
+            hash_of_step = hash(hash_of_step, <[f64; 3]>::from(*spin).map(f64::to_bits));
+        }
+        self.note(particle, Some(hash_of_step), time, regions.readers(regions.columns(&self.engine, particle)));
     }
 
     #[inline]

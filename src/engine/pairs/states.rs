@@ -2,7 +2,8 @@
 //!
 //! The state of a pair changes only at an event. It is never recomputed from the distance, because round-off may put a
 //! distance on the wrong side of a step. A pair without an entry is uncaptured: it is in state 0 of the potential of
-//! the two species. Bonded pairs always have an entry. Each moving particle has its own list of partners.
+//! the two species. Bonded pairs always have an entry, also in state 0, and count as captured here. Each moving particle
+//! has its own list of partners.
 
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};

@@ -26,8 +26,8 @@ pub(in crate::engine) struct Batch<'a> {
     /// Squared contact distance of `me` with each species `[length^2]`. It is negative infinity if there is no contact,
     /// or if the contact cannot be predicted in a batch.
     pub squared: &'a [f64],
-    /// Species of all particles. Unused if there is only one species.
-    pub species: &'a [u16],
+    /// Table rows of all particles. Unused if there is only one species.
+    pub rows: &'a [u16],
 }
 
 /// The earliest contact of a particle with the particles of a batch. If there is none, `other` is [`NO_PARTICLE`].
@@ -68,8 +68,8 @@ impl Batch<'_> {
     }
 
     #[inline(always)]
-    pub fn species_of(&self, particle: u32) -> usize {
-        self.species.get(particle as usize).map_or(0, |species| usize::from(*species))
+    pub fn row_of(&self, particle: u32) -> usize {
+        self.rows.get(particle as usize).map_or(0, |row| usize::from(*row))
     }
 
     fn name(&self, particle: u32) -> u32 {
@@ -124,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
                 let squared = if is_mixture {
                     let squared: [f64; MOST_LANES] =
-                        std::array::from_fn(|k| batch.squared[usize::from(batch.species[ids[k % F::COUNT] as usize])]);
+                        std::array::from_fn(|k| batch.squared[usize::from(batch.rows[ids[k % F::COUNT] as usize])]);
                     F::each(&squared)
                 } else {
                     F::all(batch.squared[0])
@@ -171,7 +171,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
     #[inline(always)]
     fn run<F: Lanes>(self) {
         let Self { batch, me, captured, rules, prediction } = self;
-        let species = |id: u32| batch.species[id as usize];
+        let row = |id: u32| batch.rows[id as usize];
         let steps = &rules.steps[..];
         let (mut of_inner, mut of_outer) = ([f64::INFINITY; TOGETHER], [f64::INFINITY; TOGETHER]);
         for together in captured.chunks(TOGETHER) {
@@ -182,7 +182,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
                 let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
                 for (k, captured) in some.iter().enumerate() {
                     ids[k] = captured.partner;
-                    if FALLING && rules.meeting(species(me.id), species(captured.partner)).is_accelerated {
+                    if FALLING && rules.meeting(row(me.id), row(captured.partner)).is_accelerated {
                         continue;
                     }
                     let edges = steps[usize::from(captured.interaction)].edges(captured.state);

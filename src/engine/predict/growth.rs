@@ -34,8 +34,7 @@ impl Work for GrowingContacts<'_> {
         let mut due = [f64::INFINITY; TOGETHER];
         let (mut least, mut unsure) = (F::all(horizon), 0);
         for (at, (due, ids)) in due.chunks_exact_mut(F::COUNT).zip(others.chunks_exact(F::COUNT)).enumerate() {
-            let squared: [f64; MOST_LANES] =
-                std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
+            let squared: [f64; MOST_LANES] = std::array::from_fn(|k| batch.squared[batch.row_of(ids[k % F::COUNT])]);
             let squared = F::each(&squared);
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let distance = squared.sqrt();
@@ -91,7 +90,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         others: &[u32],
         prediction: &mut Prediction,
     ) {
-        let batch = self.others(me, wraps);
+        let batch = self.batch_of(me, wraps);
         let growth = growing.factor(me.time);
         for some in others.chunks(TOGETHER) {
             let mut bits = batch.growing_contacts(me, some, growth, prediction.contact_time - me.time);

@@ -80,11 +80,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
         match self.way(me.id, me.time) {
             Way::Nearest => {
-                self.predict_nearest(me, true, near.filled_up(me.id), prediction);
+                self.predict_batch(me, true, near.filled_up(me.id), prediction);
             }
             Way::Several => {
                 let found = near.filled_up(me.id);
-                self.predict_nearest(me, true, found, prediction);
+                self.predict_batch(me, true, found, prediction);
                 self.predict_further_images(me, found.0, self.leaves_cell(me, cells), prediction);
             }
             Way::Sliding(sliding) => {
@@ -111,32 +111,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
         let is_far = |some: &[u32]| {
             let is_batch = !(self.images.slide() || FALLING && TABLE);
-            !is_batch || self.others(me, true).half_a_period_away::<FALLING>(me, some, least) != 0
+            !is_batch || self.batch_of(me, true).half_a_period_away::<FALLING>(me, some, least) != 0
         };
         let far = others.chunks_exact(MOST_LANES).filter(|some| is_far(some)).flatten();
         for &other in far.filter(|&&other| other != me.id) {
             let (nearest, _) = self.relative(me, other);
-            let is_tied: [bool; 3] = std::array::from_fn(|axis| nearest.position[axis].abs() >= least[axis]);
             let squared = if TABLE {
                 let meeting = self.pairs.rules.meeting(self.row(me.id), self.row(other));
                 if meeting.exists { meeting.squared } else { continue }
             } else {
                 self.pairs.rules.meeting(0, 0).squared
             };
-            // Each combination of axes with half a period is a further image.
-            for sides in 1..8_u8 {
-                let is_other = |axis: usize| sides >> axis & 1 == 1;
-                if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
-                    continue;
-                }
-                let mut state = nearest;
-                for axis in (0..3).filter(|&axis| is_other(axis)) {
-                    state.position[axis] -= self.state.periods[axis].copysign(state.position[axis]);
-                }
-                if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), f64::INFINITY) {
+            self.for_each_tied_image(&nearest, least, |state| {
+                if let Some(dt) = self.detect(me, other, state, (squared, Side::Positive), f64::INFINITY) {
                     self.offer(me, other, Side::Positive, dt, prediction);
                 }
-            }
+            });
         }
     }
 

@@ -47,7 +47,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         listed: (&[u32], usize),
         prediction: &mut Prediction,
     ) {
-        self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
+        self.predict_batch(me, verlet.wraps(&me.position), listed, prediction);
     }
 
     /// Returns the time when a particle leaves its skin. Its distance from `c`, where the list was built, is then

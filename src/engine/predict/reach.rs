@@ -16,7 +16,7 @@ fn select<F: Lanes>(others: &[u32], is_selected: impl Fn(&[u32]) -> u32) -> u32 
 
 #[inline(always)]
 fn contact_distances<F: Lanes>(batch: &Batch<'_>, squared: &[f64], ids: &[u32]) -> F {
-    let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
+    let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.row_of(ids[k % F::COUNT])]);
     F::each(&squared).sqrt()
 }
 
@@ -158,8 +158,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         squared: &[f64],
         prediction: &mut Prediction,
     ) {
-        let batch = self.others(me, wraps);
-        let is_met = |other: &u32| squared[batch.species_of(*other)] >= 0.0;
+        let batch = self.batch_of(me, wraps);
+        let is_met = |other: &u32| squared[batch.row_of(*other)] >= 0.0;
         let kept = |some: &[u32], horizon: f64| {
             let bits = (0..).zip(some).fold(0, |bits, (k, other)| bits | u32::from(is_met(other)) << k);
             if bits == 0 || horizon == f64::INFINITY { bits } else { batch.within_reach(me, some, squared, horizon) }
@@ -179,7 +179,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         leaves: f64,
         prediction: &mut Prediction,
     ) {
-        let batch = self.others(me, false);
+        let batch = self.batch_of(me, false);
         let kept = |some: &[u32], horizon: f64| match horizon {
             f64::INFINITY => ALL,
             _ => batch.within_reach_across::<FALLING>(me, some, sliding, horizon),
@@ -196,13 +196,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         leaves: f64,
         prediction: &mut Prediction,
     ) {
-        let batch = self.others(me, true);
+        let batch = self.batch_of(me, true);
         let kept = |some: &[u32], horizon: f64| match horizon {
             f64::INFINITY => ALL,
             _ => batch.within_reach_of_another_image::<FALLING>(me, some, horizon),
         };
         for_each_kept(others, [me.time, leaves], prediction, kept, |other, prediction| {
-            let squared = batch.squared[batch.species_of(other)];
+            let squared = batch.squared[batch.row_of(other)];
             if other != me.id && squared >= 0.0 {
                 let (state, _) = self.relative(me, other);
                 self.predict_in_further_images(me, other, (&state, false), squared, prediction);

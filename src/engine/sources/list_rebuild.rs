@@ -117,7 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn find_listed(verlet: &VerletLists, pairs: &Pairs, state: &State, particle: u32, near: &mut Candidates) {
         let centre = &verlet.centres[particle as usize];
-        let all: &[u16] = if TABLE { &state.species } else { &[] };
+        let all: &[u16] = if TABLE { &state.rows } else { &[] };
         let species = all.get(particle as usize).copied().unwrap_or(0);
         verlet.find_neighbours_within(centre, species, all, near);
         if TABLE {
@@ -127,7 +127,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     fn keeps_no_list(pairs: &Pairs, state: &State, particle: u32) -> bool {
-        TABLE && pairs.rules.species[usize::from(state.species[particle as usize])].is_static()
+        TABLE && pairs.rules.species[usize::from(state.rows[particle as usize])].is_static()
     }
 }
 

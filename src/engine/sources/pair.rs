@@ -34,10 +34,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.stream(i, time);
         self.stream(j, time);
         let (state, interaction) = self.pair_state(i, j);
-        let Some((seen, law, surface)) = self.discontinuity(state, interaction, side, time) else {
+        let Some((seen, law, opening_speed)) = self.discontinuity(state, interaction, side, time) else {
             return Err(self.broken(i, Some(j), Invariant::Discontinuity));
         };
-        let pair = self.frame(i, j, side, surface);
+        let pair = self.frame(i, j, side, opening_speed);
         self.note_state(&pair, &seen, flown);
         let (outcome, change) = self.respond(&pair, &seen, &law, time);
         self.set_state_after(i, j, outcome, state, interaction)?;
@@ -155,11 +155,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
         let steps = &self.pairs.rules.steps[usize::from(interaction)];
         let mut seen = steps.seen_from(state, side)?;
-        let [distance, surface] = self.distances.at(seen.distance, time);
+        let [distance, opening_speed] = self.distances.at(seen.distance, time);
         if !self.distances.are_constant() {
             (seen.distance, seen.squared) = (distance, distance * distance);
         }
-        Some((seen, steps.law, surface))
+        Some((seen, steps.law, opening_speed))
     }
 
     /// Sets the state of a pair to 0. Only a pair with its own interaction, such as a bond, remains stored.

@@ -97,7 +97,7 @@ fn simd_reach_test_keeps_every_pair_within_reach() {
             let species = |id: u32| engine.row(id);
             let squared = engine.pairs.rules.accelerated_squared(species(particle)).unwrap();
             for (width, horizon) in Simd::all().into_iter().zip([0.01, 0.1, 1.0].into_iter().cycle()) {
-                let batch = Batch { width, ..engine.others(&me, true) };
+                let batch = Batch { width, ..engine.batch_of(&me, true) };
                 for some in others.chunks_exact(MOST_LANES) {
                     let bits = batch.within_reach(&me, some, squared, horizon);
                     for (k, &other) in some.iter().enumerate() {
