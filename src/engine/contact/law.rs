@@ -164,7 +164,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Rounding can undo a small velocity change, and the event would then repeat forever. Therefore, a tiny velocity
     /// is added, and doubled until the pair moves away. A pair in contact at its core may stay at relative rest. A pair
     /// at the maximum length of its bond must move inwards.
-    #[inline]
+    #[inline(always)]
     pub(super) fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
         let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;
         let opening = opening(opening_speed, apart.norm_squared());

@@ -1,14 +1,17 @@
-//! Rough contacts: adds the tangential impulse to the change of velocities in a smooth contact.
+//! Rough contacts: adds the tangential impulse to the change of velocities in a smooth contact, and applies the sum.
 //!
-//! The arguments are passed by value. Smooth contacts then keep them in registers.
+//! The arguments are passed by value, and nothing is returned to smooth contacts, so that these keep all numbers in
+//! registers.
 
-use super::apply::{Change, With};
+use super::apply::Change;
 use super::frame::Frame;
 use crate::Vector;
+use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::sources::surface::Touching;
 use crate::engine::surfaces::Surface;
 use crate::physics::rough::{Roughness, Touch};
+use std::ops::ControlFlow;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Adds the tangential impulse between two particles.
@@ -17,7 +20,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// momentum even if the diameters are non-additive.
     #[cold]
     #[inline(never)]
-    pub(in crate::engine) fn roughen_pair(&self, change: Change, pair: Frame, roughness: Roughness) -> Change {
+    pub(in crate::engine) fn apply_to_rough_pair(
+        &mut self,
+        change: Change,
+        pair: Frame,
+        roughness: Roughness,
+        observe: &mut Observe<'_>,
+    ) -> ControlFlow<()> {
         let both = [pair.i, pair.j];
         let [a, b] = both.map(|particle| self.radius(particle));
         let share = a / (a + b);
@@ -36,26 +45,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.change_relative_velocity(&pair, &(grip.impulse * touch.inverse_mass), &mut after);
         self.separate(&pair, &mut after);
         let before = both.map(|particle| self.state.bodies[particle as usize].velocity);
-        Change {
+        let change = Change {
             after,
             impulse: change.impulse + grip.impulse,
             torques: grip.torques,
             dissipated: change.dissipated + grip.dissipated,
             supplied: self.supplied(&pair, &before, &after[0], normal_impulse / length),
             ..change
-        }
+        };
+        self.apply(&change, observe)
     }
 
     /// Adds the tangential impulse of a surface, which is computed in the frame of the surface.
     #[cold]
     #[inline(never)]
-    pub(in crate::engine) fn roughen_at_surface(
-        &self,
+    pub(in crate::engine) fn apply_at_rough_surface(
+        &mut self,
         change: Change,
         at: Touching,
-        roughness: Roughness,
-        normal_impulse: f64,
-    ) -> Change {
+        (roughness, normal_impulse): (Roughness, f64),
+        observe: &mut Observe<'_>,
+    ) -> ControlFlow<()> {
         let (i, inverse_mass) = (change.particle, self.inverse_mass(change.particle));
         let touch = Touch {
             normal: at.shape.normal(&at.position),
@@ -69,12 +79,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let torque = at.in_space(&grip.torques[0]);
         let turning = torque.dot(&(self.spin(i) + torque * (0.5 * self.inverse_inertia(i))));
         let after = at.away(change.after[0] + at.in_space(&grip.impulse) * inverse_mass);
-        let change_of_velocity =
-            Change::of_one(With::Program, i, &self.state.bodies[i as usize].velocity, after, inverse_mass);
+        let Change { after, impulse, supplied: gained, .. } =
+            Change::of_one(change.other, i, &self.state.bodies[i as usize].velocity, after, inverse_mass);
         let dissipated = change.dissipated + grip.dissipated;
         // A surface at rest does no work.
-        let supplied = if at.moment.is_none() { 0.0 } else { change_of_velocity.supplied + turning + dissipated };
-        Change { supplied, dissipated, torques: [torque, Vector::zeros()], ..change_of_velocity }
+        let supplied = if at.moment.is_none() { 0.0 } else { gained + turning + dissipated };
+        let torques = [torque, Vector::zeros()];
+        self.apply(&Change { after, impulse, torques, supplied, dissipated, ..change }, observe)
     }
 
     #[inline]

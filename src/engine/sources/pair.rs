@@ -11,6 +11,7 @@ use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::physics::overlap::Side;
 use crate::physics::response::{Approach, ContactLaw, Outcome, Response};
+use crate::physics::rough::Roughness;
 use std::ops::ControlFlow;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -39,13 +40,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let pair = self.frame(i, j, side, opening_speed);
         self.note_state(&pair, &seen, flown);
-        let (outcome, change) = self.respond(&pair, &seen, &law, time);
+        let (outcome, change, roughness) = self.respond(&pair, &seen, &law, time);
         self.set_state_after(i, j, outcome, state, interaction)?;
-        Ok(self.apply(&change, observe))
+        Ok(match roughness {
+            None => self.apply(&change, observe),
+            Some(roughness) => self.apply_to_rough_pair(change, pair, roughness, observe),
+        })
     }
 
+    /// Returns the outcome and the smooth part of the change, and the roughness if it acts in this contact.
     #[inline(always)]
-    fn respond(&mut self, pair: &Frame, seen: &Discontinuity, law: &ContactLaw, time: f64) -> (Outcome, Change) {
+    fn respond(
+        &mut self,
+        pair: &Frame,
+        seen: &Discontinuity,
+        law: &ContactLaw,
+        time: f64,
+    ) -> (Outcome, Change, Option<Roughness>) {
         // In a multicanonical simulation, weights replace the energy step of the potential.
         let felt = self.weighted(seen);
         let Response { outcome, radial: leaving, tangential_scale, is_rough } = self.leave(pair, &felt, law, time);
@@ -84,10 +95,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             supplied: self.supplied(pair, &before, &after[0], impulse) + by_weights,
             after,
         };
-        match law.roughness.filter(|_| is_rough) {
-            Some(roughness) => (outcome, self.roughen_pair(change, *pair, roughness)),
-            None => (outcome, change),
-        }
+        (outcome, change, law.roughness.filter(|_| is_rough))
     }
 
     /// Energy that sliding images and growing diameters supply in a contact.

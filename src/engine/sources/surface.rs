@@ -13,6 +13,7 @@ use crate::model::state_point::StatePoint;
 use crate::model::surface_motion::Moment;
 use crate::model::{ContactLaw, Scene, SurfaceLaw};
 use crate::physics::response::Leaving;
+use crate::physics::rough::Roughness;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -66,13 +67,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if vn >= 0.0 {
             self.counts.totals.turning_point += 1;
         }
-        let change = match law {
+        let (change, rough) = match law {
             SurfaceLaw::Reflecting(law) => self.reflect(i, &at, vn, &law),
-            SurfaceLaw::Thermal { temperature } => self.draw_from_surface(i, &at, temperature)?,
+            SurfaceLaw::Thermal { temperature } => (self.draw_from_surface(i, &at, temperature)?, None),
         };
-        let change = Change { other: With::Surface(index), ..change };
-        let (counted, normal) = (Some(CountedKind::Wall), at.in_space(&normal));
-        Ok(self.apply(&Change { counted, line: normal, squared: 1.0, distance: radius, ..change }, observe))
+        let (counted, other, line) = (Some(CountedKind::Wall), With::Surface(index), at.in_space(&normal));
+        let change = Change { counted, other, line, squared: 1.0, distance: radius, ..change };
+        Ok(match rough {
+            None => self.apply(&change, observe),
+            Some(rough) => self.apply_at_rough_surface(change, at, rough, observe),
+        })
     }
 
     /// Returns the state of a particle and a surface at their contact. The argument `time` is counted from the epoch.
@@ -88,8 +92,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Touching { moment, position, velocity, ..at }
     }
 
+    /// Returns the smooth part of the change, and the roughness and the normal impulse of a contact that is rough.
     #[inline]
-    fn reflect(&mut self, i: u32, at: &Touching, vn: f64, law: &ContactLaw) -> Change {
+    fn reflect(&mut self, i: u32, at: &Touching, vn: f64, law: &ContactLaw) -> (Change, Option<(Roughness, f64)>) {
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
         let (shape, normal) = (&at.shape, at.shape.normal(&at.position));
         let bend =
@@ -106,11 +111,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
         // A surface at rest does no work.
         let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
-        let change = Change { supplied, dissipated, ..change };
-        match law.roughness.filter(|_| is_rough) {
-            Some(roughness) => self.roughen_at_surface(change, *at, roughness, (speed - vn) / inverse_mass),
-            None => change,
-        }
+        let rough = law.roughness.filter(|_| is_rough).map(|roughness| (roughness, (speed - vn) / inverse_mass));
+        (Change { supplied, dissipated, ..change }, rough)
     }
 
     /// Draws the velocity of a particle from the flux distribution of a gas. Along the normal, the density is
