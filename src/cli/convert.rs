@@ -1,4 +1,5 @@
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use crate::base::text::plural;
 use crate::io::convert::{Options, convert};
@@ -20,7 +21,7 @@ pub struct Convert {
     /// The folder of a run, or a trajectory in extended XYZ
     run: PathBuf,
     /// The format to write
-    #[arg(long, value_name = "FORMAT", value_parser = one_of(&FORMATS))]
+    #[arg(long, value_name = "FORMAT", value_parser = one_of(&*FORMATS))]
     to: Format,
     /// The file or folder to write; by default beside the trajectory
     #[arg(long, value_name = "PATH")]
@@ -33,14 +34,8 @@ pub struct Convert {
     force: bool,
 }
 
-const FORMATS: [Choice<Format>; 6] = [
-    ("lammps", Some("Text dump of LAMMPS, .lammpstrj"), Format::Lammps),
-    ("gsd", Some("GSD of HOOMD-blue, .gsd"), Format::Gsd),
-    ("vtk", Some("ParaView: a folder with a .vtp per frame and a .pvd"), Format::Vtk),
-    ("npy", Some("NumPy: a folder with .npy arrays"), Format::Npy),
-    ("csv", Some("One table, .csv"), Format::Csv),
-    ("xyz", Some("Extended XYZ again"), Format::Xyz),
-];
+static FORMATS: LazyLock<[Choice<Format>; Format::ALL.len()]> =
+    LazyLock::new(|| Format::ALL.map(|format| (format.name(), Some(format.about()), format)));
 
 /// Parses a range of frames: `3..7`, `3..`, `..7`, or `3` for one frame.
 pub fn frames(text: &str) -> Result<(u64, Option<u64>), String> {

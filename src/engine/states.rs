@@ -39,6 +39,8 @@ impl Elapsed {
 pub struct States {
     /// The time of these states.
     pub elapsed: Elapsed,
+    /// Ids of the particles, ascending. They differ from indices if particles have left.
+    pub ids: Vec<ParticleId>,
     /// Positions `[length]`, `N x 3`. Along periodic axes, they are inside the box within round-off.
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
@@ -50,11 +52,13 @@ pub struct States {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn states(&self, states: &mut States) {
         states.elapsed = Elapsed { epoch: self.clock.epoch, since_epoch: self.clock.now, epochs: self.clock.epochs };
+        states.ids.clear();
         states.positions.clear();
         states.velocities.clear();
         states.spins.clear();
         for &particle in &self.state.numbers {
             let (position, velocity) = self.state_at(particle, self.clock.now);
+            states.ids.push(self.name(particle));
             states.positions.push(position);
             states.velocities.push(velocity);
             states.spins.extend(self.state.spins.get(particle as usize));

@@ -104,4 +104,17 @@ impl Format {
             Self::Xyz => "xyz",
         }
     }
+
+    /// Description of the format in a few words.
+    #[must_use]
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Lammps => "Text dump of LAMMPS, .lammpstrj",
+            Self::Gsd => "GSD of HOOMD-blue, .gsd",
+            Self::Vtk => "ParaView: a folder with a .vtp per frame and a .pvd",
+            Self::Npy => "NumPy: a folder with .npy arrays",
+            Self::Csv => "One table, .csv",
+            Self::Xyz => "Extended XYZ again",
+        }
+    }
 }

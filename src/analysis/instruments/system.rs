@@ -7,7 +7,7 @@ use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
 use crate::model::SurfaceShape;
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{Bond, ContactLaw, InteractionId, Scene, SpeciesPairs};
+use crate::model::{Bond, ContactLaw, InteractionId, ParticleId, Scene, SpeciesPairs};
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
@@ -280,15 +280,19 @@ fn steps_outside_cores(scene: &Scene, species: &[u32]) -> SpeciesPairs<f64> {
     steps
 }
 
-/// Positions, velocities and images of all particles at one time, in the order of the ids.
-#[derive(Debug, Clone, Copy)]
+/// State of all particles at one time, in the order of the ids.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Sample<'a> {
     /// Simulated time `[time]`.
     pub time: f64,
+    /// Ids of the particles, ascending. They differ from indices if particles have left.
+    pub ids: &'a [ParticleId],
     /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
     pub positions: &'a [Vector],
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: &'a [Vector],
+    /// Spins `[1 / time]`, `N x 3`; empty if the scene has no spins.
+    pub spins: &'a [Vector],
     /// Periods travelled since the start, along each axis.
     pub images: &'a [[i32; 3]],
     /// Displacement along x of the periodic image above `[length]`, in `(-L_x / 2, L_x / 2]`; 0 without shear.
@@ -301,8 +305,10 @@ impl<'a> Sample<'a> {
     pub fn of(snapshot: &'a Snapshot) -> Self {
         Self {
             time: snapshot.time,
+            ids: &snapshot.ids,
             positions: &snapshot.positions,
             velocities: &snapshot.velocities,
+            spins: &snapshot.spins,
             images: &snapshot.images,
             displacement: snapshot.displacement,
         }

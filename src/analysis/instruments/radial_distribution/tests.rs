@@ -22,8 +22,14 @@ fn measure_sheared(
     displacement: f64,
 ) -> Measured {
     let velocities = vec![Vector::zeros(); frames[0].len()];
-    let sample =
-        |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, images: &[], displacement };
+    let sample = |k: usize| Sample {
+        time: k as f64,
+        positions: &frames[k],
+        velocities: &velocities,
+        images: &[],
+        displacement,
+        ..Sample::default()
+    };
     let setup = Setup { system, sample: sample(0), duration: frames.len() as f64 };
     let mut instrument = RadialDistribution::new(plan, &setup);
     (1..frames.len()).for_each(|k| instrument.sample(&sample(k), system));

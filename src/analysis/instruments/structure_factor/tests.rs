@@ -13,6 +13,7 @@ fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
         velocities: &velocities,
         images: &[],
         displacement: 0.0,
+        ..Sample::default()
     };
     let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
     let setup = Setup { system: &system, sample: sample(0), duration: frames.len() as f64 };
@@ -22,7 +23,7 @@ fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
 }
 
 fn empty() -> Sample<'static> {
-    Sample { time: 0.0, positions: &[], velocities: &[], images: &[], displacement: 0.0 }
+    Sample { time: 0.0, positions: &[], velocities: &[], images: &[], displacement: 0.0, ..Sample::default() }
 }
 
 #[test]
