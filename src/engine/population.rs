@@ -118,7 +118,7 @@ impl Simulation {
             return Err(SetStateError::Fixed { particle, axis });
         }
         if new.spin != Vector::zeros() {
-            if !with_engine!(&self.engine, engine => engine.pairs.rules.has_spins) {
+            if !self.has_spins() {
                 return Err(SetStateError::NoSpins { particle });
             }
             if let Some(axis) =

@@ -107,6 +107,12 @@ impl Simulation {
         Snapshot { scale: self.scale(), ..snapshot }
     }
 
+    /// Whether the particles have spins: a contact of the scene is rough, or a particle had a spin at the start.
+    #[must_use]
+    pub fn has_spins(&self) -> bool {
+        with_engine!(&self.engine, engine => engine.pairs.rules.has_spins)
+    }
+
     /// Calls `visit` with the current state of each particle, in the order of ids. This allocates no memory.
     ///
     /// # Errors

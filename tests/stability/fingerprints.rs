@@ -81,7 +81,7 @@ fn set_on_the_way() -> Bits {
 }
 
 /// Scenes in `configs`, and the number of events of each.
-const SCENES: [(&str, u64); 10] = [
+const SCENES: [(&str, u64); 11] = [
     ("bouncing_ball", 1000),
     ("elastic_spheres_1d", 2),
     ("everything", 30000),
@@ -90,6 +90,7 @@ const SCENES: [(&str, u64); 10] = [
     ("hopper", 10000),
     ("pendulum", 20000),
     ("polymer", 20000),
+    ("rough_cooling", 20000),
     ("square_well_fluid", 20000),
     ("stepped_lennard_jones", 20000),
 ];
@@ -108,6 +109,7 @@ const FINGERPRINTS: &[(&str, [u64; 3])] = &[
     ("hopper", [0xddcb53dfaafacb2f, 0x04609791e0af2279, 0x4a7b0bb6ed2964f9]),
     ("pendulum", [0xb95bc2f451541808, 0xf3facda1af6c6312, 0xe4d8131169c267d0]),
     ("polymer", [0x23681b1c94b79cfd, 0xc1ed0d95179fcc6c, 0x3c827cb279345e0f]),
+    ("rough_cooling", [0x83fa807b558545e9, 0x71138f1ab71b3333, 0x1fbfad81bda6fdfb]),
     ("square_well_fluid", [0x251c13d34402ff07, 0xf83f541e04b2271a, 0xc87bb534a894f1d7]),
     ("stepped_lennard_jones", [0x2eedeb4258e70d3d, 0x57ed3e0a2cae31b6, 0x974edc15e354a1f8]),
     ("sheared", [0x8729c8829d02c5d9, 0xc4db40307640a318, 0x245917c99a5489c4]),

@@ -35,6 +35,7 @@ fn every_scene_of_configs_is_proven() {
         ("maxwell", 1000),
         ("pendulum", 1000),
         ("polymer", 1000),
+        ("rough_cooling", 1000),
         ("square_well_fluid", 1000),
         ("stepped_lennard_jones", 1000),
     ] {

@@ -3,11 +3,15 @@
 use std::convert::Infallible;
 use std::io::Write;
 
+use crate::Vector;
 use crate::analysis::instruments::Scalar;
 use crate::engine::{ParticleNow, Simulation, Snapshot};
 use crate::model::{ParticleId, Scene, SpeciesId};
 use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
 use crate::trajectory::frame::{Frame, FrameParticle};
+
+/// Names of the components of a spin `[1 / time]`. LAMMPS uses the same names.
+const SPIN: [&str; 3] = ["omegax", "omegay", "omegaz"];
 
 #[derive(Debug)]
 pub(crate) struct Frames {
@@ -18,12 +22,14 @@ pub(crate) struct Frames {
     radii: Vec<f64>,
     /// Species of each particle. A single entry if all particles have the same species.
     species: Vec<SpeciesId>,
+    has_spins: bool,
 }
 
 impl Frames {
     pub fn of(scene: &Scene) -> Self {
         let diameters: Vec<f64> = scene.species.iter().map(|species| species.diameter).collect();
-        Self::with(scene, &diameters, scene.particles.iter().map(|particle| particle.species).collect())
+        let species = scene.particles.iter().map(|particle| particle.species).collect();
+        Self::with(scene, &diameters, species, scene.has_spins())
     }
 
     pub fn of_simulation(simulation: &Simulation) -> Self {
@@ -32,10 +38,10 @@ impl Frames {
             species.push(particle.species);
             Ok::<(), Infallible>(())
         });
-        Self::with(simulation.scene(), simulation.first_diameters(), species)
+        Self::with(simulation.scene(), simulation.first_diameters(), species, simulation.has_spins())
     }
 
-    fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>) -> Self {
+    fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>, has_spins: bool) -> Self {
         let mut radii = vec![0.0; scene.species.len()];
         for id in &species {
             let species = id.0 as usize;
@@ -46,7 +52,7 @@ impl Frames {
             species.truncate(1);
         }
         species.shrink_to_fit();
-        Self { frame: Frame::without_particles(scene), count, radii, species }
+        Self { frame: Frame::without_particles(scene), count, radii, species, has_spins }
     }
 
     pub fn count(&self) -> usize {
@@ -57,7 +63,8 @@ impl Frames {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
         self.frame.size = snapshot.size;
         self.frame.surfaces.clone_from(&snapshot.surfaces);
-        self.frame.scalars = scalars;
+        self.frame.scalars = if self.has_spins { of_spins(&snapshot.spins).to_vec() } else { Vec::new() };
+        self.frame.scalars.extend(scalars);
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(snapshot.scale))?;
         let states = snapshot.positions.iter().zip(&snapshot.velocities).zip(&snapshot.images);
         for (id, ((position, velocity), image)) in (0..).zip(states) {
@@ -81,6 +88,14 @@ impl Frames {
         self.frame.size = simulation.scene().space.size;
         self.frame.surfaces = simulation.surfaces_present();
         self.frame.scalars.clear();
+        if self.has_spins {
+            let mut spins = Vec::with_capacity(self.count);
+            let Ok(()) = simulation.for_each_now(|particle| {
+                spins.push(particle.spin);
+                Ok::<(), Infallible>(())
+            });
+            self.frame.scalars.extend(of_spins(&spins));
+        }
         let scale = simulation.scale();
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(scale))?;
         simulation.for_each_now(|particle| self.add(&mut writer, &particle, scale))?;
@@ -99,15 +114,49 @@ impl Frames {
     }
 }
 
+/// Returns the components of the spins as scalars, which all formats and pictures can show.
+fn of_spins(spins: &[Vector]) -> [Scalar; 3] {
+    std::array::from_fn(|axis| Scalar::new(SPIN[axis], spins.iter().map(|spin| spin[axis]).collect()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Vector;
     use crate::engine::Until;
     use crate::model::potential::Potential;
     use crate::model::space::Space;
     use crate::model::{Growth, GrowthTarget};
     use crate::scene::{InteractionDraft, SceneBuilder, SpeciesDraft};
+    use crate::trajectory::extended_xyz::FrameReader;
+
+    #[test]
+    fn spins_are_scalars_of_the_frame() {
+        let scene = SceneBuilder::new("two")
+            .space(Space::periodic_cube(10.0))
+            .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+            .interaction(
+                InteractionDraft::new(Potential::hard_sphere(1.0).unwrap())
+                    .between("A", "A")
+                    .tangential_restitution(0.5),
+            )
+            .particle("A", Vector::repeat(5.0), Vector::new(0.0, 0.3, 0.0))
+            .particle("A", Vector::new(6.5, 5.0, 5.0), Vector::new(-1.0, 0.0, 0.2))
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::without_plan(scene);
+        simulation.advance(Until::events(1)).unwrap();
+        let snapshot = simulation.snapshot();
+        assert!(snapshot.spins.iter().all(|spin| spin.norm() > 0.01), "{:?}", snapshot.spins);
+        let (mut at_once, mut one_by_one) = (Vec::new(), Vec::new());
+        let mut frames = Frames::of_simulation(&simulation);
+        let other = Scalar::new("q6", vec![0.25, 0.5]);
+        frames.write(&mut at_once, &snapshot, vec![other.clone()]).unwrap();
+        frames.write_now(&mut one_by_one, &simulation).unwrap();
+        let read = |text: &[u8]| FrameReader::new(text).next().unwrap().unwrap().scalars;
+        let spins = of_spins(&snapshot.spins);
+        assert_eq!(read(&one_by_one), spins);
+        assert_eq!(read(&at_once), [&spins[..], &[other]].concat());
+    }
 
     #[test]
     fn frame_radii_after_growth_are_initial_radii() {

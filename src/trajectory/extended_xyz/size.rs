@@ -31,6 +31,7 @@ pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
         scene.particles.iter().filter_map(|particle| of_species.get(particle.species.0 as usize)).sum();
     let count = scene.particles.len();
     let scalars = if scene.measure.bond_order.is_some() { 2 * DIGITS } else { 0 };
-    let each = length(count as f64) + scalars;
+    let spins = if scene.has_spins() { 3 * DIGITS } else { 0 };
+    let each = length(count as f64) + scalars + spins;
     (particles + each * count + BOND * scene.bonds.len() + HEADING) as f64
 }

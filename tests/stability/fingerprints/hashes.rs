@@ -25,7 +25,8 @@ impl Hash {
     }
 
     fn state(&mut self, now: &Snapshot) {
-        self.add(now.positions.iter().chain(&now.velocities).flat_map(|v| v.iter().copied()).chain([now.time]));
+        let vectors = now.positions.iter().chain(&now.velocities).chain(&now.spins);
+        self.add(vectors.flat_map(|v| v.iter().copied()).chain([now.time]));
     }
 }
 
@@ -37,7 +38,7 @@ pub fn fingerprint(now: &Snapshot) -> u64 {
 
 #[derive(Clone, Copy, PartialEq)]
 pub struct Bits {
-    /// Final positions, velocities and time.
+    /// Final positions, velocities, spins and time.
     pub state: Hash,
     /// Time, kind, particles, impulse, energies, positions and velocities of all events.
     pub events: Hash,
