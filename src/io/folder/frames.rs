@@ -114,7 +114,7 @@ impl Frames {
     }
 }
 
-/// Returns the components of the spins as scalars, which all formats and pictures can show.
+/// Returns the components of the spins as scalars, which all formats contain and the player of a page can show.
 fn of_spins(spins: &[Vector]) -> [Scalar; 3] {
     std::array::from_fn(|axis| Scalar::new(SPIN[axis], spins.iter().map(|spin| spin[axis]).collect()))
 }
