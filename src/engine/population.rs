@@ -248,7 +248,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::Until;
+    use crate::engine::{States, Until};
     use crate::model::Thermostat;
     use crate::model::space::Space;
     use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
@@ -320,6 +320,10 @@ mod tests {
         let snapshot = simulation.snapshot();
         assert_eq!(snapshot.ids, [1, 3, 5].map(ParticleId));
         assert_eq!((snapshot.index(ParticleId(3)), snapshot.index(ParticleId(2))), (Some(1), None));
+        let mut states = States::default();
+        simulation.states(&mut states);
+        simulation.states(&mut states);
+        assert_eq!((states.ids, states.positions.len()), (snapshot.ids.clone(), 3));
         simulation.set_velocities(&[Vector::x(), Vector::y(), Vector::z()]).unwrap();
         assert_eq!(simulation.snapshot().velocities[2], Vector::z());
         assert_eq!(simulation.unsound_index(), None);

@@ -67,14 +67,7 @@ fn assert_valid(scene: &Scene, fraction: f64) {
 fn mean_q6(scene: &Scene) -> f64 {
     let positions: Vec<Vector> = scene.particles().iter().map(|particle| particle.position).collect();
     let images = vec![[0; 3]; positions.len()];
-    let sample = Sample {
-        time: 0.0,
-        positions: &positions,
-        velocities: &positions,
-        images: &images,
-        displacement: 0.0,
-        ..Sample::default()
-    };
+    let sample = Sample { positions: &positions, velocities: &positions, images: &images, ..Sample::default() };
     let values = per_particle(&SystemDescription::of(scene), &sample, 1.4, 6);
     values.iter().sum::<f64>() / values.len() as f64
 }

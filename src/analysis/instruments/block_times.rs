@@ -62,14 +62,7 @@ mod tests {
     fn too_short_interval_is_lengthened() {
         let system = SystemDescription::of_points(Space::periodic_cube(10.0), 1);
         let times = |start: f64| {
-            let sample = Sample {
-                time: start,
-                positions: &[],
-                velocities: &[],
-                images: &[],
-                displacement: 0.0,
-                ..Sample::default()
-            };
+            let sample = Sample { time: start, ..Sample::default() };
             block_times(&Setup { system: &system, sample, duration: 1.0 }, Some(1e-90), 10)
         };
         let mut blocks = times(1e20);

@@ -59,14 +59,7 @@ mod tests {
     fn times(start: f64, duration: f64, given: Option<f64>, work: f64) -> SamplingTimes {
         let system = SystemDescription::of_points(Space::periodic_cube(10.0), 1000);
         let velocities = vec![Vector::new(1.0, 0.0, 0.0); 1000];
-        let sample = Sample {
-            time: start,
-            positions: &[],
-            velocities: &velocities,
-            images: &[],
-            displacement: 0.0,
-            ..Sample::default()
-        };
+        let sample = Sample { time: start, velocities: &velocities, ..Sample::default() };
         budgeted_times(&Setup { system: &system, sample, duration }, given, work)
     }
 

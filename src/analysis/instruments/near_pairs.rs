@@ -98,7 +98,7 @@ mod tests {
     use crate::model::space::Boundary;
 
     fn sample(positions: &[Vector], displacement: f64) -> Sample<'_> {
-        Sample { time: 0.0, positions, velocities: &[], images: &[], displacement, ..Sample::default() }
+        Sample { positions, displacement, ..Sample::default() }
     }
 
     fn space(boundary: [Boundary; 3], size: [f64; 3]) -> Space {

@@ -22,14 +22,12 @@ pub(crate) struct Frames {
     radii: Vec<f64>,
     /// Species of each particle. A single entry if all particles have the same species.
     species: Vec<SpeciesId>,
-    has_spins: bool,
 }
 
 impl Frames {
     pub fn of(scene: &Scene) -> Self {
         let diameters: Vec<f64> = scene.species.iter().map(|species| species.diameter).collect();
-        let species = scene.particles.iter().map(|particle| particle.species).collect();
-        Self::with(scene, &diameters, species, scene.has_spins())
+        Self::with(scene, &diameters, scene.particles.iter().map(|particle| particle.species).collect())
     }
 
     pub fn of_simulation(simulation: &Simulation) -> Self {
@@ -38,10 +36,10 @@ impl Frames {
             species.push(particle.species);
             Ok::<(), Infallible>(())
         });
-        Self::with(simulation.scene(), simulation.first_diameters(), species, simulation.has_spins())
+        Self::with(simulation.scene(), simulation.first_diameters(), species)
     }
 
-    fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>, has_spins: bool) -> Self {
+    fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>) -> Self {
         let mut radii = vec![0.0; scene.species.len()];
         for id in &species {
             let species = id.0 as usize;
@@ -52,7 +50,7 @@ impl Frames {
             species.truncate(1);
         }
         species.shrink_to_fit();
-        Self { frame: Frame::without_particles(scene), count, radii, species, has_spins }
+        Self { frame: Frame::without_particles(scene), count, radii, species }
     }
 
     pub fn count(&self) -> usize {
@@ -63,8 +61,7 @@ impl Frames {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
         self.frame.size = snapshot.size;
         self.frame.surfaces.clone_from(&snapshot.surfaces);
-        self.frame.scalars = if self.has_spins { of_spins(&snapshot.spins).to_vec() } else { Vec::new() };
-        self.frame.scalars.extend(scalars);
+        self.frame.scalars = [of_spins(&snapshot.spins), scalars].concat();
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(snapshot.scale))?;
         let states = snapshot.positions.iter().zip(&snapshot.velocities).zip(&snapshot.images);
         for (id, ((position, velocity), image)) in (0..).zip(states) {
@@ -87,15 +84,14 @@ impl Frames {
         (self.frame.time, self.frame.displacement) = (simulation.time(), simulation.displacement());
         self.frame.size = simulation.scene().space.size;
         self.frame.surfaces = simulation.surfaces_present();
-        self.frame.scalars.clear();
-        if self.has_spins {
-            let mut spins = Vec::with_capacity(self.count);
+        let mut spins = Vec::new();
+        if simulation.has_spins() {
             let Ok(()) = simulation.for_each_now(|particle| {
                 spins.push(particle.spin);
                 Ok::<(), Infallible>(())
             });
-            self.frame.scalars.extend(of_spins(&spins));
         }
+        self.frame.scalars = of_spins(&spins);
         let scale = simulation.scale();
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(scale))?;
         simulation.for_each_now(|particle| self.add(&mut writer, &particle, scale))?;
@@ -114,9 +110,11 @@ impl Frames {
     }
 }
 
-/// Returns the components of the spins as scalars, which all formats contain and the player of a page can show.
-fn of_spins(spins: &[Vector]) -> [Scalar; 3] {
-    std::array::from_fn(|axis| Scalar::new(SPIN[axis], spins.iter().map(|spin| spin[axis]).collect()))
+/// Returns the components of the spins as scalars, which all formats contain and the player of a page can show. Scenes
+/// without spins have none.
+fn of_spins(spins: &[Vector]) -> Vec<Scalar> {
+    let component = |(axis, name): (usize, &&str)| Scalar::new(name, spins.iter().map(|spin| spin[axis]).collect());
+    SPIN.iter().enumerate().filter(|_| !spins.is_empty()).map(component).collect()
 }
 
 #[cfg(test)]
@@ -155,7 +153,7 @@ mod tests {
         let read = |text: &[u8]| FrameReader::new(text).next().unwrap().unwrap().scalars;
         let spins = of_spins(&snapshot.spins);
         assert_eq!(read(&one_by_one), spins);
-        assert_eq!(read(&at_once), [&spins[..], &[other]].concat());
+        assert_eq!(read(&at_once), [spins, vec![other]].concat());
     }
 
     #[test]

@@ -14,7 +14,7 @@ fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (SystemDescription, 
 }
 
 fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> Sample<'a> {
-    Sample { time, positions, velocities, images: &[], displacement: 0.0, ..Sample::default() }
+    Sample { time, positions, velocities, ..Sample::default() }
 }
 
 #[test]

@@ -19,7 +19,7 @@ fn scene(displacement: f64) -> (SystemDescription, Vec<Vector>) {
 }
 
 fn sample(time: f64, positions: &[Vector], displacement: f64) -> Sample<'_> {
-    Sample { time, positions, velocities: &[], images: &[], displacement, ..Sample::default() }
+    Sample { time, positions, displacement, ..Sample::default() }
 }
 
 fn measured(instrument: &Chains, system: &SystemDescription) -> Measured {

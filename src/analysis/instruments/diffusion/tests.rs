@@ -259,14 +259,7 @@ fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
     let (velocities, images) = (vec![Vector::zeros(); 4], vec![[0; 3]; 4]);
     let plan = Plan { interval: Some(1.0), span: Some(20.0) };
     let sample = |time: f64, positions: &[Vector], see: &mut dyn FnMut(&Sample<'_>)| {
-        see(&Sample {
-            time,
-            positions,
-            velocities: &velocities,
-            images: &images,
-            displacement: 0.0,
-            ..Sample::default()
-        });
+        see(&Sample { time, positions, velocities: &velocities, images: &images, ..Sample::default() });
     };
     let mut instrument = None;
     sample(0.0, &positions, &mut |sample| {
@@ -321,14 +314,7 @@ fn beads_of_one_chain_count_as_one_sample() {
     let positions: Vec<Vector> = (0..chains * beads).map(place).collect();
     let velocities = vec![Vector::zeros(); positions.len()];
     let images = vec![[0; 3]; positions.len()];
-    let sample = Sample {
-        time: 0.0,
-        positions: &positions,
-        velocities: &velocities,
-        images: &images,
-        displacement: 0.0,
-        ..Sample::default()
-    };
+    let sample = Sample { positions: &positions, velocities: &velocities, images: &images, ..Sample::default() };
     let tracers = Tracers::new(&sample, &system, usize::MAX);
     let of_chain = crate::analysis::statistics::tests::correlated(0.0, chains as usize, 5);
     let mean = of_chain.iter().sum::<f64>() / f64::from(chains);

@@ -16,25 +16,11 @@ fn measure(
     mut frame: impl FnMut() -> (Vec<Vector>, Vec<Vector>),
 ) -> (Profile, Measured) {
     let (positions, velocities) = frame();
-    let sample = Sample {
-        time: 0.0,
-        positions: &positions,
-        velocities: &velocities,
-        images: &[],
-        displacement: 0.0,
-        ..Sample::default()
-    };
+    let sample = Sample { positions: &positions, velocities: &velocities, ..Sample::default() };
     let mut profile = Profile::new(plan, &Setup { system, sample, duration: FRAMES as f64 });
     for k in 1..=FRAMES {
         let (positions, velocities) = frame();
-        let sample = Sample {
-            time: k as f64,
-            positions: &positions,
-            velocities: &velocities,
-            images: &[],
-            displacement: 0.0,
-            ..Sample::default()
-        };
+        let sample = Sample { time: k as f64, positions: &positions, velocities: &velocities, ..Sample::default() };
         profile.sample(&sample, system);
     }
     let mut measured = Measured::default();

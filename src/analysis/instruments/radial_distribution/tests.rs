@@ -26,7 +26,6 @@ fn measure_sheared(
         time: k as f64,
         positions: &frames[k],
         velocities: &velocities,
-        images: &[],
         displacement,
         ..Sample::default()
     };

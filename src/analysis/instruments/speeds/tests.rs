@@ -85,7 +85,7 @@ fn free_particles_of_one_speed_are_in_one_bin_in_every_dimension() {
 }
 
 fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> Sample<'a> {
-    Sample { time, positions, velocities, images: &[], displacement: 0.0, ..Sample::default() }
+    Sample { time, positions, velocities, ..Sample::default() }
 }
 
 /// Passes frames of independent normal velocities of temperature 1.5 to an instrument, at times 1, 2, ...

@@ -7,23 +7,13 @@ use rand_core::{Rng, SeedableRng};
 fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
     let system = SystemDescription::of_points(space.clone(), u32::try_from(frames[0].len()).unwrap());
     let velocities = vec![Vector::zeros(); frames[0].len()];
-    let sample = |k: usize| Sample {
-        time: k as f64,
-        positions: &frames[k],
-        velocities: &velocities,
-        images: &[],
-        displacement: 0.0,
-        ..Sample::default()
-    };
+    let sample =
+        |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, ..Sample::default() };
     let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
     let setup = Setup { system: &system, sample: sample(0), duration: frames.len() as f64 };
     let mut instrument = StructureFactor::new(&plan, &setup);
     (1..frames.len()).for_each(|k| instrument.sample(&sample(k), &system));
     instrument
-}
-
-fn empty() -> Sample<'static> {
-    Sample { time: 0.0, positions: &[], velocities: &[], images: &[], displacement: 0.0, ..Sample::default() }
 }
 
 #[test]
@@ -35,8 +25,9 @@ fn modes_of_a_sheared_box_match_direct_sums_for_any_image() {
     let system = SystemDescription::of_points(space.clone(), 20);
     for displacement in [1.1, -3.7] {
         let shells = vectors::all_shells(&space, displacement, 20.0, 20);
-        let modes =
-            |positions: &[Vector]| density_modes(&shells, &Sample { positions, displacement, ..empty() }, &system);
+        let modes = |positions: &[Vector]| {
+            density_modes(&shells, &Sample { positions, displacement, ..Sample::default() }, &system)
+        };
         let sums = modes(&positions);
         let up = Vector::new(displacement, space.size.y, 0.0);
         let images = modes(&positions.iter().map(|position| position + up).collect::<Vec<_>>());
@@ -72,7 +63,7 @@ fn sheared_lattice_scatters_only_at_reciprocal_vectors() {
     let mut instrument = StructureFactor::new(&plan, &setup);
     // Displacements by whole spacings change the wave vectors of the box, but not the lattice.
     for (time, displacement) in [(1.0, 0.5), (2.0, -1.5), (3.0, 2.5)] {
-        let sample = Sample { time, positions: &positions, displacement, ..empty() };
+        let sample = Sample { time, positions: &positions, displacement, ..Sample::default() };
         instrument.sample(&sample, &system);
         let mut peaks = 0;
         let modes = density_modes(&instrument.shells, &sample, &system);
@@ -102,7 +93,7 @@ fn modes_match_direct_sums() {
     let positions: Vec<Vector> =
         (0..20).map(|k| Vector::from_fn(|axis, _| (f64::from(k) * (1.3 + axis as f64)).rem_euclid(5.0))).collect();
     let system = SystemDescription::of_points(space.clone(), 20);
-    let sample = Sample { positions: &positions, ..empty() };
+    let sample = Sample { positions: &positions, ..Sample::default() };
     let shells = vectors::shells(&space, 20.0, 20);
     let sums = density_modes(&shells, &sample, &system);
     let all: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.clone()).collect();
