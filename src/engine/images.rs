@@ -220,3 +220,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.images.sliding.map_or((0.0, 0), |shear| shear.displacement_within(self.clock.now, period))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::columns::tests::spheres;
+    use crate::model::potential::Potential;
+
+    #[test]
+    fn all_images_half_a_period_away_are_visited() {
+        let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.1, 4).build().unwrap();
+        let engine = Engine::<false, false>::new(&scene);
+        let half = 0.5 * engine.state.periods;
+        for axes in 0..8_u8 {
+            let is_far = |axis: usize| axes >> axis & 1 == 1;
+            let position = Vector::from_fn(|axis, _| if is_far(axis) { half[axis] } else { 0.25 });
+            let mut images = vec![position];
+            let nearest = RelativeState { position, velocity: Vector::zeros() };
+            engine.for_each_tied_image(&nearest, half.into(), |state| images.push(state.position));
+            assert_eq!(images.len(), 1 << axes.count_ones(), "{axes:b}");
+            for (k, image) in images.iter().enumerate() {
+                assert_eq!(image.abs(), position, "as near as the others, and displaced along far axes only");
+                assert!(!images[..k].contains(image), "twice: {image}");
+            }
+        }
+    }
+}

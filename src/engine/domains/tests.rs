@@ -117,6 +117,13 @@ fn multiple_processes_match_one_engine_bitwise() {
     }
 }
 
+/// Spheres whose contacts also change spins.
+fn rough(packing_fraction: f64, count: u64) -> Scene {
+    let mut scene = spheres(Potential::hard_sphere(1.0).unwrap(), packing_fraction, count);
+    let law = scene.interactions.remove(0);
+    scene.interaction(law.tangential_restitution(0.4).friction(0.3)).build().unwrap()
+}
+
 const WIDE: Halo = HALO;
 /// A halo without slack or margin: errors of copies reach owned particles within a window.
 const THIN: Halo = Halo { slack: 0.0, margin: 0.0 };
@@ -265,6 +272,7 @@ fn wrong_windows_are_rolled_back() {
     let work = [
         compare::<false, false>(&thin, "cells", events, (&[2, 8], THIN)),
         compare::<false, false>(&dense, "lists", events, (&[2, 8], THIN)),
+        compare::<false, false>(&rough(0.45, 4_000), "rough", events, (&[2, 8], THIN)),
         compare::<false, true>(&mixture().build().unwrap(), "mixture", Until::time(3.0), (&[2, 3, 5, 8, 13], THIN)),
     ];
     assert!(work.iter().all(|work| work.differences > 5), "{work:?}");
@@ -364,6 +372,7 @@ fn domains_match_one_engine_and_copies_match_owners_at_each_barrier() {
             barriers::<false, true>(&chains().build().unwrap(), "chains in two", 2, halo),
             barriers::<false, false>(&dense, "lists in two", 2, halo),
             barriers::<false, false>(&bath, "bath", 3, halo),
+            barriers::<false, false>(&rough(0.45, 1_000), "rough", 3, halo),
         ];
         println!("{compared:?}");
         assert!(compared.iter().all(|compared| compared * 60 > least * rounds()), "{compared:?}");
@@ -385,6 +394,22 @@ fn copy_with_unmatched_steps_is_resent_and_may_count_as_difference() {
         let whole = cut.domains[1].held[copies[3] as usize].whole;
         assert_eq!(compared.to_publish, [(cut.domains[0].here[whole as usize], 2)]);
     }
+}
+
+#[test]
+fn copies_that_differ_only_in_their_spin_are_noticed() {
+    let mut engine = Engine::<false, false>::new(&rough(0.45, 1_000));
+    let mut domains = Domains::with(Team::new(2, 1, None), WIDE);
+    let mut cut = domains.cut_up(&mut engine);
+    let domain = &mut cut.domains[1];
+    let copy = domain.engine.particles().find(|&id| !domain.owned.has(id)).unwrap();
+    let digests = [Vector::zeros(), Vector::z() * f64::MIN_POSITIVE].map(|spin| {
+        domain.begin_window();
+        domain.engine.state.spins[copy as usize] = spin;
+        domain.note_contact(&cut.regions, copy, None, 0.5);
+        domain.held[copy as usize].digest
+    });
+    assert!(digests[0] != 0 && digests[0] != digests[1], "{digests:?}");
 }
 
 #[test]

@@ -180,7 +180,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     #[inline]
-    fn note_contact(&mut self, regions: &Regions, particle: u32, other: Option<u32>, time: f64) {
+    pub fn note_contact(&mut self, regions: &Regions, particle: u32, other: Option<u32>, time: f64) {
         if !self.shared.has(particle) || self.engine.is_static(particle) {
             return;
         }

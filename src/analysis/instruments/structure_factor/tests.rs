@@ -59,7 +59,7 @@ fn sheared_lattice_scatters_only_at_reciprocal_vectors() {
     let positions: Vec<Vector> = (0..30).map(site).collect();
     let system = SystemDescription { shear_rate: 1.0, ..SystemDescription::of_points(space, 30) };
     let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
-    let setup = Setup { system: &system, sample: empty(), duration: 10.0 };
+    let setup = Setup { system: &system, sample: Sample::default(), duration: 10.0 };
     let mut instrument = StructureFactor::new(&plan, &setup);
     // Displacements by whole spacings change the wave vectors of the box, but not the lattice.
     for (time, displacement) in [(1.0, 0.5), (2.0, -1.5), (3.0, 2.5)] {
