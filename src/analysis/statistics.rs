@@ -33,6 +33,13 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Removes an error that is not finite. Returns `None` if the mean is not finite.
+    #[must_use]
+    pub(crate) fn finite(self) -> Option<Self> {
+        let standard_error = self.standard_error.filter(|error| error.is_finite());
+        self.mean.is_finite().then_some(Self { mean: self.mean, standard_error })
+    }
+
     /// Divides the mean and the error by a nonzero constant.
     #[must_use]
     pub fn over(self, divisor: f64) -> Self {

@@ -280,19 +280,15 @@ fn values_of(
     let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
     let observables = known.chain(others).filter_map(|(name, unit)| Some((name, unit, observables.get(name)?)));
-    let finite = |Estimate { mean, standard_error }| {
-        let standard_error = standard_error.filter(|error: &f64| error.is_finite());
-        mean.is_finite().then_some(Estimate { mean, standard_error })
-    };
     let observables = observables.filter(|(name, ..)| is_new(name)).filter_map(|(name, unit_of, observable)| {
         let quantity =
             MeasuredQuantity { name: name.to_owned(), title: name.replace('_', " "), unit: unit(unit_of, dimensions) };
-        Some((quantity, finite(observable.estimate)?))
+        Some((quantity, observable.estimate.finite()?))
     });
     let numbers = measured.numbers.iter().filter_map(|number| {
         let (name, title) = (number.name.clone(), number.title.clone());
         let quantity = MeasuredQuantity { name, title, unit: unit(&number.unit, dimensions) };
-        Some((quantity, finite(number.estimate()?)?))
+        Some((quantity, number.estimate()?.finite()?))
     });
     observables.chain(numbers).collect()
 }

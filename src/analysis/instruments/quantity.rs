@@ -81,13 +81,13 @@ impl Number {
     /// Creates a number from an estimate. `None`, or a mean that is not finite, stands for insufficient data.
     #[must_use]
     pub fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
-        let estimate = estimate.filter(|estimate| estimate.mean.is_finite());
+        let estimate = estimate.and_then(Estimate::finite);
         Self {
             name: name.to_owned(),
             title: title.to_owned(),
             unit: unit.to_owned(),
             mean: estimate.map(|estimate| estimate.mean),
-            standard_error: estimate.and_then(|estimate| estimate.standard_error).filter(|error| error.is_finite()),
+            standard_error: estimate.and_then(|estimate| estimate.standard_error),
             method: method.to_owned(),
         }
     }

@@ -3,6 +3,7 @@ use super::inputs::Results;
 use super::plot::{self, Curves, Level, Line, LineStyle, Map, Point, deviations, extent, mark};
 use super::table::Trace;
 use crate::analysis::instruments::{Curve, Series};
+use crate::analysis::statistics::Estimate;
 
 /// Columns of `thermo.csv` that share a plot.
 const ENERGIES: [&str; 5] = ["kinetic", "rotational", "potential", "supplied", "energy_and_dissipated"];
@@ -185,11 +186,9 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     let energies: Vec<&Trace> = ENERGIES.iter().filter_map(|name| find(name)).collect();
     figures.extend(course("energy", &energies, None));
     for trace in results.thermo.iter().filter(is_alone) {
-        let estimate = results.observables.get(&trace.name).map(|observable| observable.estimate);
-        let level = estimate.filter(|estimate| estimate.mean.is_finite()).map(|estimate| Level {
-            mean: estimate.mean,
-            error: estimate.standard_error.filter(|error| error.is_finite()).unwrap_or(0.0),
-        });
+        let estimate = results.observables.get(&trace.name).and_then(|observable| observable.estimate.finite());
+        let level =
+            estimate.map(|Estimate { mean, standard_error }| Level { mean, error: standard_error.unwrap_or(0.0) });
         figures.extend(course(&trace.name.replace('_', " "), &[trace], level));
     }
     figures.extend(course("particles in regions", &counts, None));

@@ -174,12 +174,12 @@ fn line(row: &Row, span: usize, has_published: bool) -> String {
 
 /// The error determines the number of digits.
 pub(super) fn value(estimate: Option<Estimate>) -> String {
-    let Some(Estimate { mean, standard_error }) = estimate.filter(|it| it.mean.is_finite()) else {
-        return "<em>insufficient data</em>".to_owned();
-    };
-    match standard_error.filter(|error| error.is_finite()) {
-        None => format!("{} <small>error: insufficient data</small>", number(&digits(mean))),
-        error => with_signs(&describe::estimate(&Estimate { mean, standard_error: error })),
+    match estimate.and_then(Estimate::finite) {
+        None => "<em>insufficient data</em>".to_owned(),
+        Some(Estimate { mean, standard_error: None }) => {
+            format!("{} <small>error: insufficient data</small>", number(&digits(mean)))
+        }
+        Some(estimate) => with_signs(&describe::estimate(&estimate)),
     }
 }
 

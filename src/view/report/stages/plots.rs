@@ -80,10 +80,9 @@ fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarit
         .iter()
         .filter_map(|(x, results)| {
             let observable = results.observables.get(&known.name).map(|observable| observable.estimate);
-            let Estimate { mean: y, standard_error } =
-                observable.or_else(|| results.measured.number(&known.name)?.estimate())?;
-            let error = standard_error.filter(|error| error.is_finite()).unwrap_or(0.0);
-            y.is_finite().then_some(Point { x: *x, y, error })
+            let estimate = observable.or_else(|| results.measured.number(&known.name)?.estimate())?;
+            let Estimate { mean, standard_error } = estimate.finite()?;
+            Some(Point { x: *x, y: mean, error: standard_error.unwrap_or(0.0) })
         })
         .collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
