@@ -1,7 +1,11 @@
 //! Measures the speed of two threads relative to one, and estimates the speed of more cores.
 //!
-//!     cargo bench --bench cores                          all systems, about forty minutes; writes benches/results/cores.md and cores.svg
+//!     cargo bench --bench cores                          all systems, about an hour; writes benches/results/cores.md and cores.svg
 //!     cargo bench --bench cores -- 100000 0.49           a number of spheres at a packing fraction, for a quick look
+//!     cargo bench --bench cores -- 100000 wells more     `wells` or `mixture`; `more` estimates 2 to 64 cores, too
+//!
+//! The control are two independent systems of half the size, side by side. Their rates together are the most that two
+//! threads can reach on the machine.
 //!
 //! The domains of more cores run one after the other on one thread. The estimate uses the time of the slowest domain.
 //! The time for comparison and exchange is divided by the number of domains. Contention for memory is ignored.
@@ -34,7 +38,8 @@ const FREEZING: f64 = 0.494;
 const HEAD: &str = "\
 # One system on several cores
 
-This page gives the measured speed of two threads relative to one thread, from alternating runs, and an estimate for more cores. [One system
+This page gives the measured speed of two threads, from alternating runs, and an estimate for more cores. Two independent systems of half the
+size, side by side, are the control: their rates together are the most that two threads can reach on the machine. [One system
 on several cores and machines](../../docs/parallel.md#speed-on-many-cores) explains the numbers. Made by
 
     cargo bench --bench cores
@@ -50,13 +55,20 @@ rates name the machine.
 
 struct System {
     name: String,
-    scene: Scene,
+    count: u64,
+    scene: Box<dyn Fn(u64) -> Outcome<Scene>>,
     domains: &'static [usize],
+}
+
+impl System {
+    fn new(name: &str, count: u64, domains: &'static [usize], scene: impl Fn(u64) -> Outcome<Scene> + 'static) -> Self {
+        Self { name: name.to_owned(), count, scene: Box::new(scene), domains }
+    }
 }
 
 struct Row {
     name: String,
-    /// For each repeat: events per second with one thread and with two threads, and the ratio.
+    /// For each repeat: events per second with one thread, with two threads, and of two independent halves side by side.
     turns: Vec<[f64; 3]>,
     work: DomainWork,
     cores: Vec<Estimate>,
@@ -74,26 +86,26 @@ pub struct Estimate {
     others: f64,
 }
 
-fn spheres(count: u64, phi: f64, domains: &'static [usize]) -> Outcome<System> {
+fn spheres(count: u64, phi: f64) -> Outcome<Scene> {
     let lattice = if phi < FREEZING { Lattice::BodyCentredCubic } else { Lattice::FaceCentredCubic };
     let scene = SceneBuilder::new("spheres")
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
         .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .fill(Fill::new(lattice, "A").count(count).packing_fraction(phi))
         .temperature(1.0);
-    Ok(System { name: format!("{count} hard spheres, {phi:.2}"), scene: scene.build()?, domains })
+    Ok(scene.build()?)
 }
 
-fn wells(count: u64) -> Outcome<System> {
+fn wells(count: u64) -> Outcome<Scene> {
     let scene = SceneBuilder::new("wells")
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
         .interaction(InteractionDraft::new(Potential::square_well(1.0, 1.5, 1.0)?).between("A", "A"))
         .fill(Fill::new(Lattice::BodyCentredCubic, "A").count(count).number_density(0.5))
         .temperature(2.0);
-    Ok(System { name: format!("{count} square wells, density 0.5"), scene: scene.build()?, domains: &[] })
+    Ok(scene.build()?)
 }
 
-fn mixture(count: u64) -> Outcome<System> {
+fn mixture(count: u64) -> Outcome<Scene> {
     let hard = || Potential::hard_sphere(1.0);
     let scene = SceneBuilder::new("mixture")
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
@@ -105,23 +117,39 @@ fn mixture(count: u64) -> Outcome<System> {
         .fill(Fill::new(Arrangement::Random, "A").count(count / 2))
         .fill(Fill::new(Arrangement::Random, "B").count(count / 2))
         .temperature(1.0);
-    Ok(System { name: format!("{count} of two sizes"), scene: scene.build()?, domains: &[] })
+    Ok(scene.build()?)
 }
 
 fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
-    if let [count, phi] = arguments {
-        return Ok(vec![spheres(count.parse()?, phi.parse()?, &[2, 4, 8, 16, 64])?]);
-    }
     const MANY: u64 = 1_000_000;
-    Ok(vec![
-        spheres(100_000, 0.49, &[])?,
-        spheres(MANY, 0.10, &[2, 4, 8, 16, 64])?,
-        spheres(MANY, 0.30, &[])?,
-        spheres(MANY, 0.49, &[2, 4, 8, 16, 64])?,
-        spheres(MANY, 0.54, &[])?,
-        wells(MANY)?,
-        mixture(100_000)?,
-    ])
+    const FEWER: u64 = 100_000;
+    const CORES: &[usize] = &[2, 4, 8, 16, 64];
+    let of_spheres = |count, phi: f64, domains| {
+        System::new(&format!("hard spheres, {phi:.2}"), count, domains, move |count| spheres(count, phi))
+    };
+    let chosen = match arguments {
+        [] => {
+            let dense = [(0.10, CORES), (0.30, &[]), (0.49, CORES), (0.54, &[])];
+            let dense = dense.map(|(phi, domains)| of_spheres(MANY, phi, domains));
+            let others = [
+                System::new("square wells, density 0.5", MANY, &[], wells),
+                of_spheres(FEWER, 0.49, &[]),
+                System::new("two sizes, dissipative", FEWER, &[], mixture),
+            ];
+            dense.into_iter().chain(others).collect()
+        }
+        [count, system, ..] => {
+            let count = count.parse()?;
+            let domains = if arguments.len() > 2 { CORES } else { &[] };
+            vec![match system.as_str() {
+                "wells" => System::new("square wells, density 0.5", count, domains, wells),
+                "mixture" => System::new("two sizes, dissipative", count, domains, mixture),
+                phi => of_spheres(count, phi.parse()?, domains),
+            }]
+        }
+        _ => return Err("expected a number of particles and a packing fraction, `wells` or `mixture`".into()),
+    };
+    Ok(chosen)
 }
 
 /// Runs about `per_particle` events per particle. Returns the events per second of wall time. `before` is the earlier
@@ -133,39 +161,71 @@ fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<
     Ok((simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64())
 }
 
-fn measure(system: &System) -> Outcome<Row> {
-    let particles = system.scene.particles().len() as f64;
-    let mut simulation = Simulation::without_plan(system.scene.clone());
-    simulation.set_threads(2);
-    #[expect(clippy::cast_possible_truncation, reason = "some events per particle")]
-    let [half, before] = [0.5 * BEFORE, BEFORE].map(|part| (part * particles) as u64);
-    simulation.advance(Until::events(half))?;
-    let start = simulation.time();
-    simulation.advance(Until::events(before))?;
-    let density = 0.5 * BEFORE / (simulation.time() - start);
-    let timed = TIMED.max(LEAST / particles);
-    let mut row = Row { name: system.name.clone(), turns: Vec::new(), work: DomainWork::default(), cores: Vec::new() };
-    let of = |domains: usize, threads: usize| -> Outcome<(f64, Simulation)> {
-        let mut simulation = simulation.clone();
+/// A system in its steady state, and its number of events per particle and unit of simulated time.
+struct Prepared {
+    simulation: Simulation,
+    density: f64,
+    timed: f64,
+}
+
+impl Prepared {
+    fn new(scene: Scene) -> Outcome<Self> {
+        let particles = scene.particles().len() as f64;
+        let mut simulation = Simulation::without_plan(scene);
+        simulation.set_threads(2);
+        #[expect(clippy::cast_possible_truncation, reason = "some events per particle")]
+        let [half, before] = [0.5 * BEFORE, BEFORE].map(|part| (part * particles) as u64);
+        simulation.advance(Until::events(half))?;
+        let start = simulation.time();
+        simulation.advance(Until::events(before))?;
+        simulation.set_domains(1, 1);
+        let density = 0.5 * BEFORE / (simulation.time() - start);
+        Ok(Self { simulation, density, timed: TIMED.max(LEAST / particles) })
+    }
+
+    fn in_domains(&self, domains: usize, threads: usize) -> Outcome<Simulation> {
+        let mut simulation = self.simulation.clone();
         simulation.set_domains(domains, threads);
-        simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
-        let rate = rate(&mut simulation, timed, density)?;
-        Ok((rate, simulation))
-    };
+        simulation.advance(Until::time(simulation.time() + 0.1 / self.density))?;
+        Ok(simulation)
+    }
+
+    fn rate(&self, simulation: &mut Simulation) -> Outcome<f64> {
+        rate(simulation, self.timed, self.density)
+    }
+
+    /// Returns the sum of the rates of two copies that run side by side.
+    fn rate_of_two(&self) -> Outcome<f64> {
+        let run = || {
+            let mut simulation = self.in_domains(1, 1).map_err(|error| error.to_string())?;
+            self.rate(&mut simulation).map_err(|error| error.to_string())
+        };
+        std::thread::scope(|scope| {
+            let two = [scope.spawn(run), scope.spawn(run)];
+            let rates = two.map(|thread| thread.join().unwrap_or_else(|_| Err("a thread has panicked".to_owned())));
+            rates.into_iter().sum::<Result<f64, String>>().map_err(Into::into)
+        })
+    }
+}
+
+fn measure(system: &System) -> Outcome<Row> {
+    let [whole, half] = [system.count, system.count / 2].map(|count| Prepared::new((system.scene)(count)?));
+    let (whole, half) = (whole?, half?);
+    let name = format!("{} {}", system.count, system.name);
+    let mut row = Row { name, turns: Vec::new(), work: DomainWork::default(), cores: Vec::new() };
     for _ in 0..TURNS {
-        let (one, _) = of(1, 1)?;
-        let (two, simulation) = of(2, 2)?;
-        row.turns.push([one, two, two / one]);
+        let one = whole.rate(&mut whole.in_domains(1, 1)?)?;
+        let mut simulation = whole.in_domains(2, 2)?;
+        let two = whole.rate(&mut simulation)?;
         row.work = simulation.domain_work().ok_or("no domains")?;
+        row.turns.push([one, two, half.rate_of_two()?]);
     }
     for &domains in system.domains {
-        let (one, _) = of(1, 1)?;
-        let mut simulation = simulation.clone();
-        simulation.set_domains(domains, 1);
-        simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
+        let one = whole.rate(&mut whole.in_domains(1, 1)?)?;
+        let mut simulation = whole.in_domains(domains, 1)?;
         let before = simulation.domain_work().unwrap_or_default();
         let first = simulation.event_counts().physical();
-        rate(&mut simulation, timed, density)?;
+        whole.rate(&mut simulation)?;
         let events = (simulation.event_counts().physical() - first) as f64;
         row.cores.push(estimate(domains, one, events, before, simulation.domain_work().unwrap_or_default()));
     }
@@ -194,19 +254,22 @@ fn median(mut numbers: Vec<f64>) -> f64 {
 
 fn report(rows: &[Row]) -> Outcome<String> {
     let mut text = String::from(
-        "| system | one thread, 1000 events/s | two threads | median of the ratios | all ratios | steps per necessary step | windows rolled back |\n|---|---|---|---|---|---|---|\n",
+        "| system | one thread, 1000 events/s | two threads | two halves side by side | two threads / one | halves / one | two threads / halves, each turn | steps per necessary step | windows rolled back |\n|---|---|---|---|---|---|---|---|---|\n",
     );
     for Row { name, turns, work, .. } in rows {
-        let of = |k: usize| turns.iter().map(|turn| turn[k]).collect::<Vec<f64>>();
-        let ratios: Vec<String> = of(2).iter().map(|ratio| format!("{ratio:.2}")).collect();
+        let of = |k: usize| median(turns.iter().map(|turn| turn[k]).collect());
+        let over = |k: usize, l: usize| turns.iter().map(|turn| turn[k] / turn[l]).collect::<Vec<f64>>();
+        let ratios: Vec<String> = over(1, 2).iter().map(|ratio| format!("{ratio:.2}")).collect();
         let [own, all] = work.steps.map(|steps| steps as f64);
         let undone = (work.differences + work.uncovered) as f64 / work.windows as f64;
         writeln!(
             text,
-            "| {name} | {:.0} | {:.0} | {:.2} | {} | {:.2} | {:.1} % |",
-            median(of(0)) / 1e3,
-            median(of(1)) / 1e3,
-            median(of(2)),
+            "| {name} | {:.0} | {:.0} | {:.0} | {:.2} | {:.2} | {} | {:.2} | {:.1} % |",
+            of(0) / 1e3,
+            of(1) / 1e3,
+            of(2) / 1e3,
+            median(over(1, 0)),
+            median(over(2, 0)),
             ratios.join(", "),
             all / own,
             100.0 * undone
@@ -229,7 +292,8 @@ fn execute(arguments: &[String]) -> Outcome {
     let mut rows = Vec::new();
     for system in &systems(arguments)? {
         rows.push(measure(system)?);
-        println!("{}", report(&rows[rows.len() - 1..])?);
+        let row = &rows[rows.len() - 1];
+        println!("{}\n{}\n", report(std::slice::from_ref(row))?, row.work);
     }
     if arguments.is_empty() {
         std::fs::write("benches/results/cores.md", format!("{HEAD}{}", report(&rows)?))?;
