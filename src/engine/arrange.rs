@@ -22,23 +22,32 @@ const LARGE_IN_CELLS: usize = 32_768;
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    pub(super) fn reorder_if_due(&mut self) {
+    fn is_order_outdated(&self) -> bool {
         let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
-        if since >= WANDERED * self.state.bodies.len() as u64 {
+        since >= WANDERED * self.state.bodies.len() as u64
+    }
+
+    pub(super) fn reorder_if_due(&mut self) {
+        if self.is_order_outdated() {
             self.reorder();
             self.enlarge();
         }
     }
 
+    /// Returns the neighbour search that replaces the current one, if this saves time.
+    fn better_search(&self) -> Option<Search> {
+        let may_change = !self.images.slide() && self.distances.are_constant();
+        may_change.then(|| self.best_search()).filter(|search| *search != self.neighbours.search())
+    }
+
+    /// Whether the next look at the layout would change it.
+    pub(super) fn is_layout_outdated(&self) -> bool {
+        self.is_order_outdated() || self.better_search().is_some()
+    }
+
     /// Changes the neighbour search or the skin, if this saves time. Returns true after a change.
     pub(super) fn change_search_if_due(&mut self) -> bool {
-        if self.images.slide() || !self.distances.are_constant() {
-            return false;
-        }
-        let search = self.best_search();
-        if search == self.neighbours.search() {
-            return false;
-        }
+        let Some(search) = self.better_search() else { return false };
         self.stream_all(0.0);
         // Frees the old neighbours before the new ones are allocated.
         self.neighbours = Neighbours::none(&self.state.space);

@@ -11,10 +11,12 @@ use super::neighbours::cells::NO_PARTICLE;
 use super::pairs::contacts::ContactTimes;
 use super::pairs::states::{CapturedPairs, PairState};
 use super::parts::Engine;
-use super::prediction::Prediction;
+use super::prediction::{FIRST_ABSENT, Prediction, absent};
 use super::sources::surface::SurfaceRandom;
 use super::state::Body;
 use crate::Vector;
+use crate::engine::domains::Marks;
+use rayon::prelude::*;
 use records::Record;
 
 /// A new order of particles, in which particles may be left out.
@@ -48,11 +50,35 @@ impl Order {
     }
 }
 
+/// How a part of the system numbers its particles.
+pub(super) struct PartNumbers<'a> {
+    /// For each particle of the whole system, its number in the part, or [`NO_PARTICLE`].
+    pub here: &'a [u32],
+    /// The particles of the part whose values are copied.
+    pub owned: &'a Marks,
+    /// For each particle of the part, its number in the whole system.
+    pub whole: &'a (dyn Fn(u32) -> Option<u32> + Sync),
+}
+
+impl PartNumbers<'_> {
+    /// The numbers in the part and in the whole system of all particles whose values are copied.
+    fn all(&self) -> impl Iterator<Item = (u32, u32)> {
+        (0..)
+            .zip(self.here)
+            .filter(|&(_, here)| *here != NO_PARTICLE && self.owned.has(*here))
+            .map(|(whole, here)| (*here, whole))
+    }
+}
+
 pub(super) trait Column: Sized {
     /// False if contacts never change the column.
     const CHANGES_IN_CONTACTS: bool = true;
 
-    /// Whether the column would stay wrong if a contact were undone by restoring motions and predictions only.
+    /// True if the column is not part of the state of a particle, but needed to find its next event.
+    const IS_PLAN: bool = false;
+
+    /// Whether the column would stay wrong if a contact were undone by restoring motions, predictions and captured pairs
+    /// only.
     fn is_more_than_motion(&self) -> bool {
         Self::CHANGES_IN_CONTACTS
     }
@@ -68,6 +94,23 @@ pub(super) trait Column: Sized {
     fn push(&mut self, record: &Record);
 
     fn set(&mut self, particle: u32, record: &Record);
+
+    /// Copies the values of some particles from the column of a part.
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>);
+}
+
+/// Copies some values of a column from a part, on all threads of the current pool. Columns without values stay empty.
+fn take_values<T: Copy + Send + Sync>(column: &mut [T], part: &[T], numbers: &PartNumbers<'_>) {
+    /// Number of values that a thread copies at a time.
+    const SOME: usize = 16_384;
+    let (here, owned) = (numbers.here, numbers.owned);
+    column.par_chunks_mut(SOME).zip(here.par_chunks(SOME)).for_each(|(values, here)| {
+        for (value, &here) in values.iter_mut().zip(here) {
+            if here != NO_PARTICLE && owned.has(here) {
+                *value = part[here as usize];
+            }
+        }
+    });
 }
 
 impl Column for Vec<Body> {
@@ -94,6 +137,10 @@ impl Column for Vec<Body> {
     fn set(&mut self, particle: u32, record: &Record) {
         self[particle as usize] = record.body;
     }
+
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        take_values(self, part, numbers);
+    }
 }
 
 impl Column for Vec<u16> {
@@ -114,6 +161,9 @@ impl Column for Vec<u16> {
 
     /// Does nothing, because no particle changes its species.
     fn set(&mut self, _: u32, _: &Record) {}
+
+    /// Does nothing, because no particle changes its species.
+    fn take_over(&mut self, _: &Self, _: &PartNumbers<'_>) {}
 }
 
 /// The spins; empty if the scene has none.
@@ -138,6 +188,10 @@ impl Column for Vec<Vector> {
         if let Some(spin) = record.spin {
             self[particle as usize] = spin;
         }
+    }
+
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        take_values(self, part, numbers);
     }
 }
 
@@ -164,9 +218,18 @@ impl Column for Travelled {
             self.put(particle, images);
         }
     }
+
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        match (&mut *self, part) {
+            (Self::Near(images), Self::Near(part)) => take_values(images, part, numbers),
+            _ => numbers.all().for_each(|(here, whole)| self.put(whole, part.of(here))),
+        }
+    }
 }
 
 impl Column for Vec<Prediction> {
+    const IS_PLAN: bool = true;
+
     fn is_more_than_motion(&self) -> bool {
         false
     }
@@ -198,6 +261,17 @@ impl Column for Vec<Prediction> {
             self[particle as usize] = prediction;
         }
     }
+
+    /// Partners that the part does not hold remain absent.
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        for (here, whole) in numbers.all() {
+            let mut prediction = part[here as usize];
+            if prediction.partner < FIRST_ABSENT {
+                prediction.partner = (numbers.whole)(prediction.partner).unwrap_or(absent(prediction.partner));
+            }
+            self[whole as usize] = prediction;
+        }
+    }
 }
 
 impl Column for ContactTimes {
@@ -210,15 +284,21 @@ impl Column for ContactTimes {
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
-        record.last_contact = self.last[particle as usize];
+        record.last_contact = Some(self.last[particle as usize]);
     }
 
     fn push(&mut self, record: &Record) {
-        self.last.push(record.last_contact);
+        self.last.push(record.last_contact.unwrap_or(f64::NEG_INFINITY));
     }
 
     fn set(&mut self, particle: u32, record: &Record) {
-        self.last[particle as usize] = record.last_contact;
+        if let Some(last) = record.last_contact {
+            self.last[particle as usize] = last;
+        }
+    }
+
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        take_values(&mut self.last, &part.last, numbers);
     }
 }
 
@@ -228,21 +308,27 @@ impl Column for SurfaceRandom {
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
-        record.surface_contacts = self.contacts[particle as usize];
+        record.surface_contacts = Some(self.contacts[particle as usize]);
     }
 
     fn push(&mut self, record: &Record) {
-        self.contacts.push(record.surface_contacts);
+        self.contacts.push(record.surface_contacts.unwrap_or(0));
     }
 
     fn set(&mut self, particle: u32, record: &Record) {
-        self.contacts[particle as usize] = record.surface_contacts;
+        if let Some(contacts) = record.surface_contacts {
+            self.contacts[particle as usize] = contacts;
+        }
+    }
+
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        take_values(&mut self.contacts, &part.contacts, numbers);
     }
 }
 
 impl Column for CapturedPairs {
     fn is_more_than_motion(&self) -> bool {
-        !self.is_empty()
+        false
     }
 
     /// Without pairs that can be captured, the lists are empty.
@@ -278,9 +364,23 @@ impl Column for CapturedPairs {
             self.replace(particle, captured);
         }
     }
+
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        if self.is_empty() {
+            return;
+        }
+        let mut captured = Vec::new();
+        for (here, whole) in numbers.all() {
+            let in_whole = |pair: &PairState| Some(PairState { partner: (numbers.whole)(pair.partner)?, ..*pair });
+            captured.clear();
+            captured.extend(part.of(here).iter().filter_map(in_whole));
+            self.replace(whole, &captured);
+        }
+    }
 }
 
 impl Column for Neighbours {
+    const IS_PLAN: bool = true;
     const CHANGES_IN_CONTACTS: bool = false;
 
     fn permuted(&self, order: &Order) -> Self {
@@ -304,29 +404,34 @@ impl Column for Neighbours {
             self.relocate(particle, place);
         }
     }
+
+    /// Copies cells or list centres. The lists are left out.
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        numbers.all().for_each(|(here, whole)| self.relocate(whole, part.place(here)));
+    }
 }
 
-/// Evaluates an expression once for each column of an engine.
+/// Evaluates an expression once for each column of an engine, or of several engines.
 macro_rules! columns {
-    ($engine:expr, $some:ident, $column:ident: $($mutable:ident)? => $body:expr) => {{
-        let $column = &$($mutable)? $engine.state.bodies;
+    ($($engine:expr, $some:ident, $column:ident: $($mutable:ident)?),+ => $body:expr) => {{
+        $(let $column = &$($mutable)? $engine.state.bodies;)+
         $body;
-        let $column = &$($mutable)? $engine.state.rows;
+        $(let $column = &$($mutable)? $engine.state.rows;)+
         $body;
-        let $column = &$($mutable)? $engine.state.images;
+        $(let $column = &$($mutable)? $engine.state.images;)+
         $body;
-        let $column = &$($mutable)? $engine.state.spins;
+        $(let $column = &$($mutable)? $engine.state.spins;)+
         $body;
-        let $column = &$($mutable)? $engine.schedule.predictions;
+        $(let $column = &$($mutable)? $engine.schedule.predictions;)+
         $body;
-        let $column = &$($mutable)? $engine.neighbours;
+        $(let $column = &$($mutable)? $engine.neighbours;)+
         $body;
-        let $column = &$($mutable)? $engine.pairs.states;
+        $(let $column = &$($mutable)? $engine.pairs.states;)+
         $body;
-        if let Some($column) = $engine.pairs.contact_times.$some() {
+        if let ($(Some($column),)+) = ($($engine.pairs.contact_times.$some(),)+) {
             $body;
         }
-        if let Some($column) = $engine.sources.surface_random.$some() {
+        if let ($(Some($column),)+) = ($($engine.sources.surface_random.$some(),)+) {
             $body;
         }
     }};
@@ -369,6 +474,12 @@ impl Visit for Set<'_> {
     }
 }
 
+fn take_if<C: Column>(is_plan: bool, column: &mut C, part: &C, numbers: &PartNumbers<'_>) {
+    if C::IS_PLAN == is_plan {
+        column.take_over(part, numbers);
+    }
+}
+
 #[inline(always)]
 fn copy_if_it_changes<C: Column>(column: &C, particle: u32, record: &mut Record) {
     if C::CHANGES_IN_CONTACTS {
@@ -391,8 +502,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         record
     }
 
-    /// Returns true if contacts change nothing but motions and predictions.
-    pub(super) fn changes_motion_only(&self) -> bool {
+    /// Returns true if contacts change nothing but motions, predictions and captured pairs.
+    pub(super) fn changes_motions_and_pairs_only(&self) -> bool {
         let mut is_more = false;
         columns!(self, as_ref, column: => is_more |= column.is_more_than_motion());
         !is_more
@@ -410,6 +521,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn write_record(&mut self, particle: u32, record: &Record) {
         self.for_each_column(Set(particle, record));
+    }
+
+    /// Copies the state of some particles from an engine with a part of the system; with `is_plan`, the predictions and
+    /// places instead. The lists of neighbours are left out.
+    pub(super) fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>, is_plan: bool) {
+        columns!(self, as_mut, column: mut, part, as_ref, other: => take_if(is_plan, column, other, numbers));
     }
 
     pub(super) fn push_record(&mut self, record: &Record) {

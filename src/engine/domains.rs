@@ -40,6 +40,7 @@ use super::sources::Sources;
 use super::{EngineError, Reason, Until};
 use cut::{Cut, End};
 use domain::Domain;
+pub use marks::Marks;
 use regions::{Halo, Regions};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -141,6 +142,21 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// Continues a run with exactly the same results as [`Engine::advance_for`]. Between calls, the single engine is
     /// out of date until [`Self::settle`] is called.
     pub fn advance_for(
+        &mut self,
+        whole: &mut Engine<FALLING, TABLE>,
+        steps: u64,
+        until: Until,
+        observe: &mut Observe<'_>,
+    ) -> Result<Option<Reason>, EngineError> {
+        if observe.is_some() {
+            return self.advance_in_windows(whole, steps, until, observe);
+        }
+        // One of the worker threads does everything, because it starts the others sooner than this thread could.
+        let team = self.team.clone();
+        team.within(|| self.advance_in_windows(whole, steps, until, &mut None))
+    }
+
+    fn advance_in_windows(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
         steps: u64,

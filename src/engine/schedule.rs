@@ -242,7 +242,7 @@ impl EventQueue {
     /// Returns an empty queue for an engine with a part of the particles. The new queue never ends the epoch early.
     pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
         // With fewer buckets, the average number of entries in a bucket is unchanged.
-        let fewer = (all / some.max(1)).max(1).next_power_of_two();
+        let fewer = (all / some.max(1)).max(2).next_power_of_two();
         let buckets = (self.buckets.count() / fewer).max(TICKS);
         let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(buckets, 1, self.span()) };
         queue.cursor = queue.cursor_at(now);

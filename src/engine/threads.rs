@@ -15,7 +15,7 @@ const FEW: usize = 4_000;
 const HAS_DOMAINS: bool = cfg!(not(target_family = "wasm"));
 
 impl Simulation {
-    /// Copies the states of all particles from the domains to the engine.
+    /// Copies the states of all particles from the domains to the engine. Their predictions are not copied.
     pub(crate) fn settle(&mut self) {
         with_engine!(&mut self.engine, engine => engine.settle());
     }

@@ -23,10 +23,10 @@ pub(in crate::engine) struct Record {
     pub images: Option<[i32; 3]>,
     /// Spin of the particle `[1 / time]`; `None` if the scene has no spins.
     pub spin: Option<Vector>,
-    /// Time of the last contact in the TC model, counted from the epoch.
-    pub last_contact: f64,
-    /// Number of contacts with thermal surfaces.
-    pub surface_contacts: u32,
+    /// Time of the last contact in the TC model, counted from the epoch; `None` without this model.
+    pub last_contact: Option<f64>,
+    /// Number of contacts with thermal surfaces; `None` if there are no such surfaces.
+    pub surface_contacts: Option<u32>,
     /// States of the particle's pairs; `None` if no pair can be captured.
     pub captured: Option<Vec<PairState>>,
     /// Cell, or centre of the neighbour list. If `None`, an existing particle keeps its value, and a new particle gets
@@ -45,8 +45,8 @@ impl Record {
             species: None,
             images: None,
             spin: None,
-            last_contact: f64::NEG_INFINITY,
-            surface_contacts: 0,
+            last_contact: None,
+            surface_contacts: None,
             captured: None,
             place: None,
             prediction: None,

@@ -30,6 +30,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     ) {
         let Some(mut other) = other else { return };
         self.settle(whole);
+        self.settle_plans(whole);
         let Some(cut) = &self.cut else { return };
         let time = whole.clock.start + (whole.clock.epoch + cut.now);
         let result = other.advance(Until { time: Some(time), ..until }, &mut None);

@@ -22,15 +22,24 @@ pub struct Held {
     pub known_to: u64,
     /// Number of the particle in the whole system.
     pub whole: u32,
+    /// Index in `Domain::touched`, if that element is this particle.
+    pub touch: u32,
     pub owner: u8,
-    /// Digest of all steps and predictions of the particle in this window; 0 before the first step. If a particle and
-    /// its copy agree before the window, and have equal digests, they agree after the window.
+}
+
+/// A shared particle that had a step in this window.
+#[derive(Debug, Clone, Copy)]
+pub struct Touched {
+    pub particle: u32,
+    pub held: Held,
+    /// Digest of all steps and predictions of the particle in this window. If a particle and its copy agree before the
+    /// window, and have equal digests, they agree after the window.
     pub digest: u64,
 }
 
 impl Held {
     pub fn new(whole: u32, owner: u8, known_to: u64) -> Self {
-        Self { known_to, whole, owner, digest: 0 }
+        Self { known_to, whole, touch: 0, owner }
     }
 
     #[inline]
@@ -57,12 +66,15 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     /// Number of particles at the last cut.
     first: usize,
     pub log: Log,
-    /// True if contacts change nothing but motions and predictions, so that the log can be compact.
+    /// True if contacts change nothing but motions, predictions and captured pairs, so that the log can be compact.
     pub is_plain: bool,
+    /// Steps of owned particles with copies elsewhere.
     pub steps: Vec<Step>,
-    /// The particles in `steps`, each listed once.
-    pub touched: Vec<u32>,
-    /// Owned particles that changed their cell or list centre in this window.
+    /// Steps of copies, with global numbers, and the owners of the copies.
+    pub steps_of_copies: Vec<(u8, Step)>,
+    /// The particles with steps, each listed once.
+    pub touched: Vec<Touched>,
+    /// Owned particles that may need copies in more domains, or a new owner, after this window.
     pub moved: Vec<u32>,
     pub tally: Tally,
     /// Upcoming collisions with the heat bath in this window, with local numbers, in reverse order of time.
@@ -107,8 +119,9 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             here: order.new,
             elsewhere: engine.counts.clone(),
             log: Log::default(),
-            is_plain: engine.changes_motion_only(),
+            is_plain: engine.changes_motions_and_pairs_only(),
             steps: Vec::new(),
+            steps_of_copies: Vec::new(),
             touched: Vec::new(),
             moved: Vec::new(),
             tally: Tally::new(),
@@ -138,6 +151,13 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.held[particle as usize] = held;
         self.owned.put(particle, held.is_owned());
         self.shared.put(particle, held.known_to != self.bit);
+    }
+
+    /// Index of a particle in `touched`, if it had a step in this window.
+    #[inline]
+    pub fn touch(&self, particle: u32) -> Option<usize> {
+        let at = self.held[particle as usize].touch as usize;
+        self.touched.get(at).filter(|touched| touched.particle == particle).map(|_| at)
     }
 
     pub fn owned_particles(&self) -> impl Iterator<Item = u32> {
@@ -199,9 +219,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     pub fn begin_window(&mut self) {
         self.log.clear();
         self.steps.clear();
-        for particle in self.touched.drain(..) {
-            self.held[particle as usize].digest = 0;
-        }
+        self.steps_of_copies.clear();
+        self.touched.clear();
         self.moved.clear();
         (self.tally, self.trouble) = (Tally::new(), None);
     }
@@ -210,7 +229,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.engine.clock.now = start;
         let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
         self.engine.schedule.queue.rewind(start, &due);
-        let undone = self.log.undone();
+        let undone = self.log.undone(&self.engine.state.bodies);
         self.write(&undone);
         *self.engine.counts = self.engine.no_counts();
         self.begin_window();

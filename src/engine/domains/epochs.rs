@@ -7,16 +7,23 @@ use crate::engine::{Reason, Until};
 use std::time::Instant;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Ends the epoch, in the single engine if all particles must be examined, otherwise in the domains.
+    /// Ends the epoch, in the single engine if it must examine or reorder all particles, otherwise in the domains.
     pub(super) fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
         let is_proof_due = until.last_time() == f64::INFINITY && whole.is_proof_due();
         let Some(cut) = &mut self.cut else { return Next::Done };
         let next = self.team.all(self.team.each(cut.domains.iter().collect(), |domain| domain.next_due()));
         let next = next.into_iter().fold(whole.sources.next_global, f64::min);
-        if is_looked_at || is_proof_due || next == f64::INFINITY {
+        if is_proof_due || next == f64::INFINITY {
             return self.move_epoch_of_whole(whole, until);
         }
+        if is_looked_at {
+            self.settle(whole);
+            if whole.is_layout_outdated() {
+                return self.move_epoch_of_whole(whole, until);
+            }
+        }
+        let Some(cut) = &mut self.cut else { return Next::Done };
         let begin = Instant::now();
         whole.schedule.queue.resume(cut.now, cut.steps);
         let moved = whole.begin_epoch(next);
@@ -32,7 +39,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// Ends the epoch in the single engine. The system is then cut again.
     fn move_epoch_of_whole(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         self.settle(whole);
-        self.settle_lists(whole);
+        self.settle_plans(whole);
         let Some(cut) = &mut self.cut else { return Next::Done };
         // If no event follows, the run ends at the time of the last step.
         whole.clock.now = cut.latest;

@@ -1,14 +1,18 @@
 //! Compares the domains after a window, and updates copies that differ.
 
-use super::domain::{Domain, Held};
+use super::domain::{Domain, Held, Touched};
 use super::marks::Marks;
 use super::regions::Regions;
 use crate::base::numbers::id;
 use crate::engine::columns::records::Record;
+use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{absent, id_of};
 use serde::{Deserialize, Serialize};
+
+/// Data are prefetched for the report this many places ahead.
+const AHEAD: usize = 8;
 
 /// A step of a particle that several domains hold.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -72,17 +76,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     pub fn reports(&self, domains: usize) -> Vec<Report> {
         let new = |to: u8| Report { from: self.number, to, touched: Vec::new(), steps: Vec::new() };
         let mut reports: Vec<Report> = (0..).take(domains).map(new).collect();
-        for &particle in &self.touched {
-            let held = self.held[particle as usize];
-            if !held.is_owned() {
-                reports[usize::from(held.owner)].touched.push((held.whole, held.digest));
-            }
+        for Touched { held, digest, .. } in self.touched.iter().filter(|touched| !touched.held.is_owned()) {
+            reports[usize::from(held.owner)].touched.push((held.whole, *digest));
         }
-        for step in &self.steps {
-            let held = self.held[step.particle as usize];
-            if !held.is_owned() {
-                reports[usize::from(held.owner)].steps.push(Step { particle: held.whole, ..*step });
-            }
+        for (owner, step) in &self.steps_of_copies {
+            reports[usize::from(*owner)].steps.push(*step);
         }
         reports.swap_remove(usize::from(self.number));
         reports
@@ -103,17 +101,20 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let bit = 1 << report.from;
         let mut differing = Vec::new();
         let mut are_touched = Marks::default();
-        for &(whole, digest) in &report.touched {
+        for (at, &(whole, digest)) in report.touched.iter().enumerate() {
+            self.prefetch_reported(report, at);
             let mine = self.here[whole as usize];
-            are_touched.put(mine, true);
-            if self.held[mine as usize].digest != digest {
+            let touch = self.touch(mine);
+            if let Some(touch) = touch {
+                are_touched.put(id(touch), true);
+            }
+            if touch.is_none_or(|touch| self.touched[touch].digest != digest) {
                 differing.push((mine, whole));
             }
         }
-        for &mine in &self.touched {
-            let Held { known_to, whole, .. } = self.held[mine as usize];
-            if known_to & bit != 0 && !are_touched.has(mine) {
-                differing.push((mine, whole));
+        for (touch, &Touched { particle, held, .. }) in (0..).zip(&self.touched) {
+            if held.known_to & bit != 0 && !are_touched.has(touch) {
+                differing.push((particle, held.whole));
             }
         }
         let (mine, theirs): (Vec<u32>, Vec<u32>) = differing.iter().copied().unzip();
@@ -122,6 +123,16 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             compared.to_publish.push((one, bit));
             let difference = first_difference(of_particle(&mine, one), of_particle(&theirs, copy), bit);
             compared.difference = compared.difference.into_iter().chain(difference).min_by(f64::total_cmp);
+        }
+    }
+
+    #[inline]
+    fn prefetch_reported(&self, report: &Report, at: usize) {
+        if let Some((whole, _)) = report.touched.get(at + 2 * AHEAD) {
+            prefetch(&self.here, *whole as usize);
+        }
+        if let Some((whole, _)) = report.touched.get(at + AHEAD) {
+            prefetch(&self.held, self.here[*whole as usize] as usize);
         }
     }
 
@@ -246,9 +257,10 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 }
 
 fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
-    let mut wanted = Marks::default();
-    particles.iter().for_each(|&particle| wanted.put(particle, true));
-    let mut steps: Vec<Step> = steps.iter().filter(|step| wanted.has(step.particle)).copied().collect();
+    let mut wanted = particles.to_vec();
+    wanted.sort_unstable();
+    let is_wanted = |step: &&Step| wanted.binary_search(&step.particle).is_ok();
+    let mut steps: Vec<Step> = steps.iter().filter(is_wanted).copied().collect();
     steps.sort_by_key(|step| step.particle);
     steps
 }

@@ -1,31 +1,66 @@
 use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
-use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::neighbours::Place;
+use crate::engine::pairs::states::PairState;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
-/// Log for rolling back a window, in the order of the steps. An entry is either a motion with a prediction, or a
-/// complete record. Compact arrays leave more room for other data in the caches.
+/// What an entry stores of its particle.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    /// Motion and prediction.
+    Motion,
+    /// Motion, prediction and a number of captured pairs.
+    Pairs(u16),
+    /// Prediction and place.
+    Place,
+    Record,
+}
+
+/// Log for rolling back a window, in the order of the steps. Each entry stores only what its step can change, in compact
+/// arrays, which leaves more room for other data in the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
-    /// For each entry, the particle with the stored motion and prediction, or [`NO_PARTICLE`] for a record.
-    order: Vec<u32>,
+    order: Vec<(u32, Kind)>,
     bodies: Vec<Body>,
     predictions: Vec<Prediction>,
+    places: Vec<Place>,
+    pairs: Vec<PairState>,
     records: Vec<Record>,
 }
 
 impl Log {
     #[inline]
     pub fn push_motion(&mut self, particle: u32, body: Body, prediction: Prediction) {
-        self.order.push(particle);
+        self.order.push((particle, Kind::Motion));
         self.bodies.push(body);
+        self.predictions.push(prediction);
+    }
+
+    /// Saves what a contact can change in a system with captured pairs.
+    #[inline]
+    pub fn push_pairs(&mut self, particle: u32, body: Body, prediction: Prediction, captured: &[PairState]) {
+        let Ok(count) = u16::try_from(captured.len()) else {
+            let record = Record { captured: Some(captured.to_vec()), ..Record::of_motion(particle, body, prediction) };
+            return self.push_record(record);
+        };
+        self.order.push((particle, Kind::Pairs(count)));
+        self.bodies.push(body);
+        self.predictions.push(prediction);
+        self.pairs.extend_from_slice(captured);
+    }
+
+    /// Saves what a transition changes if the particle stays in the box. Its motion does not change.
+    #[inline]
+    pub fn push_place(&mut self, particle: u32, place: Place, prediction: Prediction) {
+        self.order.push((particle, Kind::Place));
+        self.places.push(place);
         self.predictions.push(prediction);
     }
 
     #[inline]
     pub fn push_record(&mut self, record: Record) {
-        self.order.push(NO_PARTICLE);
+        self.order.push((record.number, Kind::Record));
         self.records.push(record);
     }
 
@@ -33,20 +68,40 @@ impl Log {
         self.order.clear();
         self.bodies.clear();
         self.predictions.clear();
+        self.places.clear();
+        self.pairs.clear();
         self.records.clear();
     }
 
-    /// Removes all entries and returns them, latest first. They must be restored in this order.
-    pub fn undone(&mut self) -> Vec<Record> {
+    /// Removes all entries and returns them, latest first. They must be restored in this order. The entry of a
+    /// transition has the current motion of its particle, from `current`.
+    pub fn undone(&mut self, current: &[Body]) -> Vec<Record> {
         let (mut bodies, mut predictions) = (self.bodies.drain(..).rev(), self.predictions.drain(..).rev());
-        let mut records = self.records.drain(..).rev();
-        let undone = self.order.drain(..).rev().filter_map(|particle| {
-            if particle == NO_PARTICLE {
-                return records.next();
-            }
-            Some(Record::of_motion(particle, bodies.next()?, predictions.next()?))
+        let (mut places, mut records) = (self.places.drain(..).rev(), self.records.drain(..).rev());
+        let mut restored = std::collections::BTreeMap::new();
+        let mut end = self.pairs.len();
+        let undone = self.order.drain(..).rev().filter_map(|(particle, kind)| {
+            let record = match kind {
+                Kind::Motion => Record::of_motion(particle, bodies.next()?, predictions.next()?),
+                Kind::Pairs(count) => {
+                    let begin = end - usize::from(count);
+                    let captured = Some(self.pairs[begin..end].to_vec());
+                    end = begin;
+                    Record { captured, ..Record::of_motion(particle, bodies.next()?, predictions.next()?) }
+                }
+                Kind::Place => {
+                    let body = restored.get(&particle).unwrap_or(&current[particle as usize]);
+                    let place = Some(places.next()?);
+                    Record { place, ..Record::of_motion(particle, *body, predictions.next()?) }
+                }
+                Kind::Record => records.next()?,
+            };
+            restored.insert(particle, record.body);
+            Some(record)
         });
-        undone.collect()
+        let undone = undone.collect();
+        self.pairs.clear();
+        undone
     }
 
     pub fn enlarge(&self) {

@@ -7,7 +7,7 @@ use crate::engine::columns::tests::{mixture, spheres};
 use crate::engine::communicator::tests::in_processes;
 use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
-use crate::engine::prediction::{Prediction, id_of};
+use crate::engine::prediction::{Prediction, absent, id_of};
 use crate::engine::sources::andersen::Bath;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
@@ -397,6 +397,23 @@ fn copy_with_unmatched_steps_is_resent_and_may_count_as_difference() {
 }
 
 #[test]
+fn absent_partners_are_found_by_their_ids_after_a_removal() {
+    let mut engine =
+        Engine::<false, false>::new(&spheres(Potential::hard_sphere(1.0).unwrap(), 0.45, 4_000).build().unwrap());
+    let removed = engine.state.number(7).unwrap();
+    engine.remove(&[removed]);
+    let mut domains = Domains::with(Team::new(2, 1, None), WIDE);
+    let mut cut = domains.cut_up(&mut engine);
+    let particle = cut.domains[0].owned_particles().next().unwrap();
+    let whole = cut.domains[0].held[particle as usize].whole;
+    cut.domains[0].engine.schedule.predictions[particle as usize].partner = absent(3_999);
+    domains.cut = Some(cut);
+    domains.complete(&mut engine);
+    let partner = engine.schedule.predictions[whole as usize].partner;
+    assert_eq!(engine.state.bodies[partner as usize].name, 3_999);
+}
+
+#[test]
 fn copies_that_differ_only_in_their_spin_are_noticed() {
     let mut engine = Engine::<false, false>::new(&rough(0.45, 1_000));
     let mut domains = Domains::with(Team::new(2, 1, None), WIDE);
@@ -407,7 +424,7 @@ fn copies_that_differ_only_in_their_spin_are_noticed() {
         domain.begin_window();
         domain.engine.state.spins[copy as usize] = spin;
         domain.note_contact(&cut.regions, copy, None, 0.5);
-        domain.held[copy as usize].digest
+        domain.touched[domain.touch(copy).unwrap()].digest
     });
     assert!(digests[0] != 0 && digests[0] != digests[1], "{digests:?}");
 }

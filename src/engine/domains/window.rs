@@ -1,9 +1,11 @@
 //! One window of a domain: runs its steps, and records them for a rollback and for the comparison.
 
-use super::domain::Domain;
+use super::domain::{Domain, Touched};
 use super::exchange::{Step, hash};
 use super::outcome::Seen;
 use super::regions::Regions;
+use crate::base::numbers::id;
+use crate::engine::columns::records::Record;
 use crate::engine::event::Event;
 use crate::engine::event_loop::Next;
 use crate::engine::hardware::prefetch::prefetch;
@@ -66,15 +68,19 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     fn transition(&mut self, regions: &Regions, particle: u32, time: f64) {
-        self.log.push_record(self.engine.record(particle));
-        let before = regions.readers(regions.columns(&self.engine, particle));
-        let is_done = self.engine.execute_transition(particle, time).is_ok();
-        let columns = regions.columns(&self.engine, particle);
+        let before = regions.columns(&self.engine, particle);
+        let is_done = self.execute_transition(particle, time);
+        let after = regions.columns(&self.engine, particle);
+        let is_shared = self.shared.has(particle);
         if self.owned.has(particle) {
             self.tally.quiet.push(time);
-            self.moved.push(particle);
-            let unknown = regions.readers(columns) & !self.held[particle as usize].known_to;
-            if regions.near(columns) & self.bit == 0 || unknown != 0 {
+            if regions.holders(after) != regions.holders(before) || regions.owner(after) != self.number {
+                self.moved.push(particle);
+            }
+            // Reads `held` for shared particles only, because it is rarely in the cache.
+            let known_to = if is_shared { self.held[particle as usize].known_to } else { self.bit };
+            let unknown = regions.readers(after) & !known_to;
+            if regions.near(after) & self.bit == 0 || unknown != 0 {
                 self.trouble = Some(time);
             }
         } else {
@@ -83,15 +89,31 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         if !is_done {
             self.trouble = Some(time);
         }
-        if self.shared.has(particle) {
+        if is_shared {
             let place = match self.engine.neighbours.place(particle) {
                 Place::Cell(cell) => u64::from(cell),
                 Place::Centre(centre) => hash(1, <[f64; 3]>::from(centre).map(f64::to_bits)),
             };
             let [x, y, z] = self.engine.state.images.of(particle).map(|image| u64::from(image.cast_unsigned()));
             let hash = hash(2, [time.to_bits(), place, x, y, z]);
-            self.note(particle, Some(hash), time, before | regions.readers(columns));
+            self.note(particle, Some(hash), time, regions.readers(before) | regions.readers(after));
         }
+    }
+
+    /// Executes a transition, and saves what it changes. Returns false if it fails.
+    #[inline(always)]
+    fn execute_transition(&mut self, particle: u32, time: f64) -> bool {
+        let before = (self.engine.state.bodies[particle as usize], self.engine.state.images.of(particle));
+        let place = self.engine.neighbours.place(particle);
+        let prediction = self.engine.schedule.predictions[particle as usize];
+        let is_done = self.engine.execute_transition(particle, time).is_ok();
+        if self.engine.state.images.of(particle) == before.1 {
+            self.log.push_place(particle, place, prediction);
+        } else {
+            let record = Record::of_motion(particle, before.0, prediction);
+            self.log.push_record(Record { images: Some(before.1), place: Some(place), ..record });
+        }
+        is_done
     }
 
     fn contact(&mut self, regions: &Regions, particle: u32, prediction: &Prediction, is_observed: bool) {
@@ -173,7 +195,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         if self.is_plain {
             let body = self.engine.state.bodies[particle as usize];
             let prediction = self.engine.schedule.predictions[particle as usize];
-            self.log.push_motion(particle, body, prediction);
+            if TABLE && !self.engine.pairs.states.is_empty() {
+                self.log.push_pairs(particle, body, prediction, self.engine.pairs.states.of(particle));
+            } else {
+                self.log.push_motion(particle, body, prediction);
+            }
         } else {
             self.log.push_record(self.engine.record_before_contact(particle));
         }
@@ -218,13 +244,20 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             partner => u64::from(id_of(partner, &self.engine.state.bodies)),
         };
         let (is_void, of_step) = (hash_of_step.is_none(), hash_of_step.unwrap_or_default());
-        let held = &mut self.held[particle as usize];
-        if held.digest == 0 {
-            self.touched.push(particle);
-        }
         let due = [prediction.contact_time, prediction.transition_time].map(f64::to_bits);
-        let digest = hash(held.digest, [of_step, due[0], due[1], partner << 32 | u64::from(prediction.partner_events)]);
-        held.digest = digest.max(1);
-        self.steps.push(Step { particle, is_void, time, hash: of_step, readers });
+        let at = self.touch(particle).unwrap_or_else(|| {
+            let held = &mut self.held[particle as usize];
+            held.touch = id(self.touched.len());
+            self.touched.push(Touched { particle, held: *held, digest: 0 });
+            self.touched.len() - 1
+        });
+        let Touched { held, digest, .. } = &mut self.touched[at];
+        *digest = hash(*digest, [of_step, due[0], due[1], partner << 32 | u64::from(prediction.partner_events)]);
+        let step = Step { particle, is_void, time, hash: of_step, readers };
+        if held.is_owned() {
+            self.steps.push(step);
+        } else {
+            self.steps_of_copies.push((held.owner, Step { particle: held.whole, ..step }));
+        }
     }
 }

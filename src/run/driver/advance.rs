@@ -88,8 +88,11 @@ impl Driver<'_> {
         // The test for further events is expensive. It is made after 1, 2, 4, ... consecutive checks without an event.
         let is_asked = state.stage.limit.time.is_none() && state.quiet_steps.is_power_of_two();
         let nothing_is_due = reason == Reason::Idle;
-        if (is_asked || nothing_is_due) && self.simulation.is_over() {
-            return Some(Ending::Idle);
+        if is_asked || nothing_is_due {
+            self.simulation.complete();
+            if self.simulation.is_over() {
+                return Some(Ending::Idle);
+            }
         }
         // In a growth stage, spheres may come to rest when they cannot grow further. This is a normal end.
         let nothing = if self.growth().is_some() { Ending::Idle } else { Ending::GaveUp };
