@@ -406,11 +406,11 @@ fn absent_partners_are_found_by_their_ids_after_a_removal() {
     let mut cut = domains.cut_up(&mut engine);
     let particle = cut.domains[0].owned_particles().next().unwrap();
     let whole = cut.domains[0].held[particle as usize].whole;
-    cut.domains[0].engine.schedule.predictions[particle as usize].partner = absent(3_999);
+    cut.domains[0].engine.schedule.predictions[particle as usize].partner = absent(2_000);
     domains.cut = Some(cut);
     domains.complete(&mut engine);
     let partner = engine.schedule.predictions[whole as usize].partner;
-    assert_eq!(engine.state.bodies[partner as usize].name, 3_999);
+    assert_eq!(engine.state.bodies[partner as usize].name, 2_000);
 }
 
 #[test]
