@@ -70,6 +70,7 @@ pub(crate) use neighbours::cell_list::CellList;
 pub use observe::{EventSequence, ObserverResult};
 pub use set_state::{PairStates, SetStateError};
 pub use snapshot::{Energy, ParticleNow, Snapshot};
+pub use sources::inlet::InletCounts;
 pub use start::NeedsRun;
 pub use states::{Elapsed, States};
 pub(crate) use volume_move::Scaling;

@@ -9,7 +9,6 @@ pub(crate) mod composition;
 pub(crate) mod lattice;
 pub(crate) mod packing;
 pub(crate) mod polydispersity;
-pub(crate) mod region;
 pub(crate) mod resting;
 pub(crate) mod surface;
 pub(crate) mod velocity;

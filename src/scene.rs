@@ -20,6 +20,7 @@ mod file;
 mod filling;
 mod given;
 mod groups;
+mod inlet_draft;
 mod interactions;
 mod limits;
 pub(crate) mod names;
@@ -35,7 +36,7 @@ mod validate;
 
 use std::path::{Path, PathBuf};
 
-pub use crate::prepare::region::FillRegion;
+pub use crate::model::FillRegion;
 pub use crate::prepare::surface::BoxSide;
 pub use crate::prepare::surface::leak::{Gap, Leak};
 #[cfg(target_family = "wasm")]
@@ -46,6 +47,7 @@ pub use config_path::{ConfigPath, PathStep};
 pub(crate) use continuation::LastRun;
 pub use diagnostic::{SceneError, SceneErrorKind};
 pub use given::{GivenParticles, KeptParticles};
+pub use inlet_draft::InletDraft;
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
 pub(crate) use schema::schema_value;

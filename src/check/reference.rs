@@ -66,6 +66,9 @@ pub enum Unsupported {
     /// The scene has surfaces other than the walls of its box, and the box is periodic.
     #[error("the reference engine has no surfaces in a periodic box")]
     PeriodicSurfaces,
+    /// The scene has inlets.
+    #[error("the reference engine has no inlets")]
+    Inlets,
     /// A stage or the measured part of the run has a thermostat or growth.
     #[error("the reference engine has no thermostats and no growth")]
     DrivenStages,
@@ -113,6 +116,7 @@ impl Reference {
             (scene.shear_rate.is_some(), Unsupported::Shear),
             (scene.has_thermal_walls(), Unsupported::ThermalWalls),
             (!scene.surfaces.is_empty() && is_periodic, Unsupported::PeriodicSurfaces),
+            (!scene.inlets.is_empty(), Unsupported::Inlets),
             (scene.run.is_driven(), Unsupported::DrivenStages),
         ] {
             if is_asked {
@@ -259,7 +263,9 @@ impl Reference {
                 }
                 Candidate::Surface(i, feature) => {
                     let event = self.execute_surface(i, feature)?;
-                    self.predict(i);
+                    if self.is_present[i as usize] {
+                        self.predict(i);
+                    }
                     return Some(event);
                 }
             }

@@ -16,6 +16,9 @@ use crate::engine::neighbours::{Neighbours, Search};
 /// into another cell, or a new list centre.
 const WANDERED: u64 = 64;
 
+/// With fewer particles, the neighbour search is not adapted to their number.
+const FEW: usize = 64;
+
 /// With cells, prefetching saves time above this number of particles.
 const LARGE_IN_CELLS: usize = 32_768;
 /// With neighbour lists, prefetching saves time above this number of particles.
@@ -37,7 +40,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the neighbour search that replaces the current one, if this saves time.
     fn better_search(&self) -> Option<Search> {
         let may_change = !self.images.slide() && self.distances.are_constant();
-        may_change.then(|| self.best_search()).filter(|search| *search != self.neighbours.search())
+        may_change
+            .then(|| self.best_search())
+            .filter(|search| *search != self.neighbours.search() || self.is_search_outgrown())
+    }
+
+    /// Whether the neighbour search was set up for many more or fewer particles.
+    pub(super) fn is_search_outgrown(&self) -> bool {
+        let (now, before) = (self.state.bodies.len(), self.state.sorted);
+        now > 2 * before.max(FEW) || before > 4 * now.max(FEW)
     }
 
     /// Whether the next look at the layout would change it.
@@ -93,6 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
+        self.state.sorted = positions.len();
         let factor = self.distances.reach_factor();
         let most = if search == Search::Cells { LARGE_IN_CELLS } else { LARGE_IN_LISTS };
         self.hardware.looks_ahead = positions.len() > most;

@@ -76,8 +76,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
             let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
-            let most = self.particles().filter(|&particle| !self.is_static(particle)).count();
-            self.schedule.queue = EventQueue::new(most, moving, median);
+            self.schedule.queue = EventQueue::new(self.state.moving, moving, median);
+        } else if let Some(inlets) = &self.sources.inlets
+            && let Some(interval) = inlets.shortest_interval()
+        {
+            self.schedule.queue = EventQueue::new(1, 1, interval);
         }
         for particle in self.particles() {
             self.enqueue(particle);

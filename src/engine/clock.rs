@@ -1,9 +1,10 @@
 //! Simulated time. Epochs keep times small and accurate, and a watch detects that time stands still.
 
 use super::parts::Engine;
-use super::prediction::{Contact, Prediction};
+use super::prediction::{Contact, Prediction, id_of};
 use super::surfaces::FIRST_SURFACE;
 use super::{Arrest, Standstill};
+use crate::model::ParticleId;
 use serde::{Deserialize, Serialize};
 
 /// Time stands still if it advances by less than this fraction of the queue's span. The fraction is a few thousand
@@ -64,11 +65,6 @@ impl Clock {
         let n = particles as u64;
         self.standstill.most = 1_000 + 64 * n + (n * n / 2).min(10_000_000);
     }
-
-    /// Whether the neighbour search is reconsidered at an epoch: often at the start, and rarely later.
-    pub fn is_looked_at(epochs: u64) -> bool {
-        epochs.is_power_of_two() || epochs.is_multiple_of(16)
-    }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -116,7 +112,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn arrest(&self, particle: u32, partner: Option<u32>, standstill: Standstill) -> Arrest {
         Arrest {
             particle: self.name(particle),
-            partner: partner.map(|partner| self.name(partner)),
+            partner: partner.map(|partner| ParticleId(id_of(partner, &self.state.bodies))),
             surface: None,
             moving: self.sources.surfaces.moving_at(self.time()),
             has_losses: self.pairs.rules.steps.iter().any(|steps| steps.law.dissipates())
@@ -153,7 +149,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let moved = self.begin_epoch(next);
         self.shift_columns(moved.shift);
-        let is_looked_at = Clock::is_looked_at(self.clock.epochs);
+        let is_looked_at = self.is_layout_looked_at(self.clock.epochs);
         if is_looked_at {
             self.reorder_if_due();
         }
@@ -168,6 +164,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(moved)
     }
 
+    /// Whether the memory layout and the neighbour search are reconsidered at an epoch: often at the start, rarely later,
+    /// and if the number of particles has changed much.
+    pub(super) fn is_layout_looked_at(&self, epochs: u64) -> bool {
+        epochs.is_power_of_two() || epochs.is_multiple_of(16) || self.is_search_outgrown()
+    }
+
     /// Begins the epoch of the event at the time `next`, and empties the queue.
     pub(super) fn begin_epoch(&mut self, next: f64) -> Moved {
         let reached = self.schedule.queue.reached();
@@ -179,6 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.shift_sources(shift);
         self.clock.epochs += 1;
         self.schedule.queue.restart();
+        self.schedule.queue.fit_to(self.state.moving);
         Moved { shift }
     }
 

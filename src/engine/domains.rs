@@ -120,11 +120,12 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         // All fields are listed, so that a new field is either copied by `Engine::part` or excluded here. Collisions
         // with the heat bath are drawn for the whole system and sent to the domains.
         let Sources {
-            surfaces: _,
+            surfaces,
             confinement: _,
             surface_random: _,
             andersen: _,
             restraint,
+            inlets,
             is_watched: _,
             next_global: _,
         } = &engine.sources;
@@ -135,6 +136,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             () if reach_far => Some(SingleThread::LongInteractions),
             () if !engine.distances.are_constant() => Some(SingleThread::ChangingDistances),
             () if restraint.is_some() || bias.is_some() => Some(SingleThread::WholeSystem),
+            () if inlets.is_some() || surfaces.have_outlets() => Some(SingleThread::ChangingNumber),
             () => None,
         }
     }

@@ -21,6 +21,10 @@ pub enum EventKind {
     Surface,
     /// A thermostat gives a particle a new velocity. This is not counted as a physical event.
     Thermostat,
+    /// A particle leaves the system at an outlet.
+    Exit,
+    /// A particle enters the system at an inlet. This is not counted as a physical event.
+    Entry,
 }
 
 /// What the particle of an event interacts with.
@@ -39,9 +43,14 @@ pub enum Other {
     },
     /// A heat bath.
     Bath,
+    /// An inlet, by its index in the scene.
+    Inlet(u32),
 }
 
-/// An event that has happened: a contact, or a new velocity from a thermostat.
+/// An event that has happened: a contact, a new velocity from a thermostat, an entry or an exit.
+///
+/// A particle that enters has the velocity zero before the event, and a particle that leaves has it afterwards. The
+/// impulse of these events is the momentum that the particle brings, or the negative of what it takes away.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Event {
@@ -51,7 +60,7 @@ pub struct Event {
     pub kind: EventKind,
     /// The particle to which the event happened.
     pub particle: ParticleId,
-    /// The other particle, the surface, or the heat bath.
+    /// The other particle, the surface, the heat bath or the inlet.
     pub other: Other,
     /// Unit vector towards the particle from the other particle or surface. For a heat bath, the direction of the
     /// impulse.
@@ -84,7 +93,7 @@ impl Event {
     pub fn partner(&self) -> Option<ParticleId> {
         match self.other {
             Other::Particle(partner) => Some(partner),
-            Other::Surface { .. } | Other::Bath => None,
+            Other::Surface { .. } | Other::Bath | Other::Inlet(_) => None,
         }
     }
 
@@ -105,7 +114,7 @@ impl Event {
     }
 
     /// Returns the code of the event in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the
-    /// walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface.
+    /// walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface, 12 exit, 13 entry.
     #[must_use]
     pub fn code(&self) -> u8 {
         match (self.kind, self.wall()) {
@@ -116,6 +125,8 @@ impl Event {
             (EventKind::Surface, Some((axis, is_upper))) => 4 + 2 * axis + u8::from(is_upper),
             (EventKind::Thermostat, _) => 10,
             (EventKind::Surface, None) => 11,
+            (EventKind::Exit, _) => 12,
+            (EventKind::Entry, _) => 13,
         }
     }
 }
@@ -172,6 +183,10 @@ pub struct EventCounts {
     pub dissipated_moment: ExactSum,
     /// Thermostat events; each event gives one particle a new velocity.
     pub thermostat: u64,
+    /// Particles that have left at outlets.
+    pub exit: u64,
+    /// Particles that have entered at inlets.
+    pub entry: u64,
     /// Energy supplied from outside `[energy]`, for example by thermostats, moving surfaces, growth or shear.
     pub supplied: ExactSum,
     /// As [`Self::dissipated_moment`], for supplied energies `[energy time]`.
@@ -181,10 +196,10 @@ pub struct EventCounts {
 }
 
 impl EventCounts {
-    /// Number of physical events: Core, Capture, Release, Bounce, and contacts with walls and other surfaces.
+    /// Number of physical events: Core, Capture, Release, Bounce, contacts with walls and other surfaces, and exits.
     #[must_use]
     pub fn physical(&self) -> u64 {
-        self.core + self.capture + self.release + self.bounce + self.wall
+        self.core + self.capture + self.release + self.bounce + self.wall + self.exit
     }
 
     /// Returns how many times a moving particle took part in a Core event.
@@ -217,7 +232,7 @@ impl EventCounts {
         }
     }
 
-    fn counts_mut(&mut self) -> [&mut u64; 12] {
+    fn counts_mut(&mut self) -> [&mut u64; 14] {
         [
             &mut self.core,
             &mut self.core_static,
@@ -231,6 +246,8 @@ impl EventCounts {
             &mut self.tc_contacts,
             &mut self.tc_altered,
             &mut self.thermostat,
+            &mut self.exit,
+            &mut self.entry,
         ]
     }
 
@@ -263,6 +280,8 @@ impl EventCounts {
             CountedKind::Bounce | CountedKind::Bond => self.bounce += 1,
             CountedKind::Wall => self.wall += 1,
             CountedKind::Thermostat => self.thermostat += 1,
+            CountedKind::Exit => self.exit += 1,
+            CountedKind::Entry => self.entry += 1,
         }
     }
 }

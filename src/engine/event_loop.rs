@@ -45,6 +45,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         until: Until,
         observe: &mut Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
+        let reason = self.advance_with_gaps(steps, until, observe);
+        self.close_gaps();
+        reason
+    }
+
+    /// Particles that leave may leave gaps in memory.
+    fn advance_with_gaps(
+        &mut self,
+        steps: u64,
+        until: Until,
+        observe: &mut Observe<'_>,
+    ) -> Result<Option<Reason>, EngineError> {
         if let Some(broken) = self.broken {
             return Err(broken.into());
         }
@@ -57,6 +69,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 Next::Particle(entry) => entry,
                 Next::Void => {
                     self.schedule.queue.discard();
+                    continue;
+                }
+                // At the end of an epoch, all particles are looked at.
+                Next::Epoch if !self.state.vacant.is_empty() => {
+                    self.close_gaps();
                     continue;
                 }
                 Next::GlobalEvent => {
@@ -118,7 +135,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Result<Option<ControlFlow<()>>, InvariantBroken> {
         let now = self.clock.now;
         let flow = self.execute(particle, prediction, now, observe)?;
-        self.repredict(particle, now);
+        if self.state.vacant.last() != Some(&particle) {
+            self.repredict(particle, now);
+        }
         if flow.is_some() {
             if let Some(partner) = prediction.partner_in_contact()
                 && !self.is_static(partner)

@@ -24,7 +24,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let rows_of_table = self.pairs.rules.rows.species();
         let is_partner = |prediction: &Prediction| {
             let is_none = prediction.partner == NO_PARTICLE && prediction.contact_time == f64::INFINITY;
-            let leads_on = prediction.contact == Contact::Surface || is_none || is_particle(prediction.partner);
+            let has_left = prediction.absent_partner().is_some();
+            let leads_on =
+                prediction.contact == Contact::Surface || is_none || has_left || is_particle(prediction.partner);
             leads_on && prediction.exit.axis < 3
         };
         let are_found = |&number: &u32| bodies.get(number as usize).is_some();

@@ -119,6 +119,22 @@ impl Neighbours {
         }
     }
 
+    /// Finds all particles that could be within the interaction range of a new particle at `position`.
+    pub fn find_candidates_at(&self, position: &Vector, near: &mut Candidates) {
+        match self {
+            Self::Cells(cells) => cells.find_candidates(cells.grid.cell_at(position), near),
+            Self::Lists(verlet) => verlet.cells.find_candidates(verlet.cells.home(position), near),
+        }
+    }
+
+    /// Takes a moving particle out of its cell and out of all lists. Its captured pairs must have been removed.
+    pub fn withdraw(&mut self, particle: u32) {
+        match self {
+            Self::Cells(cells) => cells.lift(particle),
+            Self::Lists(verlet) => verlet.withdraw(particle),
+        }
+    }
+
     pub fn enlarge(&self) {
         match self {
             Self::Cells(cells) => cells.enlarge(),

@@ -2,13 +2,19 @@
 
 use super::build::rounding_of_distances;
 use super::columns::records::Record;
+use super::contact::apply::{Change, With};
+use super::event::CountedKind;
+use super::neighbours::candidates::Candidates;
+use super::observe::Observe;
 use super::parts::Engine;
+use super::snapshot::rotational_energy;
 use super::{Chosen, Overlap, SetStateError, Simulation};
 use crate::Vector;
 use crate::engine::surfaces::Surface;
 use crate::model::limits::{LARGEST, MOST_PARTICLES};
 use crate::model::space::Boundary;
 use crate::model::{Particle, ParticleId, Scene, SpeciesId};
+use std::ops::{ControlFlow, Range};
 
 impl Simulation {
     /// Inserts particles at the current time, and returns their ids.
@@ -18,7 +24,8 @@ impl Simulation {
     /// The state of a new pair follows from its distance. The kinetic and potential energy of the new particles is
     /// added to [`EventCounts::supplied`](super::event::EventCounts::supplied).
     ///
-    /// The cost is proportional to the total number of particles. It is cheaper to insert many particles in one call.
+    /// The cost does not depend on the number of particles in the system, unless pairs can have states, the box is
+    /// sheared, or the system runs on several threads.
     ///
     /// # Errors
     /// [`SetStateError::Species`] for a species that the scene does not have, or that has no row in its tables.
@@ -67,7 +74,7 @@ impl Simulation {
             if let Some(overlap) = engine.overlap_of_new(scene, particles) {
                 return Err(SetStateError::Overlap(overlap));
             }
-            engine.enter(scene, particles);
+            engine.insert_particles(scene, particles);
         });
         Ok((first..).take(particles.len()).map(ParticleId).collect())
     }
@@ -138,17 +145,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the deepest overlap of the first new particle that overlaps. Overlaps within round-off are ignored.
     fn overlap_of_new(&self, scene: &Scene, new: &[Particle]) -> Option<Overlap> {
         let now = self.clock.now;
-        let present = self.particles().map(|other| {
+        let present = |other: u32| {
             let (position, _) = self.state_at(other, now);
             (self.name(other), self.pairs.rules.rows.species()[usize::from(self.row(other))], position)
-        });
-        let mut others: Vec<(ParticleId, SpeciesId, Vector)> = present.collect();
+        };
+        // A bond between two species has a maximum length, so that it can be violated at any distance.
+        let has_bonds = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
+        let is_near = !has_bonds && !self.images.slide();
+        let mut near = Candidates::default();
+        let mut added: Vec<(ParticleId, SpeciesId, Vector)> = Vec::new();
         for (particle, name) in new.iter().zip(self.state.next_name..) {
             let particle_id = ParticleId(name);
             let (position, _) = self.wrapped(particle.position);
             let mut deepest = self.overlap_with_surfaces(particle, &position, particle_id);
-            for (other, species, there) in &others {
-                let Some(id) = scene.interaction_of(particle.species, *species) else { continue };
+            if is_near {
+                self.neighbours.find_candidates_at(&position, &mut near);
+                near.found_mut().sort_unstable_by_key(|other| self.name(*other));
+            }
+            let found = if is_near { near.found().to_vec() } else { self.by_id().collect() };
+            let others = found.into_iter().map(present).chain(added.iter().copied());
+            for (other, species, there) in others {
+                let Some(id) = scene.interaction_of(particle.species, species) else { continue };
                 let potential = &scene.interactions[id.0 as usize].potential;
                 if scene.species[particle.species.0 as usize].is_static()
                     && scene.species[species.0 as usize].is_static()
@@ -159,7 +176,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let depth = potential.violation_at(apart);
                 let largest = position.amax().max(there.amax());
                 let round_off = rounding_of_distances(largest, &self.state.periods) / apart.max(f64::MIN_POSITIVE);
-                let overlap = Overlap { particle: particle_id, partner: Some(*other), depth, round_off };
+                let overlap = Overlap { particle: particle_id, partner: Some(other), depth, round_off };
                 if overlap.is_real() && deepest.is_none_or(|other| depth > other.depth) {
                     deepest = Some(overlap);
                 }
@@ -167,7 +184,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if deepest.is_some() {
                 return deepest;
             }
-            others.push((particle_id, particle.species, position));
+            added.push((particle_id, particle.species, position));
         }
         None
     }
@@ -192,14 +209,34 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest
     }
 
-    /// Inserts particles without checks. Their energy is added to the supplied energy.
-    fn enter(&mut self, scene: &Scene, particles: &[Particle]) {
-        let before = self.energy();
+    /// Inserts particles of a program without checks.
+    fn insert_particles(&mut self, scene: &Scene, particles: &[Particle]) {
+        let before = if TABLE { self.energy().pair } else { 0.0 };
+        let set_states = |engine: &mut Self, added| {
+            if TABLE {
+                engine.set_states_of(scene, added);
+            }
+        };
+        let _ = self.enter(particles, (With::Program, None), &mut None, set_states);
+        if TABLE {
+            self.note_pair_energy(before);
+        }
+    }
+
+    /// Inserts particles without checks, and calls `set_states` with their indices. Their energy is added to the supplied
+    /// energy. `how` says where they come from, and what is counted.
+    pub(super) fn enter(
+        &mut self,
+        particles: &[Particle],
+        how: (With, Option<CountedKind>),
+        observe: &mut Observe<'_>,
+        set_states: impl FnOnce(&mut Self, Range<u32>),
+    ) -> ControlFlow<()> {
         let now = self.clock.now;
         let mut records = Vec::with_capacity(particles.len());
         for (particle, name) in particles.iter().zip(self.state.next_name..) {
             let (position, images) = self.wrapped(particle.position);
-            let mut record = Record::new(name, position, particle.velocity, now);
+            let mut record = Record::new(name, position, Vector::zeros(), now);
             record.images = Some(images);
             record.spin = self.pairs.rules.has_spins.then_some(particle.spin);
             record.species = TABLE.then(|| self.pairs.rules.rows.row(particle.species));
@@ -207,40 +244,92 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             records.push(record);
         }
         let added = self.push_records(&records);
-        if TABLE {
-            self.set_states_of(scene, added.clone());
+        set_states(self, added.clone());
+        let mut flow = ControlFlow::Continue(());
+        let mut moving = 0;
+        for (number, particle) in added.clone().zip(particles) {
+            if !self.is_static(number) {
+                moving += 1;
+                if self.begin_motion(number, particle.velocity, how, observe).is_break() {
+                    flow = ControlFlow::Break(());
+                }
+            }
         }
-        self.predict_added(added.clone());
-        for particle in added {
-            self.note_confined([Some(particle), None], false, &[Vector::zeros(); 2]);
-        }
-        self.note_population(&before);
+        self.predict_added(added);
+        self.note_population(moving);
+        flow
+    }
+
+    /// Gives a particle that has entered its velocity. Its energy is supplied, but not the energy of its pairs.
+    fn begin_motion(
+        &mut self,
+        particle: u32,
+        velocity: Vector,
+        (other, counted): (With, Option<CountedKind>),
+        observe: &mut Observe<'_>,
+    ) -> ControlFlow<()> {
+        let (position, inverse_mass) = (self.state.bodies[particle as usize].position, self.inverse_mass(particle));
+        let change = Change::of_one(other, particle, &Vector::zeros(), velocity, inverse_mass);
+        let supplied = change.supplied + self.energy_besides_motion(particle, &position);
+        self.apply(&Change { counted, supplied, ..change }, observe)
+    }
+
+    /// Stops a particle that leaves. The energy that it takes away counts as negative supplied energy, without the
+    /// energy of its pairs. `line` points from what takes the particle away to the particle.
+    pub(super) fn end_motion(
+        &mut self,
+        particle: u32,
+        line: &Vector,
+        (other, counted): (With, Option<CountedKind>),
+        observe: &mut Observe<'_>,
+    ) -> ControlFlow<()> {
+        let (body, inverse_mass) = (self.state.bodies[particle as usize], self.inverse_mass(particle));
+        let inverse_inertia = self.inverse_inertia(particle);
+        let change = Change::of_one(other, particle, &body.velocity, Vector::zeros(), inverse_mass);
+        let supplied = change.supplied - self.energy_besides_motion(particle, &body.position);
+        let of_spin = if inverse_inertia > 0.0 { -self.spin(particle) / inverse_inertia } else { Vector::zeros() };
+        let torques = [of_spin, Vector::zeros()];
+        self.apply(&Change { counted, supplied, torques, line: *line, squared: 1.0, ..change }, observe)
+    }
+
+    /// Returns the rotational energy of a particle, and its potential energy in gravity.
+    fn energy_besides_motion(&self, particle: u32, position: &Vector) -> f64 {
+        let external: f64 = if FALLING { self.external_energies(particle, position).sum() } else { 0.0 };
+        rotational_energy(&self.spin(particle), self.inverse_inertia(particle)) + external
     }
 
     /// Removes particles without checks. Their energy is subtracted from the supplied energy.
     fn leave_system(&mut self, particles: &[ParticleId]) {
-        let before = self.energy();
+        let before = self.energy().pair;
         let numbers: Vec<u32> = particles.iter().map(|particle| self.number(*particle)).collect();
+        let mut moving = 0;
         for &particle in &numbers {
+            if self.is_static(particle) {
+                continue;
+            }
+            moving -= 1;
             self.stream(particle, self.clock.now);
-            let velocity = std::mem::take(&mut self.state.bodies[particle as usize].velocity);
-            self.note_confined([Some(particle), None], false, &[velocity, Vector::zeros()]);
+            let _ = self.end_motion(particle, &Vector::zeros(), (With::Program, None), &mut None);
         }
         self.remove(&numbers);
-        self.note_population(&before);
+        self.predict_partners_of_removed();
+        self.note_pair_energy(before);
+        self.note_population(moving);
     }
 
-    fn note_population(&mut self, before: &super::Energy) {
-        let after = self.energy();
-        let gained = (after.kinetic - before.kinetic)
-            + (after.rotational - before.rotational)
-            + (after.potential - before.potential);
-        self.note_energies(after.pair - before.pair, 0.0, gained);
-        let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
+    /// Counts the change of the energy of all pairs as supplied energy.
+    fn note_pair_energy(&mut self, before: f64) {
+        let gained = self.energy().pair - before;
+        self.note_energies(gained, 0.0, gained);
+    }
+
+    /// Notes that the number of moving particles has changed.
+    pub(super) fn note_population(&mut self, change: isize) {
+        self.state.moving = self.state.moving.saturating_add_signed(change);
         if let Some(bath) = &mut self.sources.andersen {
-            bath.act_on(moving, self.clock.now);
+            bath.act_on(self.state.moving, self.clock.now);
         }
-        self.clock.watch_for(self.state.bodies.len());
+        self.clock.watch_for(self.state.count());
         self.schedule_global();
     }
 }

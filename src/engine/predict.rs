@@ -48,6 +48,11 @@ impl Scratch {
     pub fn new(particles: usize) -> Self {
         Self { near: Candidates::default(), is_captured: vec![false; particles] }
     }
+
+    /// Makes room for more particles.
+    pub fn enlarge(&mut self, particles: usize) {
+        self.is_captured.resize(particles.max(self.is_captured.len()), false);
+    }
 }
 
 /// State of a particle at the time of its prediction.

@@ -89,13 +89,31 @@ impl EventQueue {
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
         // An epoch has at least eight steps per particle. Large times have fewer digits, so longer epochs are less
         // accurate.
-        let parts = (particles / PARTICLES).next_power_of_two().min(1 << 22);
+        let parts = Self::parts(particles);
         let span = if median.is_finite() && median > 0.0 {
             power_of_two((median * f64::from(TARGET) / due as f64).min(LONGEST)) * parts as f64
         } else {
             parts as f64
         };
         Self::with_buckets(parts.max(TICKS), parts, span)
+    }
+
+    fn parts(particles: usize) -> usize {
+        (particles / PARTICLES).next_power_of_two().min(1 << 22)
+    }
+
+    /// Whether the queue is not much too small or too large for a number of particles.
+    pub fn fits(&self, particles: usize) -> bool {
+        let (parts, now) = (Self::parts(particles) as u64, self.target / u64::from(TARGET));
+        parts <= now && now < 4 * parts
+    }
+
+    /// Fits an empty queue to another number of particles. The duration of an epoch is unchanged.
+    pub fn fit_to(&mut self, particles: usize) {
+        if !self.fits(particles) {
+            let parts = Self::parts(particles);
+            *self = Self::with_buckets(parts.max(TICKS), parts, self.span());
+        }
     }
 
     /// Returns an empty queue. The number of buckets is a power of two and affects only speed.

@@ -1,6 +1,7 @@
 //! Snapshots: positions, velocities and energies at one time.
 
 use super::hardware::prefetch::prefetch;
+use super::pairs::states::PairState;
 use super::parts::Engine;
 use super::state::State;
 use super::{Chosen, Simulation};
@@ -210,19 +211,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 sum.add(mass * component);
             }
             if FALLING {
-                for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
-                    let image = self.state.images.of(particle)[axis];
-                    // Without periods, the image number is 0, and its product with the infinite period would be NaN.
-                    let unwrapped =
-                        position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
-                    external.add(-mass * species.acceleration[axis] * unwrapped);
-                }
+                self.external_energies(particle, &position).for_each(|energy| external.add(energy));
             }
             if TABLE {
                 for captured in self.pairs.states.of(particle) {
                     // Two mobile particles both store the state of the pair, so each contributes half of the energy.
                     let share = if self.is_static(captured.partner) { 1.0 } else { 0.5 };
-                    pair.add(share * self.pairs.rules.steps[usize::from(captured.interaction)].energy(captured.state));
+                    pair.add(share * self.energy_of_pair(captured));
                 }
             }
         }
@@ -240,7 +235,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Returns the energy `- m a_k r_k` of a particle at a position for each axis along which it accelerates.
+    pub(super) fn external_energies(&self, particle: u32, position: &Vector) -> impl Iterator<Item = f64> {
+        let species = &self.pairs.rules.species[usize::from(self.row(particle))];
+        let mass = species.inverse_mass.recip();
+        (0..3).filter(|&axis| species.acceleration[axis] != 0.0).map(move |axis| {
+            let image = self.state.images.of(particle)[axis];
+            // Without periods, the image number is 0, and its product with the infinite period would be NaN.
+            let unwrapped = position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
+            -mass * species.acceleration[axis] * unwrapped
+        })
+    }
+
+    pub(super) fn energy_of_pair(&self, captured: &PairState) -> f64 {
+        self.pairs.rules.steps[usize::from(captured.interaction)].energy(captured.state)
+    }
+}
+
 /// Returns `I/2 |w|^2`; 0 for particles that cannot turn.
-fn rotational_energy(spin: &Vector, inverse_inertia: f64) -> f64 {
+pub(super) fn rotational_energy(spin: &Vector, inverse_inertia: f64) -> f64 {
     if inverse_inertia > 0.0 { 0.5 * spin.norm_squared() / inverse_inertia } else { 0.0 }
 }

@@ -4,7 +4,7 @@
 //!
 //! - Contacts and transitions of a particle: [`pair`], [`surface`], [`cell_transition`] and [`list_rebuild`].
 //!   The event loop calls [`Engine::execute`] or [`Engine::execute_transition`].
-//! - Global events: [`andersen`], the refresh of sliding images ([`super::images`]), new stages of growing diameters
+//! - Global events: [`andersen`], entries at an [`inlet`], the refresh of sliding images ([`super::images`]), new stages of growing diameters
 //!   ([`super::distances`]), and reflections of a restrained distance ([`restraint`]). The earliest global event is due
 //!   at [`Sources::next_global`].
 //!
@@ -12,7 +12,9 @@
 
 pub(super) mod andersen;
 mod cell_transition;
+pub(super) mod inlet;
 mod list_rebuild;
+mod outlet;
 pub(super) mod pair;
 mod restraint;
 pub(super) mod surface;
@@ -27,6 +29,7 @@ use super::surfaces::Surfaces;
 use super::{EngineError, Invariant, InvariantBroken};
 use crate::model::Scene;
 use andersen::Andersen;
+use inlet::Inlets;
 use restraint::Restraint;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -42,6 +45,7 @@ pub(super) struct Sources {
     pub surface_random: Option<SurfaceRandom>,
     pub andersen: Option<Andersen>,
     pub restraint: Option<Box<Restraint>>,
+    pub inlets: Option<Box<Inlets>>,
     /// Whether all velocity changes are recorded, for the pressure between walls or for a restraint.
     pub is_watched: bool,
     /// Time of the next global event since the epoch, or infinity.
@@ -55,9 +59,11 @@ enum GlobalEvent {
     Reflection,
     ImageRefresh,
     DistanceStage,
+    Entry,
 }
 
 pub(super) enum Repredict {
+    None,
     One(u32),
     Some(Vec<u32>),
     All,
@@ -74,6 +80,7 @@ impl Sources {
             surfaces,
             andersen: None,
             restraint: None,
+            inlets: Inlets::of(scene).map(Box::new),
             next_global: f64::INFINITY,
         }
     }
@@ -81,7 +88,7 @@ impl Sources {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the time of the next event of each global source, since the epoch; infinity if there is none.
-    fn global_events(&self) -> [(GlobalEvent, f64); 4] {
+    fn global_events(&self) -> [(GlobalEvent, f64); 5] {
         [
             (
                 GlobalEvent::AndersenCollision,
@@ -93,6 +100,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             ),
             (GlobalEvent::ImageRefresh, self.images.next_refresh()),
             (GlobalEvent::DistanceStage, self.distances.next_stage()),
+            (GlobalEvent::Entry, self.sources.inlets.as_ref().map_or(f64::INFINITY, |inlets| inlets.next())),
         ]
     }
 
@@ -109,6 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn acts_for_ever(&self) -> bool {
         self.sources.andersen.is_some()
             || self.sources.restraint.is_some()
+            || self.sources.inlets.as_ref().is_some_and(|inlets| inlets.next() < f64::INFINITY)
             || !self.distances.are_constant()
             || self.images.slide()
     }
@@ -159,10 +168,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Some(GlobalEvent::Reflection) => self.reflect_distance(observe)?,
             Some(GlobalEvent::ImageRefresh) => (self.refresh_images()?, silent),
             Some(GlobalEvent::DistanceStage) => (self.begin_distance_stage()?, silent),
+            Some(GlobalEvent::Entry) => self.let_in(observe)?,
             None => return Err(self.broken(0, None, Invariant::GlobalEvent).into()),
         };
         let mut steps = self.steps_of_all();
         match repredict {
+            Repredict::None => steps = 0,
             Repredict::One(particle) => {
                 self.repredict(particle, self.clock.now);
                 steps = 0;
@@ -182,6 +193,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if let Some(restraint) = &mut self.sources.restraint {
             restraint.shift(shift);
+        }
+        if let Some(inlets) = &mut self.sources.inlets {
+            inlets.shift(shift);
         }
         self.distances.shift(shift);
         self.shift_images(shift);

@@ -41,6 +41,15 @@ pub(super) struct State {
     pub numbers: Vec<u32>,
     /// The id of the next particle that enters.
     pub next_name: u32,
+    /// Indices of particles that have left. Empty except within the event loop, see [`Engine::close_gaps`].
+    ///
+    /// [`Engine::close_gaps`]: super::parts::Engine::close_gaps
+    #[serde(skip)]
+    pub vacant: Vec<u32>,
+    /// Number of particles that are not static.
+    pub moving: usize,
+    /// Number of particles when the neighbour search was set up.
+    pub sorted: usize,
     /// Row of each particle's species in the interaction table. Empty if there is no table.
     pub rows: Vec<u16>,
     pub images: Travelled,
@@ -71,6 +80,9 @@ impl State {
         Self {
             bodies,
             next_name: id(numbers.len()),
+            vacant: Vec::new(),
+            moving: particles().filter(|p| !scene.species()[p.species.0 as usize].is_static()).count(),
+            sorted: 0,
             numbers,
             rows: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
             images: Travelled::new(names.len()),
@@ -94,8 +106,22 @@ impl State {
         })
     }
 
+    /// Number of particles in the system.
+    pub fn count(&self) -> usize {
+        self.bodies.len() - self.vacant.len()
+    }
+
     /// Updates `numbers` after particles were added at the end of `bodies`.
     pub fn number_anew(&mut self) {
+        if let [.., new] = self.bodies[..]
+            && self.numbers.len() + 1 == self.bodies.len()
+            && new.name >= self.next_name
+        {
+            // Ids of particles that enter are the largest, so nothing has to be sorted.
+            self.numbers.push(id(self.numbers.len()));
+            self.next_name = new.name + 1;
+            return;
+        }
         self.numbers.extend((0..).take(self.bodies.len()).skip(self.numbers.len()));
         self.numbers.sort_by_key(|&number| self.bodies[number as usize].name);
         let last = self.numbers.last().map_or(0, |&number| self.bodies[number as usize].name + 1);

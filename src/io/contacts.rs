@@ -24,6 +24,8 @@ pub(super) fn line(event: &Event) -> Vec<u8> {
         EventKind::Pair(Outcome::Bounce) => b",bounce,",
         EventKind::Thermostat => b",thermostat,",
         EventKind::Surface => b",wall,",
+        EventKind::Exit => b",exit,",
+        EventKind::Entry => b",entry,",
     };
     Shortest(event.time).push(line);
     line.extend_from_slice(kind);

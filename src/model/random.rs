@@ -21,6 +21,8 @@ pub(crate) enum Purpose {
     /// Velocities that `Simulation::thermalize` draws.
     Thermalizing,
     Volume,
+    /// Particles that enter at inlets.
+    Inlet,
 }
 
 impl Purpose {
@@ -32,6 +34,7 @@ impl Purpose {
             Self::Bootstrap => (1 << 61) + group as u64,
             Self::Thermalizing => (1 << 60) + group as u64,
             Self::Volume => (1 << 59) + group as u64,
+            Self::Inlet => (1 << 58) + group as u64,
             Self::Surface => (1 << 42) + 4 * group as u64 + 3,
             _ => 4 * group as u64 + self as u64,
         }

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::predecessor::LastState;
 use super::space::Boundary;
 use super::{
-    AuditPlan, ExchangePlan, InputFile, LivePlan, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan,
-    SceneSurface, Space, SpeciesPairs, StaticSurface,
+    AuditPlan, ExchangePlan, Inlet, InputFile, LivePlan, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan,
+    SceneSurface, Space, SpeciesPairs, StaticSurface, SurfaceLaw,
 };
 use crate::Vector;
 
@@ -213,6 +213,8 @@ scene! {
     static_surfaces: Vec<StaticSurface> => lent &[StaticSurface],
     /// Surfaces with which particles collide, besides the walls of the box.
     surfaces: Vec<SceneSurface> => lent &[SceneSurface],
+    /// Places where particles enter during the run.
+    inlets: Vec<Inlet> => lent &[Inlet],
     /// Temperatures of the lower and the upper wall of each axis `[energy]`; `None` for a reflecting wall or no wall.
     wall_temperatures: [[Option<f64>; 2]; 3] => copy [[Option<f64>; 2]; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
@@ -292,6 +294,12 @@ impl Scene {
     pub(crate) fn has_rough_walls(&self) -> bool {
         let mut laws = self.space.boundary.iter().flat_map(Boundary::contact_laws).flatten();
         laws.any(|law| law.roughness.is_some())
+    }
+
+    /// Whether particles enter or leave during the run: the scene has an inlet or an outlet.
+    #[must_use]
+    pub fn has_flow(&self) -> bool {
+        !self.inlets.is_empty() || self.surfaces.iter().any(|surface| surface.law == SurfaceLaw::Outlet)
     }
 
     /// Whether any surface moves at some time.

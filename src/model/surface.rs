@@ -66,24 +66,26 @@ pub enum SurfaceLaw {
         /// Temperature of the gas `[energy]`.
         temperature: f64,
     },
+    /// An outlet: a particle that touches the surface leaves the system.
+    Outlet,
 }
 
 impl SurfaceLaw {
-    /// Temperature of a thermal surface `[energy]`; `None` for a reflecting surface.
+    /// Temperature of a thermal surface `[energy]`; `None` for other surfaces.
     #[must_use]
     pub fn temperature(&self) -> Option<f64> {
         match *self {
             Self::Thermal { temperature } => Some(temperature),
-            Self::Reflecting(_) => None,
+            Self::Reflecting(_) | Self::Outlet => None,
         }
     }
 
-    /// Contact law of a reflecting surface; `None` for a thermal surface.
+    /// Contact law of a reflecting surface; `None` for other surfaces.
     #[must_use]
     pub fn contact(&self) -> Option<ContactLaw> {
         match *self {
             Self::Reflecting(law) => Some(law),
-            Self::Thermal { .. } => None,
+            Self::Thermal { .. } | Self::Outlet => None,
         }
     }
 

@@ -6,7 +6,6 @@ use crate::model::Region;
 use crate::model::random::Random;
 use crate::model::space::{Boundary, Space, minimum_image};
 use crate::prepare::NoPlace;
-use crate::prepare::packing::insertion::draw;
 use crate::prepare::packing::occupancy::Occupancy;
 
 const CHAIN_ATTEMPTS: usize = 2_000;
@@ -62,7 +61,7 @@ fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) ->
         let tries = if chain.is_empty() { 1 } else { DIRECTIONS };
         let next = (0..tries).find_map(|_| {
             let position = match chain.last() {
-                None => draw(&region, space, links.radius, random),
+                None => region.draw(space, links.radius, random),
                 Some(last) => space.wrapped(last + random.direction(space) * links.spacing),
             };
             let is_free = is_inside(&position, links.radius, space)

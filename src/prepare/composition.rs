@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::base::numbers::{index, trunc_to_usize};
 use crate::model::scene::own_volume;
 use crate::model::space::Boundary;
-use crate::model::{Region, Space, Species, SpeciesId};
+use crate::model::{Space, Species, SpeciesId};
 use crate::prepare::lattice::root;
 
 /// Divides `count` in the given proportions. Numbers are rounded down, and the rest goes to the largest remainders.
@@ -54,12 +54,6 @@ pub(crate) fn largest_packing_fraction(dimensions: usize, species: usize) -> f64
         (2, 1) => PI / 12.0_f64.sqrt(),
         _ => 1.0,
     }
-}
-
-/// Volume of a region along the axes that are not flat `[length^D]`.
-pub(crate) fn volume(region: &Region, space: &Space) -> f64 {
-    let axes = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
-    axes.map(|k| region.upper[k] - region.lower[k]).product()
 }
 
 /// Edges of a cube, square or line of the given volume `[length]`; 0 along flat axes.

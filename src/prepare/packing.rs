@@ -8,11 +8,11 @@ use self::compression::Compression;
 use self::insertion::{insert, no_room};
 use self::occupancy::{Contacts, Occupancy};
 use crate::Vector;
+use crate::model::FillRegion;
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
 use crate::model::{Space, Species, SpeciesId};
 use crate::prepare::NoPlace;
-use crate::prepare::region::FillRegion;
 
 pub(crate) struct RandomFill<'a> {
     pub kinds: &'a [SpeciesId],

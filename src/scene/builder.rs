@@ -10,6 +10,7 @@ use crate::model::{
 };
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
+use crate::scene::inlet_draft::InletDraft;
 use crate::scene::surface_draft::SurfaceDraft;
 use crate::scene::unvalidated::{
     Chain, Fill, Group, InteractionDraft, Listed, LocatedGroup, SpeciesDraft, SurfaceFill, UnvalidatedBond,
@@ -59,6 +60,8 @@ pub struct SceneBuilder {
     /// Surfaces besides the surfaces in `parts`.
     pub(crate) surfaces: Vec<SurfaceDraft>,
     pub(crate) has_surfaces: bool,
+    /// Inlets besides the inlets in `parts`.
+    pub(crate) inlets: Vec<InletDraft>,
     /// Earlier run whose last state replaces the groups of particles.
     pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
@@ -94,6 +97,7 @@ impl SceneBuilder {
             bonds: Vec::new(),
             surfaces: Vec::new(),
             has_surfaces: false,
+            inlets: Vec::new(),
             start: None,
             origins: Origins::default(),
         }
@@ -191,6 +195,12 @@ impl SceneBuilder {
     pub fn surface(mut self, surface: SurfaceDraft) -> Self {
         self.has_surfaces = true;
         self.surfaces.push(surface);
+        self
+    }
+
+    /// Adds an inlet, where particles enter during the run.
+    pub fn inlet(mut self, inlet: InletDraft) -> Self {
+        self.inlets.push(inlet);
         self
     }
 

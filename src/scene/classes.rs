@@ -51,6 +51,9 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
             return Err(refused(distributed, what, &at.key("species")));
         }
     }
+    for (index, inlet) in scene.inlets.iter_mut().enumerate() {
+        expand_composition(&mut inlet.composition, distributed, &ConfigPath::entry("inlet", index))?;
+    }
     for surface in &mut scene.surfaces {
         let names = std::mem::take(&mut surface.species);
         surface.species = names
@@ -175,8 +178,16 @@ fn check_diameter(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), Scene
 }
 
 fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) -> Result<(), SceneError> {
+    expand_composition(&mut fill.composition, distributed, at)
+}
+
+fn expand_composition(
+    given: &mut Vec<(String, f64)>,
+    distributed: &[Distributed],
+    at: &ConfigPath,
+) -> Result<(), SceneError> {
     let mut composition = Vec::new();
-    for (name, share) in std::mem::take(&mut fill.composition) {
+    for (name, share) in std::mem::take(given) {
         let Some(of) = named(distributed, &name) else {
             composition.push((name, share));
             continue;
@@ -184,7 +195,7 @@ fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) ->
         positive(share, at.key("composition").key(name))?;
         composition.extend(spread(of.classes.len()).map(|k| (of.class(k), share * of.classes[k].share)));
     }
-    fill.composition = composition;
+    *given = composition;
     Ok(())
 }
 

@@ -233,11 +233,21 @@ const THERMAL: Feature = feature(
     |it| {
         laws(it).find_map(|(at, law)| match law {
             SurfaceLaw::Thermal { temperature } => Some((Some(at.key("temperature")), shortest(temperature))),
-            SurfaceLaw::Reflecting(_) => None,
+            SurfaceLaw::Reflecting(_) | SurfaceLaw::Outlet => None,
         })
     },
 );
 const SURFACE: Feature = feature("a [[surface]]", &["surface"], |it| given(!it.start.surfaces.of_scene().is_empty()));
+const INLET: Feature =
+    feature("an [[inlet]]", &["inlet"], |it| given_at(!it.start.inlets.is_empty(), || ConfigPath::entry("inlet", 0)));
+const FLOW: Feature = feature("an [[inlet]] or an outlet", &["inlet", "surface.outlet"], |it| {
+    let surfaces = it.start.surfaces.of_scene();
+    match surfaces.iter().position(|surface| surface.law == SurfaceLaw::Outlet) {
+        Some(outlet) => given_at(true, || ConfigPath::entry("surface", outlet).key("outlet")),
+        None => (INLET.found)(it),
+    }
+});
+const BONDS: Feature = feature("bonds", &["bond", "chain"], |it| given(!it.start.groups.bonds.is_empty()));
 const MOTION: Feature = feature("a [[surface.motion]]", &["surface.motion"], |it| {
     let moving = it.start.surfaces.of_scene().iter().position(|surface| surface.moves())?;
     given_at(true, || ConfigPath::entry("surface", moving).key("motion"))
@@ -373,10 +383,12 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(ENDLESS_FALL, EXCHANGE, "", "\"wall\" with [exchange]", "particles that fall for ever have no equilibrium"),
     row(THERMAL, EXCHANGE, "", ABSENT, "its replicas have their own temperatures"),
     row(MOTION, EXCHANGE, "", ABSENT, "a system that a surface drives has no equilibrium"),
+    row(FLOW, EXCHANGE, "", ABSENT, "replicas exchange the states of the same particles"),
     row(MULTICANONICAL, GRAVITY, "", "\"canonical\" in a scene with gravity", "weights need an energy that changes in steps only"),
     row(MULTICANONICAL, ALL_HARD, "", "\"canonical\" in a scene of hard bodies", "their potential energy is always zero"),
     row(GROWTH, MEASURED_STAGE, "in a measured stage", "no growth", "a stage that is measured has diameters that are constant; let them grow in a stage before it"),
     row(GROWTH, SURFACE, "", ABSENT, CONSTANT_SIZE),
+    row(GROWTH, INLET, "", ABSENT, "the diameters of particles that enter are constant"),
     row(GROWTH, ROUGH, "", ABSENT, "growth would change the moments of inertia"),
     row(GROWTH, WELLS, "with other interactions", HARD_SPHERES, ""),
     row(GROWTH, SIDES, "in a box with open sides or walls", HARD_SPHERES, ""),
@@ -384,6 +396,7 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(GROWTH, STATIC_SPECIES, "with static particles", HARD_SPHERES, ""),
     row(GROWTH, SHEAR, "in a sheared box", HARD_SPHERES, ""),
     row(SHEAR, SURFACE, "", ABSENT, CONSTANT_SIZE),
+    row(SHEAR, INLET, "", ABSENT, "particles that enter do not move with the streaming velocity"),
     row(SHEAR, SIDES, "in a box with open sides or walls", PLAIN_SHEAR, ""),
     row(SHEAR, GRAVITY, "with gravity", PLAIN_SHEAR, ""),
     row(SHEAR, STATIC_SPECIES, "with static particles", PLAIN_SHEAR, ""),
@@ -401,6 +414,9 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(BAROSTAT, GROWTH, "together with grow", "only one of them", "volume moves need constant diameters"),
     row(BAROSTAT, RESCALING, "together with a thermostat that scales velocities", ANDERSEN, OF_MOVES),
     row(BAROSTAT, NO_THERMOSTAT, "without a thermostat", ANDERSEN, OF_MOVES),
+    row(BAROSTAT, INLET, "", ABSENT, "its ensemble has a constant number of particles"),
+    row(FLOW, BONDS, "with bonds", ABSENT, "a bonded particle cannot leave alone"),
+    row(FLOW, INVALID_START, "with allow_invalid_start", ABSENT, "particles enter only where they overlap nothing"),
     row(COUNTS, BAROSTAT, "", ABSENT, "regions do not scale with the box"),
     row(PRESSURE_TENSOR, OPEN, "in an open box", "no pressure_tensor, or a box that is periodic or has walls", "an open one has no volume to divide by. thermo.csv has the number of events in each row"),
     row(STRUCTURE_FACTOR, NO_PERIOD, "in a box without a periodic axis", "no structure_factor, or a periodic axis", "its period determines the wave vectors"),

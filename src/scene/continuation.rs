@@ -11,8 +11,8 @@ use crate::engine::Simulation;
 use crate::model::predecessor::LastState;
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{
-    Bond, InputFile, Interaction, InteractionId, Particle, Potential, Predecessor, Scene, SceneSurface, Species,
-    SpeciesId, StaticSurface,
+    Bond, InputFile, Interaction, InteractionId, Particle, ParticleId, Potential, Predecessor, Scene, SceneSurface,
+    Species, SpeciesId, StaticSurface,
 };
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::expand_families;
@@ -25,6 +25,7 @@ use crate::scene::parse;
 use crate::scene::source::Source;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 use crate::scene::validate::start::Configuration;
+use crate::scene::validate::with_entering;
 
 pub(crate) struct LastRun {
     pub simulation: Simulation,
@@ -34,6 +35,8 @@ pub(crate) struct LastRun {
 struct Left {
     particles: Vec<Particle>,
     images: Vec<[i32; 3]>,
+    /// Ids of the particles in the run.
+    ids: Vec<ParticleId>,
 }
 
 fn at_start() -> ConfigPath {
@@ -131,13 +134,13 @@ impl SceneBuilder {
         } else {
             Interactions::new(&self.interactions, &species)?
         };
-        let Left { particles, images } = left(&last.simulation, &species, &space)?;
+        let Left { particles, images, ids } = left(&last.simulation, &species, &space)?;
         let bonds = if inherits { run.bonds.clone() } else { bonds(run, &particles, &mut interactions)? };
         let wrapped = particles.iter().map(|it| Particle { position: space.wrapped(it.position), ..*it }).collect();
         let groups = Groups {
             particles: wrapped,
             bonds: bonds.iter().map(|bond| (*bond, at_start())).collect(),
-            static_surfaces: static_surfaces(run, &particles, &species)?,
+            static_surfaces: static_surfaces(run, (&particles, &ids), &species)?,
             starts: vec![(0, at_start())],
         };
         // If a side opens or becomes periodic, distances across this side change. The new distances then determine
@@ -147,8 +150,9 @@ impl SceneBuilder {
         } else {
             vec![false; interactions.len()]
         };
-        if !inherits {
-            interactions.check_complete(&groups.counts(species.len()))?;
+        let inlets = self.checked_inlets(&species, &space)?;
+        if !inherits || !inlets.is_empty() {
+            interactions.check_complete(&with_entering(groups.counts(species.len()), &inlets))?;
         }
         let is_as_it_was = is_kept.iter().all(|kept| *kept) && has_same_walls(run, &species, &space);
         let mut with_surfaces = self.clone();
@@ -158,7 +162,7 @@ impl SceneBuilder {
         let surfaces = with_surfaces.checked_surfaces(&species, &space)?;
         let is_as_it_was = is_as_it_was && surfaces.of_scene() == run.surfaces;
         let displacement = self.parts.displacement;
-        let start = Configuration { groups, interactions, space, displacement, surfaces };
+        let start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
         self.check_plan(&start)?;
         // With the same interactions, walls and surfaces as in the run, the positions need no check.
         if !is_as_it_was {
@@ -170,12 +174,20 @@ impl SceneBuilder {
         let differences = differences(&scene, run);
         // Serialization into memory cannot fail.
         let simulation = if differences.is_empty() { postcard::to_allocvec(&last.simulation).ok() } else { None };
+        // The particles of a scene are numbered from 0.
+        let here = |id| ParticleId(place_of(&ids, id));
         let captured = last.simulation.captured_pairs();
+        let captured = captured.into_iter().map(|(pair, state)| (pair.map(here), state)).collect();
         let state = Some(Arc::new(LastState { images, captured, is_kept, differences, simulation }));
         let (checkpoint, streams) = (last.checkpoint.clone(), run.next_stream());
         scene.predecessor = Some(Predecessor { checkpoint, streams, state });
         self.settled(scene)
     }
+}
+
+/// Returns the place of an id in an ascending list.
+fn place_of(ids: &[ParticleId], id: ParticleId) -> u32 {
+    id_of(ids.binary_search(&id).unwrap_or(0))
 }
 
 /// Returns the surfaces of a run, with the species ids of the new scene.
@@ -193,9 +205,19 @@ fn surfaces_of(run: &Scene, species: &[Species]) -> Vec<SceneSurface> {
     run.surfaces.iter().filter(meets_some).map(of_here).collect()
 }
 
-fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> Result<Vec<StaticSurface>, SceneError> {
+/// Returns the surfaces of static spheres. `ids` are the ids of the particles in the run.
+fn static_surfaces(
+    run: &Scene,
+    (particles, ids): (&[Particle], &[ParticleId]),
+    species: &[Species],
+) -> Result<Vec<StaticSurface>, SceneError> {
     let mut surfaces = run.static_surfaces.clone();
     for surface in &mut surfaces {
+        // Static spheres never leave. Their ids follow one another, so that their new ids do as well.
+        let first = place_of(ids, ParticleId(surface.particles.start));
+        let moved = |id: u32| first + (id - surface.particles.start);
+        surface.particles = moved(surface.particles.start)..moved(surface.particles.end);
+        surface.rims.iter_mut().flatten().for_each(|id| *id = ParticleId(place_of(ids, *id)));
         let Some(sphere) = particles.get(surface.particles.start as usize) else { continue };
         surface.species = sphere.species;
         if !species[surface.species.0 as usize].is_static() {
@@ -244,7 +266,11 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
     }
     let is_periodic = |space: &Space, k: usize| space.boundary[k] == Boundary::Periodic;
     let count = simulation.population().iter().sum();
-    let mut left = Left { particles: Vec::with_capacity(count), images: Vec::with_capacity(count) };
+    let mut left = Left {
+        particles: Vec::with_capacity(count),
+        images: Vec::with_capacity(count),
+        ids: Vec::with_capacity(count),
+    };
     let Ok(()) = simulation.for_each_now(|now| {
         let (mut position, mut image) = (now.position, now.image);
         for k in 0..3 {
@@ -258,6 +284,7 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
         let species = of_run.get(now.species.0 as usize).copied().flatten().unwrap_or(SpeciesId(0));
         left.particles.push(Particle::new(species, position, now.velocity).spin(now.spin));
         left.images.push(image);
+        left.ids.push(now.id);
         Ok::<(), Infallible>(())
     });
     for particle in &mut left.particles {
@@ -337,6 +364,8 @@ fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
         ("the sides of the box", scene.space != run.space),
         ("the temperatures of the walls", scene.wall_temperatures != run.wall_temperatures),
         ("surfaces", scene.surfaces != run.surfaces),
+        ("inlets", scene.inlets != run.inlets),
+        ("the ids of the particles", run.has_flow()),
         ("the shear rate", scene.shear_rate != run.shear_rate),
         ("species or their accelerations", scene.species != run.species),
         (

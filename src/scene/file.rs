@@ -6,6 +6,7 @@
 mod diameter;
 mod drive;
 mod either;
+mod inlet;
 mod interaction;
 mod live;
 mod measure;
@@ -15,6 +16,7 @@ mod surface;
 
 pub(crate) use diameter::{DiameterFile, DistributionFile};
 pub(crate) use drive::{BarostatFile, ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile};
+pub(crate) use inlet::InletFile;
 pub(crate) use interaction::InteractionFile;
 pub(crate) use live::{LiveFile, SliderFile};
 pub(crate) use measure::MeasureFile;
@@ -80,6 +82,8 @@ pub(crate) struct SceneFile {
     pub mesh: Vec<MeshFile>,
     /// Surfaces besides the walls. A scene with `start` takes them from the earlier run if none are given.
     pub surface: Option<Vec<SurfaceFile>>,
+    /// Regions in which particles enter during the run.
+    pub inlet: Vec<InletFile>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
     /// Limits of the audit of a run. The default limits follow from round-off.

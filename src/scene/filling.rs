@@ -2,12 +2,12 @@
 
 use crate::Vector;
 use crate::base::numbers::{index, trunc_to_u64};
+use crate::model::FillRegion;
 use crate::model::scene::own_volume;
 use crate::model::space::Space;
 use crate::model::{Species, SpeciesId};
 use crate::prepare::composition::{edges, largest_packing_fraction, mean_volume, realised, whole_numbers};
 use crate::prepare::lattice::{self, Sites};
-use crate::prepare::region::FillRegion;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
@@ -133,9 +133,19 @@ impl Filling {
 }
 
 fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
-    let several = fill.composition.len() != 1;
-    let mut shares = Vec::with_capacity(fill.composition.len());
-    for (name, share) in &fill.composition {
+    shares_of(&fill.composition, species, at, "a fill")
+}
+
+/// Replaces the names in a composition by ids. `what` has the composition, for messages.
+pub(super) fn shares_of(
+    composition: &[(String, f64)],
+    species: &[Species],
+    at: &ConfigPath,
+    what: &str,
+) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
+    let several = composition.len() != 1;
+    let mut shares = Vec::with_capacity(composition.len());
+    for (name, share) in composition {
         let at = if several { at.key("composition").key(name.clone()) } else { at.key("species") };
         let id = species_named(species, name, &at)?;
         if shares.iter().any(|(other, _)| *other == id) {
@@ -145,7 +155,7 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
         shares.push((id, positive(*share, at)?));
     }
     if shares.is_empty() {
-        return Err(missing(at, "species", "a fill needs species or composition"));
+        return Err(missing(at, "species", format!("{what} needs species or composition")));
     }
     Ok(shares)
 }

@@ -93,8 +93,9 @@ impl Groups {
             }
             groups.particles.extend(part);
         }
-        if groups.particles.is_empty() {
-            return Err(missing(&ConfigPath::root(), "particle", "give [[particle]], [[file]], [[chain]] or [[fill]]"));
+        if groups.particles.is_empty() && scene.inlets.is_empty() && scene.parts.inlets.is_empty() {
+            let why = "give [[particle]], [[file]], [[chain]], [[fill]] or [[inlet]]";
+            return Err(missing(&ConfigPath::root(), "particle", why));
         }
         start::list_bonds(&mut groups, &scene.bonds, interactions)?;
         Ok(groups)

@@ -2,6 +2,7 @@
 
 mod count;
 pub(crate) mod diameter;
+mod inlet;
 pub(crate) mod interaction;
 pub(crate) mod live;
 pub(crate) mod motion;
@@ -156,6 +157,9 @@ pub(crate) fn parts(
         let (surface, input) = surface::parse_surface(surface, index, directory)?;
         scene.surfaces.push(surface);
         scene.parts.inputs.extend(input);
+    }
+    for (index, inlet) in file.inlet.into_iter().enumerate() {
+        scene.inlets.push(inlet::parse_inlet(inlet, index)?);
     }
     for (index, bond) in file.bond.into_iter().enumerate() {
         let at = ConfigPath::entry("bond", index);

@@ -1,16 +1,21 @@
 //! Validates the regions of fills: shapes with an extent, inside the box.
 
 use crate::Vector;
+use crate::model::FillRegion;
 use crate::model::Region;
 use crate::model::space::{Boundary, Space};
-use crate::prepare::region::FillRegion;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::{AXES, corners, not_negative, on_flat_axes, positive};
 use crate::scene::unvalidated::Fill;
 
 pub(crate) fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<FillRegion, SceneError> {
-    let Some(region) = fill.region else {
+    region_of(fill.region, space, at)
+}
+
+/// Returns a valid region, which is the whole box if none is given.
+pub(super) fn region_of(region: Option<FillRegion>, space: &Space, at: &ConfigPath) -> Result<FillRegion, SceneError> {
+    let Some(region) = region else {
         return Ok(FillRegion::Box(Region { lower: space.lower, upper: space.upper() }));
     };
     let at = at.key("region");

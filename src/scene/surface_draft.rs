@@ -53,6 +53,12 @@ impl SurfaceDraft {
         Self { law: SurfaceLaw::Thermal { temperature }, ..self }
     }
 
+    /// Makes the surface an outlet: particles that touch it leave the system.
+    #[must_use]
+    pub fn outlet(self) -> Self {
+        Self { law: SurfaceLaw::Outlet, ..self }
+    }
+
     /// Adds a stage of a run in which the surface is present. A surface without stages is present in the whole run.
     /// `measurement` is the part of the run after all stages listed in the scene.
     #[must_use]

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use crate::Vector;
+use crate::model::FillRegion;
 use crate::model::Region;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
 use crate::model::{ContactLaw, Particle, Species, SpeciesId};
 pub use crate::prepare::lattice::Lattice;
-use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::Surface;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};

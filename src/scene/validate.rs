@@ -2,6 +2,7 @@
 
 mod barostat;
 mod exchange;
+mod inlets;
 pub(crate) mod measure;
 mod motions;
 mod parts;
@@ -13,7 +14,7 @@ pub(crate) use measure::measurement_times;
 
 use crate::Vector;
 use crate::model::space::{Boundary, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, CountSpace, Scene, SceneParts, Species};
+use crate::model::{AuditPlan, CountRegion, CountSpace, Inlet, Scene, SceneParts, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::compatibility;
@@ -27,6 +28,14 @@ use crate::scene::limits::{
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{Group, SurfaceFill};
 use crate::scene::validate::start::Configuration;
+
+/// Returns numbers of particles in which several particles of each entering species are present.
+pub(super) fn with_entering(mut counts: Vec<usize>, inlets: &[Inlet]) -> Vec<usize> {
+    for (species, _) in inlets.iter().flat_map(|inlet| &inlet.composition) {
+        counts[species.0 as usize] += 2;
+    }
+    counts
+}
 
 impl SceneBuilder {
     /// Validates the parts and places the particles.
@@ -49,14 +58,15 @@ impl SceneBuilder {
         let mut interactions = Interactions::new(&self.interactions, &species)?;
         let surfaces = self.checked_surfaces(&species, &space)?;
         let groups = Groups::place(self, &species, (&space, &surfaces), &mut interactions)?;
-        interactions.check_complete(&groups.counts(species.len()))?;
+        let inlets = self.checked_inlets(&species, &space)?;
+        interactions.check_complete(&with_entering(groups.counts(species.len()), &inlets))?;
         // A flat x axis has no period, so images cannot slide along it.
         let displacement = if self.parts.displacement == 0.0 {
             0.0
         } else {
             displacement_within_period(self.parts.displacement, space.size.x)
         };
-        let start = Configuration { groups, interactions, space, displacement, surfaces };
+        let start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
         self.check_plan(&start)?;
         self.check_places(&start)?;
         let drawn = start.groups.drawn(self);
@@ -97,7 +107,7 @@ impl SceneBuilder {
     }
 
     pub(super) fn assembled(&self, start: Configuration<'_>) -> Scene {
-        let Configuration { groups, interactions, space, displacement, surfaces } = start;
+        let Configuration { groups, interactions, space, displacement, surfaces, inlets } = start;
         let species = interactions.species.to_vec();
         let (interactions, table) = interactions.finish();
         Scene::of_parts(SceneParts {
@@ -108,6 +118,7 @@ impl SceneBuilder {
             particles: groups.particles,
             static_surfaces: groups.static_surfaces,
             surfaces: surfaces.of_scene().to_vec(),
+            inlets,
             wall_temperatures: space.of_walls(self.parts.wall_temperatures),
             space,
             displacement,

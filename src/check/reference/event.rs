@@ -19,6 +19,11 @@ pub enum EventKind {
         /// Index of the surface in the scene.
         number: usize,
     },
+    /// A particle leaves at an outlet.
+    Exit {
+        /// Index of the outlet among the surfaces of the scene.
+        number: usize,
+    },
 }
 
 /// An event executed by the reference engine.

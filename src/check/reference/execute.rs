@@ -75,7 +75,11 @@ impl Reference {
 
     pub(super) fn execute_surface(&mut self, i: u32, feature: u32) -> Option<Event> {
         let feature = *self.features.get(feature as usize)?;
-        let SurfaceLaw::Reflecting(law) = self.scene.surfaces[feature.surface].law else { return None };
+        let law = match self.scene.surfaces[feature.surface].law {
+            SurfaceLaw::Reflecting(law) => law,
+            SurfaceLaw::Outlet => return Some(self.leave(i, feature.surface)),
+            SurfaceLaw::Thermal { .. } => return None,
+        };
         let (place, before) = (self.positions[i as usize], self.velocities[i as usize]);
         let moment = self.timelines[feature.surface].as_ref().map(|timeline| timeline.at(self.time()));
         let (position, velocity) = moment.map_or((place, before), |moment| moment.seen(&place, &before));
@@ -110,6 +114,24 @@ impl Reference {
             after: [after, Vector::zeros()],
             ..event
         })
+    }
+
+    fn leave(&mut self, i: u32, number: usize) -> Event {
+        let velocity = self.velocities[i as usize];
+        self.remove(ParticleId(i));
+        Event {
+            time: self.time(),
+            kind: EventKind::Exit { number },
+            particle: ParticleId(i),
+            partner: None,
+            normal: Vector::zeros(),
+            impulse: 0.0,
+            torques: [Vector::zeros(); 2],
+            energy_step: 0.0,
+            dissipated: 0.0,
+            before: [velocity, Vector::zeros()],
+            after: [Vector::zeros(); 2],
+        }
     }
 
     fn encounter_at_rest(&self, i: u32, normal: Vector, law: ContactLaw) -> Encounter {

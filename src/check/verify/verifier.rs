@@ -120,8 +120,8 @@ impl Verifier {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
             EventKind::Surface if event.wall().is_some() => self.check_wall(event, contact, after)?,
             EventKind::Surface => self.check_surface(event, contact, after)?,
-            // The event rule does not cover thermostats.
-            EventKind::Thermostat => {
+            // The event rule does not cover thermostats, and the number of particles is constant.
+            EventKind::Thermostat | EventKind::Entry | EventKind::Exit => {
                 return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
             }
         }

@@ -120,7 +120,7 @@ impl World {
         let is_met = self.meets(i).get(surface).copied().unwrap_or(false) && !self.is_static(i);
         match self.scene.surfaces.get(surface).filter(|_| is_met)?.law {
             SurfaceLaw::Reflecting(law) => Some(law),
-            SurfaceLaw::Thermal { .. } => None,
+            SurfaceLaw::Thermal { .. } | SurfaceLaw::Outlet => None,
         }
     }
 

@@ -7,7 +7,7 @@ use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::pairs::states::PairState;
 use crate::engine::parts::Engine;
-use crate::engine::prediction::{Contact, FIRST_ABSENT, Prediction, absent};
+use crate::engine::prediction::{Prediction, absent};
 use crate::engine::state::Body;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -75,21 +75,31 @@ impl Record {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Removes particles, and predicts all particles again that would have met a removed particle.
+    /// Removes particles, and closes the gaps in memory. Predicted contacts with removed particles become void: when
+    /// they are due, the other particle is predicted again.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
         let mut stays = vec![true; count];
         particles.iter().for_each(|&particle| stays[particle as usize] = false);
+        for prediction in &mut self.schedule.predictions {
+            if stays.get(prediction.partner as usize) == Some(&false) {
+                prediction.partner = absent(self.state.bodies[prediction.partner as usize].name);
+            }
+        }
         self.permute(&Order::of(self.particles().filter(|&particle| stays[particle as usize]).collect(), count));
         self.scratch = None;
         self.schedule.queue.clear();
         for particle in self.particles() {
-            let prediction = &self.schedule.predictions[particle as usize];
-            let is_pair = matches!(prediction.contact, Contact::Pair(_)) && prediction.contact_time < f64::INFINITY;
-            if is_pair && prediction.partner >= FIRST_ABSENT {
-                self.predict_anew(particle, self.clock.now);
-            }
             self.enqueue(particle);
+        }
+    }
+
+    /// Predicts all particles again that would have met a removed particle.
+    pub fn predict_partners_of_removed(&mut self) {
+        for particle in self.particles() {
+            if self.schedule.predictions[particle as usize].absent_partner().is_some() {
+                self.repredict(particle, self.clock.now);
+            }
         }
     }
 
@@ -100,7 +110,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.push_record(record);
         }
         self.state.number_anew();
-        self.scratch = None;
+        let count = if TABLE { self.state.bodies.len() } else { 0 };
+        if let Some(scratch) = &mut self.scratch {
+            scratch.enlarge(count);
+        }
         first..self.particles().end
     }
 

@@ -16,7 +16,9 @@ pub(in crate::engine) enum With {
     Bath,
     /// A restraint of a distance to an umbrella window.
     Restraint,
-    /// A program that sets or scales velocities.
+    /// An inlet.
+    Inlet(u32),
+    /// A program that sets or scales velocities, or inserts and removes particles.
     Program,
 }
 
@@ -125,6 +127,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let (surface, feature) = named.unwrap_or_default();
                 (Other::Surface { surface, feature }, [first, Vector::zeros()], change.after)
             }
+            With::Inlet(inlet) => (Other::Inlet(inlet), [first, Vector::zeros()], change.after),
             With::Bath | With::Restraint | With::Program => (Other::Bath, [first, Vector::zeros()], change.after),
         };
         let outcome = match kind {
@@ -134,6 +137,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             CountedKind::Bounce | CountedKind::Bond => EventKind::Pair(Outcome::Bounce),
             CountedKind::Wall => EventKind::Surface,
             CountedKind::Thermostat => EventKind::Thermostat,
+            CountedKind::Exit => EventKind::Exit,
+            CountedKind::Entry => EventKind::Entry,
         };
         let length = change.squared.sqrt();
         Event {
@@ -188,7 +193,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (partner, is_internal) = match change.other {
             With::Particle(partner) => (Some(partner), true),
             With::Restraint => (None, true),
-            With::Surface(_) | With::Bath | With::Program => (None, false),
+            With::Surface(_) | With::Bath | With::Inlet(_) | With::Program => (None, false),
         };
         self.note_confined([Some(change.particle), partner], is_internal, &before);
         if let With::Surface(surface) = change.other {

@@ -100,7 +100,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    pub(super) fn inverse_inertia(&self, particle: u32) -> f64 {
+    pub(in crate::engine) fn inverse_inertia(&self, particle: u32) -> f64 {
         self.pairs.rules.species[usize::from(self.row(particle))].inverse_inertia
     }
 }

@@ -1,7 +1,6 @@
 //! Epochs of a system that runs in domains.
 
 use super::{Domains, Next};
-use crate::engine::clock::Clock;
 use crate::engine::parts::Engine;
 use crate::engine::{Reason, Until};
 use std::time::Instant;
@@ -9,12 +8,12 @@ use std::time::Instant;
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// Ends the epoch, in the single engine if it must examine or reorder all particles, otherwise in the domains.
     pub(super) fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
-        let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
+        let is_looked_at = whole.is_layout_looked_at(whole.clock.epochs + 1);
         let is_proof_due = until.last_time() == f64::INFINITY && whole.is_proof_due();
         let Some(cut) = &mut self.cut else { return Next::Done };
         let next = self.team.all(self.team.each(cut.domains.iter().collect(), |domain| domain.next_due()));
         let next = next.into_iter().fold(whole.sources.next_global, f64::min);
-        if is_proof_due || next == f64::INFINITY {
+        if is_proof_due || next == f64::INFINITY || !whole.schedule.queue.fits(whole.state.moving) {
             return self.move_epoch_of_whole(whole, until);
         }
         if is_looked_at {

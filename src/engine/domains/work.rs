@@ -14,6 +14,8 @@ pub enum SingleThread {
     LongInteractions,
     /// A distance is restrained to an umbrella window, or energies have multicanonical weights.
     WholeSystem,
+    /// Particles enter or leave.
+    ChangingNumber,
 }
 
 impl SingleThread {
@@ -23,6 +25,7 @@ impl SingleThread {
     pub fn of(scene: &Scene) -> Option<Self> {
         match () {
             () if scene.shear_rate().is_some() => Some(Self::SlidingImages),
+            () if scene.has_flow() => Some(Self::ChangingNumber),
             () if scene.has_loose_bonds() || scene.allow_invalid_start() => Some(Self::LongInteractions),
             () => None,
         }
@@ -35,6 +38,7 @@ impl fmt::Display for SingleThread {
             Self::ChangingDistances => "the diameters grow",
             Self::SlidingImages => "the box is sheared",
             Self::LongInteractions => "overlaps at the start are allowed, or bonded particles can separate",
+            Self::ChangingNumber => "particles enter or leave",
             Self::WholeSystem => "umbrella windows and multicanonical weights act on the whole system",
         })
     }

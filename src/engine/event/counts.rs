@@ -26,12 +26,16 @@ pub enum CountedKind {
     Wall,
     /// A thermostat gives a particle a new velocity.
     Thermostat,
+    /// A particle leaves at an outlet.
+    Exit,
+    /// A particle enters at an inlet.
+    Entry,
 }
 
 impl CountedKind {
     /// Kinds of pair events, in the order of storage.
     const OF_PAIRS: [Self; 5] = [Self::Core, Self::Capture, Self::Release, Self::Bounce, Self::Bond];
-    const OF_ONE: [Self; 2] = [Self::Wall, Self::Thermostat];
+    const OF_ONE: [Self; 4] = [Self::Wall, Self::Thermostat, Self::Exit, Self::Entry];
 
     /// Returns the name of this kind of event in files and tables.
     #[must_use]
@@ -44,6 +48,8 @@ impl CountedKind {
             Self::Bond => "bond",
             Self::Wall => "wall",
             Self::Thermostat => "thermostat",
+            Self::Exit => "exit",
+            Self::Entry => "entry",
         }
     }
 }
@@ -56,7 +62,7 @@ impl CountedKind {
 pub struct EventCountsBySpecies {
     /// Counts of pair events. The species with the lower index comes first.
     pairs: Pairs,
-    singles: BTreeMap<u32, [u64; 2]>,
+    singles: BTreeMap<u32, [u64; 4]>,
 }
 
 /// Largest number of species for which all pairs are stored. With more species, only pairs with events are stored.
@@ -94,7 +100,8 @@ impl EventCountsBySpecies {
     pub(crate) fn of_one_species(species: usize, event_counts: &EventCounts) -> Self {
         let mut counts = Self::new(0);
         counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [event_counts.core, 0, 0, 0, 0])]));
-        counts.singles.insert(id(species), [event_counts.wall, event_counts.thermostat]);
+        let EventCounts { wall, thermostat, exit, entry, .. } = *event_counts;
+        counts.singles.insert(id(species), [wall, thermostat, exit, entry]);
         counts
     }
 
@@ -146,7 +153,9 @@ impl EventCountsBySpecies {
         #[expect(clippy::cast_possible_truncation, reason = "SceneBuilder::build accepts at most MOST_KINDS species")]
         let species = species as u32;
         let counts = self.singles.entry(species).or_default();
-        counts[usize::from(kind == CountedKind::Thermostat)] += 1;
+        if let Some(place) = CountedKind::OF_ONE.iter().position(|it| *it == kind) {
+            counts[place] += 1;
+        }
     }
 
     /// Returns the kind, the species and the count for each nonzero count. Two species are in ascending order.

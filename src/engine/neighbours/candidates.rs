@@ -107,6 +107,10 @@ impl Candidates {
         &self.found[..self.length]
     }
 
+    pub fn found_mut(&mut self) -> &mut [u32] {
+        &mut self.found[..self.length]
+    }
+
     /// Returns the candidates and their number. The list is padded with the particle `with` to a multiple of eight.
     #[inline]
     pub fn filled_up(&mut self, with: u32) -> (&[u32], usize) {

@@ -131,6 +131,12 @@ impl Cells {
         self.next[at as usize] = after;
     }
 
+    /// Takes a particle out of its cell. It stays in the array of homes.
+    pub fn lift(&mut self, particle: u32) {
+        self.remove(particle, self.home(particle));
+        self.next[particle as usize] = NO_PARTICLE;
+    }
+
     #[inline]
     #[must_use]
     pub fn home(&self, particle: u32) -> u32 {

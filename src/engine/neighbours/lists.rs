@@ -173,6 +173,14 @@ impl Lists {
         }
     }
 
+    /// Takes a particle out of the lists of its neighbours, and empties its own list.
+    pub fn withdraw(&mut self, particle: u32) {
+        while let Some(&other) = self.of(particle).last() {
+            self.remove(other, particle);
+            self.remove_at(particle, self.of(particle).len() - 1);
+        }
+    }
+
     /// Removes an entry. The last entry of the list takes its place.
     pub fn remove_at(&mut self, particle: u32, at: usize) {
         let span = self.spans[particle as usize];

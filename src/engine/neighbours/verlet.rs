@@ -126,6 +126,12 @@ impl VerletLists {
         }
     }
 
+    /// Takes a particle out of all lists, and empties its own list.
+    pub fn withdraw(&mut self, particle: u32) {
+        self.cells.lift(particle, &self.centres[particle as usize]);
+        self.lists.withdraw(particle);
+    }
+
     pub fn permuted(&self, order: &Order) -> Self {
         let centres = order.permuted(&self.centres);
         let cells = self.cells.of_others(&centres);

@@ -23,6 +23,9 @@ impl Rows {
         for particle in &scene.particles {
             has_row[particle.species.0 as usize] = true;
         }
+        for (species, _) in scene.inlets.iter().flat_map(|inlet| &inlet.composition) {
+            has_row[species.0 as usize] = true;
+        }
         let species: Vec<_> =
             (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)).collect();
         let mut rows = vec![0; count];

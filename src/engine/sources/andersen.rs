@@ -102,6 +102,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = collision.time;
+        self.close_gaps();
         // Ids do not depend on the order in memory.
         let particle = self.state.numbers[collision.id];
         let flow = self.collide(particle, &collision, observe);
@@ -148,7 +149,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(in crate::engine) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
         self.join();
-        let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
+        let moving = self.state.moving;
         let boundary = self.state.space.boundary;
         let bath = bath.map(|bath| Bath {
             axes: std::array::from_fn(|axis| bath.axes[axis] && boundary[axis] != Boundary::Flat),

@@ -68,6 +68,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.counts.totals.turning_point += 1;
         }
         let (change, rough) = match law {
+            SurfaceLaw::Outlet => return self.leave_at_outlet(i, index, &at, observe),
             SurfaceLaw::Reflecting(law) => self.reflect(i, &at, vn, &law),
             SurfaceLaw::Thermal { temperature } => (self.draw_from_surface(i, &at, temperature)?, None),
         };

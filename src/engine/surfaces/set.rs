@@ -177,6 +177,10 @@ impl Surfaces {
             || self.origin.surfaces.iter().any(has_temperature)
     }
 
+    pub fn have_outlets(&self) -> bool {
+        self.origin.surfaces.iter().any(|surface| surface.law == SurfaceLaw::Outlet)
+    }
+
     pub fn dissipate(&self) -> bool {
         self.all.iter().any(|placed| placed.law.dissipates())
     }

@@ -3,9 +3,9 @@
 use super::{Fit, Lattice, Sites};
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
+use crate::model::FillRegion;
 use crate::model::space::Space;
 use crate::prepare::NoPlace;
-use crate::prepare::region::FillRegion;
 
 /// With each attempt, the number of sites in the bounding box grows by this factor.
 const STEP: f64 = 1.02;

@@ -7,6 +7,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::{Simulation, Until};
+use crate::model::FillRegion;
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
 use crate::model::{
@@ -17,7 +18,6 @@ use crate::prepare::NoPlace;
 use crate::prepare::packing::RandomFill;
 use crate::prepare::packing::insertion::{insert, no_room};
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
-use crate::prepare::region::FillRegion;
 use crate::prepare::velocity::maxwell;
 
 /// Packing fractions in one, two and three dimensions at which spheres start to grow.

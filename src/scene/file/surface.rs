@@ -42,6 +42,9 @@ pub(crate) struct SurfaceFile {
     /// given, contacts with a tangential restitution never slide.
     #[schemars(range(min = 0))]
     pub friction: Option<f64>,
+    /// Whether the surface is an outlet: particles that touch it leave the system. An outlet has no restitution and no
+    /// temperature.
+    pub outlet: Option<bool>,
     /// Temperature of a thermal surface `[energy]`, instead of a restitution.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,

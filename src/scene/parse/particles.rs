@@ -1,8 +1,10 @@
 //! Parses the tables of particles: chains, fills and static-sphere surfaces.
 
+use std::collections::BTreeMap;
+
 use super::{Keys, variant, vector};
+use crate::model::FillRegion;
 use crate::model::Region;
-use crate::prepare::region::FillRegion;
 use crate::prepare::surface::{BoxSide, Surface};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -43,12 +45,6 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
     let arrangement = *variant(&ARRANGEMENTS, "arrangement", &file.arrangement, &at.key("arrangement"))?;
     let contradiction =
         |key: &'static str, given: &str| refuse(at.key(key), "given as well", format!("either {key} or {given}"));
-    let composition = match (file.species, file.composition) {
-        (Some(_), Some(_)) => return contradiction("composition", "species"),
-        (Some(species), None) => vec![(species, 1.0)],
-        (None, Some(composition)) => composition.into_iter().collect(),
-        (None, None) => return Err(missing(at, "species", "give it, or composition for a mixture")),
-    };
     let amount = match (file.number_density, file.packing_fraction) {
         (Some(_), Some(_)) => return contradiction("packing_fraction", "number_density"),
         (Some(density), None) => Some(Amount::NumberDensity(density)),
@@ -59,7 +55,7 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
         return contradiction("count", "a density, because the volume is given");
     }
     Ok(Fill {
-        composition,
+        composition: composition(file.species, file.composition, at)?,
         arrangement,
         count: file.count,
         amount,
@@ -71,6 +67,20 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
     })
 }
 
+/// Returns the species of a fill or inlet, and their relative numbers.
+pub(super) fn composition(
+    species: Option<String>,
+    composition: Option<BTreeMap<String, f64>>,
+    at: &ConfigPath,
+) -> Result<Vec<(String, f64)>, SceneError> {
+    match (species, composition) {
+        (Some(_), Some(_)) => refuse(at.key("composition"), "given as well", "either composition or species"),
+        (Some(species), None) => Ok(vec![(species, 1.0)]),
+        (None, Some(composition)) => Ok(composition.into_iter().collect()),
+        (None, None) => Err(missing(at, "species", "give it, or composition for a mixture")),
+    }
+}
+
 pub(crate) const REGIONS: [(&str, &[&str]); 4] = [
     ("box", &["lower", "upper"]),
     ("cylinder", &["base", "axis", "radius", "length"]),
@@ -78,7 +88,7 @@ pub(crate) const REGIONS: [(&str, &[&str]); 4] = [
     ("sphere", &["centre", "radius"]),
 ];
 
-fn parse_region(file: &RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneError> {
+pub(super) fn parse_region(file: &RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneError> {
     let (word, keys) = Keys::of_kind(&REGIONS, "shape", file.shape.as_deref().unwrap_or("box"), at, file)?;
     Ok(match word {
         "box" => FillRegion::Box(Region { lower: keys.vector("lower")?, upper: keys.vector("upper")? }),

@@ -45,7 +45,14 @@ pub(super) fn parse_surface(
 ) -> Result<(SurfaceDraft, Option<InputFile>), SceneError> {
     let at = ConfigPath::entry("surface", index);
     let (word, keys) = Keys::of_kind(&SHAPES, "shape", &file.shape, &at, &file)?;
+    let is_outlet = file.outlet == Some(true);
+    let rough = [("tangential_restitution", file.tangential_restitution), ("friction", file.friction)];
+    let given = [("restitution", file.restitution), ("temperature", file.temperature)].into_iter().chain(rough);
+    if let Some((key, _)) = given.into_iter().find(|(_, value)| is_outlet && value.is_some()) {
+        return refuse(at.key(key), "given for an outlet", "none: particles leave at an outlet");
+    }
     let law = match (file.restitution, file.temperature) {
+        _ if is_outlet => SurfaceLaw::Outlet,
         (Some(_), Some(_)) => {
             return refuse(at.key("temperature"), "given as well", "either temperature or restitution");
         }

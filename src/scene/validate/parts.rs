@@ -47,6 +47,9 @@ impl Scene {
         let parts = &mut builder.parts;
         let interactions = Interactions::given(take(&mut parts.interactions), &parts.table, &species)?;
         let (mut particles, static_surfaces) = (take(&mut parts.particles), take(&mut parts.static_surfaces));
+        if particles.is_empty() && parts.inlets.is_empty() {
+            return Err(missing(&ConfigPath::root(), "particle", "a scene needs at least one particle"));
+        }
         check_particles(&mut particles, &species, &space)?;
         let bonds = take(&mut parts.bonds).into_iter().enumerate();
         let bonds: Vec<_> =
@@ -56,7 +59,8 @@ impl Scene {
         let groups = Groups { particles, bonds, static_surfaces, starts: Vec::new() };
         let surfaces = builder.checked_surfaces(&species, &space)?;
         let displacement = builder.parts.displacement;
-        let start = Configuration { groups, interactions, space, displacement, surfaces };
+        let inlets = builder.checked_inlets(&species, &space)?;
+        let start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
         builder.check_plan(&start)?;
         builder.check_places(&start)?;
         builder.settled(builder.assembled(start))
@@ -79,9 +83,6 @@ impl Scene {
 
 fn check_particles(particles: &mut [Particle], species: &[Species], space: &Space) -> Result<(), SceneError> {
     let at = ConfigPath::root().key("particle");
-    if particles.is_empty() {
-        return Err(missing(&ConfigPath::root(), "particle", "a scene needs at least one particle"));
-    }
     affordable(particles.len() as u64, &at)?;
     for (index, particle) in particles.iter_mut().enumerate() {
         let Some(species) = species.get(particle.species.0 as usize) else {

@@ -2,6 +2,7 @@ use std::collections::HashSet;
 
 use crate::base::numbers::id;
 use crate::engine::surfaces::{Surface, Surfaces};
+use crate::model::Inlet;
 use crate::model::Species;
 use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{Bond, ParticleId, SpeciesId};
@@ -12,6 +13,7 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::unvalidated::UnvalidatedBond;
+use crate::scene::validate::with_entering;
 
 /// Relative round-off of coordinates. Smaller overlaps with surfaces and smaller errors of bond lengths are allowed.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -23,12 +25,13 @@ pub(crate) struct Configuration<'a> {
     /// Displacement along x of the next image along y `[length]`. It is 0 unless the box is sheared.
     pub displacement: f64,
     pub surfaces: Surfaces,
+    pub inlets: Vec<Inlet>,
 }
 
 /// Periodic axes must be so long that a particle never interacts with two images of another particle.
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
-    let Configuration { groups, interactions, space, .. } = start;
-    let counts = groups.counts(interactions.species.len());
+    let Configuration { groups, interactions, space, inlets, .. } = start;
+    let counts = with_entering(groups.counts(interactions.species.len()), inlets);
     let range = interactions.longest_range(|a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
     let bonded = groups.bonds.iter().map(|(bond, _)| interactions.get(bond.interaction).potential.range());
     let range = bonded.fold(range, f64::max);

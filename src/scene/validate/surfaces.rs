@@ -87,7 +87,7 @@ impl SceneBuilder {
     }
 
     /// Simulated time at which a stage begins `[time]`. The durations of earlier stages must be known.
-    fn start_of_stage(&self, name: &str, at: &ConfigPath) -> Result<f64, SceneError> {
+    pub(super) fn start_of_stage(&self, name: &str, at: &ConfigPath) -> Result<f64, SceneError> {
         self.check_stage(name, at)?;
         let (mut time, stages) = (self.parts.start_time, &self.parts.run.stages);
         for stage in stages.iter().take_while(|stage| stage.name != name) {
@@ -109,6 +109,7 @@ fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
     match law {
         SurfaceLaw::Reflecting(law) => contact_law(&law, at),
         SurfaceLaw::Thermal { temperature } => positive(temperature, at.key("temperature")).map(drop),
+        SurfaceLaw::Outlet => Ok(()),
     }
 }
 

@@ -36,6 +36,7 @@ pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
     let law = match surface.law {
         SurfaceLaw::Reflecting(law) => contact_law(&law),
         SurfaceLaw::Thermal { temperature } => format!("temperature {}", digits(temperature)),
+        SurfaceLaw::Outlet => "an outlet".to_owned(),
     };
     let names: Vec<&str> = surface.species.iter().map(|id| scene.species[id.0 as usize].name.as_str()).collect();
     let who = if names.is_empty() { String::new() } else { format!(", for {} only", listed(&names)) };

@@ -2,17 +2,16 @@
 
 use std::f64::consts::PI;
 
+use super::Region;
+use super::random::Random;
+use super::space::{Boundary, Space};
 use crate::Vector;
-use crate::model::Region;
-use crate::model::random::Random;
-use crate::model::space::{Boundary, Space};
-use crate::prepare::composition;
-use crate::prepare::packing::insertion;
+use serde::{Deserialize, Serialize};
 
 const ROUNDING: f64 = 1e-12;
 
 /// A region to fill. In two dimensions a cylinder is a strip, a cone a trapezium and a sphere a disk.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum FillRegion {
     /// A box aligned with the axes of space.
@@ -37,6 +36,29 @@ pub enum FillRegion {
     },
 }
 
+impl Region {
+    /// Volume in the `D` dimensions of space `[length^D]`.
+    pub(crate) fn volume(&self, space: &Space) -> f64 {
+        let axes = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
+        axes.map(|k| self.upper[k] - self.lower[k]).product()
+    }
+
+    /// Draws a uniformly distributed position such that the whole particle is inside the box.
+    pub(crate) fn draw(&self, space: &Space, radius: f64, random: &mut Random) -> Vector {
+        Vector::from_fn(|k, _| {
+            if space.boundary[k] == Boundary::Flat {
+                return space.lower[k];
+            }
+            let full = self.lower[k] == space.lower[k] && self.upper[k] == space.upper()[k];
+            let margin = if full && space.boundary[k] == Boundary::Periodic { 0.0 } else { radius };
+            let (lower, upper) = (self.lower[k] + margin, self.upper[k] - margin);
+            let drawn = lower + (upper - lower).max(0.0) * random.uniform();
+            // The upper side is part of the next image of the box.
+            if drawn < upper { drawn } else { lower }
+        })
+    }
+}
+
 fn ball(radius: f64, dimensions: usize) -> f64 {
     match dimensions {
         0 => 1.0,
@@ -51,7 +73,7 @@ impl FillRegion {
     pub(crate) fn volume(&self, space: &Space) -> f64 {
         let dimensions = space.dimensions();
         match self {
-            Self::Box(region) => composition::volume(region, space),
+            Self::Box(region) => region.volume(space),
             Self::Sphere { radius, .. } => ball(*radius, dimensions),
             Self::Cone { radii: [a, b], length, .. } => match dimensions {
                 3 => PI / 3.0 * length * (a * a + a * b + b * b),
@@ -131,7 +153,7 @@ impl FillRegion {
     /// Draws a uniformly distributed position inside the region. The particle must fit, see [`Self::has_room`].
     pub(crate) fn draw(&self, space: &Space, particle: f64, random: &mut Random) -> Vector {
         match self {
-            Self::Box(region) => insertion::draw(region, space, particle, random),
+            Self::Box(region) => region.draw(space, particle, random),
             Self::Sphere { centre, radius } => {
                 let uniform = random.uniform();
                 let part = match space.dimensions() {

@@ -1,0 +1,164 @@
+use crate::Vector;
+use crate::check::reference::{EventKind as ReferenceKind, Reference};
+use crate::engine::event::{Event, EventKind, Other};
+use crate::engine::{Simulation, Until};
+use crate::model::{Particle, Scene, SpeciesId};
+
+/// A box with a floor that is an outlet, and a rain of two kinds of grains.
+fn rain(more: &str, inlet: &str) -> Scene {
+    let toml = format!(
+        "
+        seed = 7
+        space = {{ size = [9.0, 7.0, 30.0], x = 'walls', y = 'walls', z = 'open' }}
+        dynamics = {{ gravity = [0.0, 0.0, -1.0] }}
+        species = [{{ name = 'grain', mass = 1.3, diameter = 1.0 }}, {{ name = 'small', mass = 0.7, diameter = 0.6 }}]
+        interaction = [
+            {{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.8 }},
+            {{ species = ['grain', 'small'], potential = 'square-well', lambda = 1.4, well_depth = 0.3 }},
+            {{ species = ['small', 'small'], potential = 'hard-sphere' }},
+        ]
+        surface = [
+            {{ name = 'drain', shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }},
+            {{ name = 'ball', shape = 'sphere', centre = [4.0, 3.0, 9.0], radius = 2.0, restitution = 0.9 }},
+        ]
+        inlet = [{{ composition = {{ grain = 1, small = 2 }}, region = {{ lower = [1.0, 1.0, 24.0], upper = [8.0, 6.0, 29.0] }}, temperature = 0.2, {inlet} }}]
+        run = {{ until_time = 40 }}
+        {more}"
+    );
+    Scene::from_toml(&toml, "rain.toml").unwrap()
+}
+
+fn events(scene: &Scene, until: f64) -> (Simulation, Vec<Event>) {
+    let mut simulation = Simulation::new(scene.clone()).unwrap();
+    let mut events = Vec::new();
+    simulation.advance_with(Until::time(until), |event| events.push(*event)).unwrap();
+    (simulation, events)
+}
+
+#[test]
+fn energy_and_momentum_of_a_flow_are_in_the_ledger() {
+    let scene = rain("", "rate = 6.0");
+    let mut simulation = Simulation::new(scene).unwrap();
+    let mut brought = Vector::zeros();
+    for time in [5.0, 11.0, 23.0, 40.0] {
+        simulation
+            .advance_with(Until::time(time), |event| {
+                brought += if matches!(event.kind, EventKind::Entry) { event.impulse } else { Vector::zeros() }
+            })
+            .unwrap();
+        let (energy, counts) = (simulation.energy(), simulation.event_counts());
+        let balance = energy.total() + counts.dissipated.total() - counts.supplied.total();
+        let scale = counts.supplied.total().abs() + energy.kinetic + energy.potential.abs();
+        assert!(balance.abs() < 1e-12 * scale.max(1.0), "{time}: {balance} of {scale}");
+        assert_eq!(simulation.snapshot().ids.len() as u64, counts.entry - counts.exit);
+        assert_eq!(simulation.unsound_index(), None);
+    }
+    let counts = simulation.event_counts();
+    assert_eq!(counts.entry, 241, "one grain at time 0, and six per unit of time");
+    assert!(counts.exit > 150 && counts.core > 50 && counts.capture > 20, "{counts:?}");
+    assert!(brought.norm() > 0.0);
+}
+
+#[test]
+fn flow_is_the_flow_of_the_reference_engine() {
+    for (seed, inlet) in
+        [(1, "rate = 3.0"), (2, "rate = 9.0"), (3, "rate = 5.0, keep = 20"), (4, "rate = 8.0, count = 60")]
+    {
+        let mut scene = rain("", inlet);
+        scene.seed = seed;
+        let (_, found) = events(&scene, 14.0);
+        let mut alone = scene.clone();
+        alone.inlets.clear();
+        let mut reference = Reference::new(&alone).unwrap();
+        let mut exits = 0;
+        for event in &found {
+            if let EventKind::Entry = event.kind {
+                assert!(reference.step_before(event.time).is_none(), "{event:?}");
+                let species = if (event.impulse - event.after[0] * 1.3).norm() < 1e-12 { 0 } else { 1 };
+                let id = reference.insert(Particle::new(SpeciesId(species), event.positions[0], event.after[0]));
+                assert_eq!(id, event.particle);
+                assert!(matches!(event.other, Other::Inlet(0)));
+                continue;
+            }
+            let expected = reference.step_before(15.0).expect("an event");
+            let who = [Some(event.particle), event.partner()];
+            let same = [who, [who[1], who[0]]].contains(&[Some(expected.particle), expected.partner]);
+            assert!(same && (event.time - expected.time).abs() < 1e-6, "{event:?} {expected:?}");
+            if let EventKind::Exit = event.kind {
+                exits += 1;
+                assert!(matches!(expected.kind, ReferenceKind::Exit { number: 0 }), "{expected:?}");
+                assert!((event.before[0] - expected.before[0]).norm() < 1e-5);
+                assert_eq!(event.after[0], Vector::zeros());
+            }
+        }
+        assert!(exits > 10, "{exits}");
+    }
+}
+
+#[test]
+fn pauses_and_copies_do_not_change_a_flow() {
+    let scene = rain("", "rate = 7.0, keep = 40");
+    let (whole, all) = events(&scene, 30.0);
+    let mut paused = Simulation::new(scene.clone()).unwrap();
+    let mut seen = Vec::new();
+    let mut steps = 1;
+    loop {
+        let reason = paused.advance_for_with(steps, Until::time(30.0), |event| seen.push(*event)).unwrap();
+        steps = steps % 97 + 1;
+        let bytes = postcard::to_stdvec(&paused).unwrap();
+        paused = postcard::from_bytes(&bytes).unwrap();
+        assert_eq!(paused.unsound_index(), None);
+        if reason.is_some() {
+            break;
+        }
+    }
+    assert_eq!(seen, all);
+    assert_eq!(paused.snapshot(), whole.snapshot());
+    assert_eq!(paused.event_counts(), whole.event_counts());
+    let mut one_by_one = Simulation::new(scene).unwrap();
+    let each: Vec<Event> = one_by_one.events(Until::time(30.0)).map(Result::unwrap).collect();
+    assert_eq!(each, all);
+}
+
+#[test]
+fn grains_wait_for_a_place_and_the_inlet_catches_up() {
+    // The region has room for one grain, which needs a time of 1 to leave it.
+    let toml = |more: &str| {
+        let toml = format!(
+            "
+            space = {{ size = [3.0, 3.0, 20.0], x = 'walls', y = 'walls', z = 'open' }}
+            species = [{{ name = 'grain', mass = 1.0, diameter = 1.0 }}]
+            interaction = [{{ species = ['grain', 'grain'], potential = 'hard-sphere' }}]
+            surface = [{{ shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }}]
+            inlet = [{{ species = 'grain', region = {{ lower = [1.0, 1.0, 18.0], upper = [2.0, 2.0, 19.0] }}, velocity = [0.0, 0.0, -1.0], {more} }}]
+            run = {{ until_time = 40 }}"
+        );
+        Simulation::new(Scene::from_toml(&toml, "pipe.toml").unwrap()).unwrap()
+    };
+    let mut free = toml("rate = 0.5");
+    free.advance(Until::time(20.5)).unwrap();
+    let counts = free.inlets()[0];
+    assert_eq!((counts.entered, counts.waiting, counts.blocked), (11, 0, 0));
+    // The first grain has travelled 17 lengths when it touches the drain at a height of 1.5.
+    assert_eq!(free.event_counts().exit, 2);
+
+    let mut crowded = toml("rate = 4.0, count = 20");
+    crowded.advance(Until::time(4.9)).unwrap();
+    let counts = crowded.inlets()[0];
+    // A grain finds a place when the previous one has travelled by more than a diameter, at the fifth attempt.
+    assert_eq!((counts.entered, counts.waiting), (4, 16));
+    assert!(counts.blocked >= 12, "{counts:?}");
+    crowded.advance(Until::time(60.0)).unwrap();
+    assert_eq!((crowded.inlets()[0].entered, crowded.inlets()[0].waiting, crowded.event_counts().exit), (20, 0, 20));
+    assert_eq!(crowded.snapshot().ids.len(), 0);
+
+    let mut kept = toml("rate = 10.0, keep = 6");
+    kept.advance(Until::time(40.0)).unwrap();
+    assert_eq!(kept.snapshot().ids.len(), 6);
+    assert!(kept.event_counts().exit > 5);
+    let mut late = toml("rate = 0.5, from = 3.0, until = 7.5");
+    late.advance(Until::time(2.9)).unwrap();
+    assert_eq!(late.event_counts().entry, 0);
+    late.advance(Until::time(20.0)).unwrap();
+    assert_eq!(late.event_counts().entry, 3);
+}

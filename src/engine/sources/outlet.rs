@@ -1,0 +1,48 @@
+//! Outlets: a particle that touches one leaves the system.
+
+use crate::engine::InvariantBroken;
+use crate::engine::contact::apply::With;
+use crate::engine::event::CountedKind;
+use crate::engine::observe::Observe;
+use crate::engine::pairs::states::PairState;
+use crate::engine::parts::Engine;
+use crate::engine::prediction::Prediction;
+use crate::engine::sources::surface::Touching;
+use crate::engine::surfaces::Surface;
+use std::ops::ControlFlow;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Removes a particle at its contact with an outlet.
+    pub(in crate::engine) fn leave_at_outlet(
+        &mut self,
+        particle: u32,
+        outlet: u32,
+        at: &Touching,
+        observe: &mut Observe<'_>,
+    ) -> Result<ControlFlow<()>, InvariantBroken> {
+        let normal = at.in_space(&at.shape.normal(&at.position));
+        let how = (With::Surface(outlet), Some(CountedKind::Exit));
+        let flow = self.end_motion(particle, &normal, how, observe);
+        if TABLE {
+            let captured: Vec<PairState> = self.pairs.states.of(particle).to_vec();
+            for pair in captured {
+                let energy = self.energy_of_pair(&pair);
+                self.note_energies(-energy, 0.0, -energy);
+                self.remove_pair_state(particle, pair.partner)?;
+            }
+        }
+        self.neighbours.withdraw(particle);
+        self.schedule.predictions[particle as usize] = Prediction::NONE;
+        self.state.vacant.push(particle);
+        self.note_population(-1);
+        Ok(flow)
+    }
+
+    /// Closes the gaps in memory that particles have left.
+    pub(in crate::engine) fn close_gaps(&mut self) {
+        if !self.state.vacant.is_empty() {
+            let vacant = std::mem::take(&mut self.state.vacant);
+            self.remove(&vacant);
+        }
+    }
+}

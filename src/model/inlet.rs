@@ -1,0 +1,56 @@
+//! Inlets: places where particles enter during a run.
+
+use serde::{Deserialize, Serialize};
+
+use super::{FillRegion, SpeciesId};
+use crate::Vector;
+
+/// An inlet: a region in which particles appear at a constant rate.
+///
+/// A particle appears at a random place of the region where it touches nothing. If there is no such place, it waits,
+/// and enters as soon as later attempts find one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Inlet {
+    /// Name, unique among the inlets of the scene.
+    pub name: String,
+    /// Species that enter, and their shares of the particles. The shares sum to 1.
+    pub composition: Vec<(SpeciesId, f64)>,
+    /// Region in which whole particles appear.
+    pub region: FillRegion,
+    /// Particles per time `[1 / time]`. One particle is due at [`Self::from`], and then one in each interval `1 / rate`.
+    pub rate: f64,
+    /// Mean velocity of the particles that enter `[length / time]`.
+    pub velocity: Vector,
+    /// Temperature of the Maxwell velocities that are added to [`Self::velocity`] `[energy]`.
+    pub temperature: f64,
+    /// Simulated time at which the first particle is due `[time]`.
+    pub from: f64,
+    /// Simulated time after which no particle enters `[time]`; may be infinite.
+    pub until: f64,
+    /// Number of particles that enter in all; no limit if `None`.
+    pub count: Option<u64>,
+    /// No particle enters while this number of moving particles is in the system; no limit if `None`.
+    pub keep: Option<u64>,
+}
+
+impl Inlet {
+    /// Time at which particle number `k` is due, counted from 0 `[time]`; infinite if no more particles are due.
+    pub(crate) fn due(&self, k: u64) -> f64 {
+        let time = self.from + k as f64 / self.rate;
+        let is_over = time > self.until || (self.keep.is_none() && self.count.is_some_and(|count| k >= count));
+        if is_over { f64::INFINITY } else { time }
+    }
+
+    /// Returns the species for a random number from 0 to 1.
+    pub(crate) fn species_for(&self, mut number: f64) -> SpeciesId {
+        for (species, share) in &self.composition {
+            number -= share;
+            if number < 0.0 {
+                return *species;
+            }
+        }
+        // Because of round-off, the shares may sum to less than 1.
+        self.composition.last().map_or(SpeciesId(0), |(species, _)| *species)
+    }
+}

@@ -1,0 +1,31 @@
+//! Parses the tables of inlets.
+
+use super::particles::{composition, parse_region};
+use super::vector;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, missing, refuse};
+use crate::scene::file::InletFile;
+use crate::scene::inlet_draft::{InletDraft, Rate};
+
+pub(super) fn parse_inlet(file: InletFile, index: usize) -> Result<InletDraft, SceneError> {
+    let at = ConfigPath::entry("inlet", index);
+    let rate = match (file.rate, file.mass_rate) {
+        (Some(_), Some(_)) => return refuse(at.key("mass_rate"), "given as well", "either mass_rate or rate"),
+        (Some(rate), None) => Rate::Number(rate),
+        (None, Some(rate)) => Rate::Mass(rate),
+        (None, None) => return Err(missing(&at, "rate", "give it, or mass_rate")),
+    };
+    Ok(InletDraft {
+        name: file.name.unwrap_or_else(|| format!("inlet {}", index + 1)),
+        composition: composition(file.species, file.composition, &at)?,
+        region: parse_region(&file.region, &at.key("region"))?,
+        rate: Some(rate),
+        velocity: vector(file.velocity.unwrap_or_default()),
+        temperature: file.temperature.unwrap_or(0.0),
+        stage: file.stage,
+        from: file.from,
+        until: file.until,
+        count: file.count,
+        keep: file.keep,
+    })
+}

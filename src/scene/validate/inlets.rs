@@ -1,0 +1,127 @@
+//! Validates inlets.
+
+use crate::Vector;
+use crate::model::limits::MOST_PARTICLES;
+use crate::model::space::Space;
+use crate::model::{Inlet, Species};
+use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, missing, refuse};
+use crate::scene::filling::shares_of;
+use crate::scene::inlet_draft::{InletDraft, Rate};
+use crate::scene::limits::{finite, not_negative, on_flat_axes, positive};
+use crate::scene::names::{self, Taken};
+use crate::scene::region::region_of;
+
+impl SceneBuilder {
+    pub(in crate::scene) fn checked_inlets(
+        &self,
+        species: &[Species],
+        space: &Space,
+    ) -> Result<Vec<Inlet>, SceneError> {
+        let first = self.parts.inlets.len();
+        let drafted = self.inlets.iter().zip(first..).map(|(draft, index)| self.resolved_inlet(draft, index, species));
+        let inlets = self.parts.inlets.iter().cloned().map(Ok).chain(drafted).collect::<Result<Vec<_>, _>>()?;
+        let mut taken = Taken::default();
+        for (index, inlet) in inlets.iter().enumerate() {
+            let at = ConfigPath::entry("inlet", index);
+            names::words(&inlet.name, &at.key("name"))?;
+            taken.take(&inlet.name, &at)?;
+            check_composition(inlet, species, &at)?;
+            self.check_times(inlet, &at)?;
+            on_flat_axes(&inlet.velocity, &Vector::zeros(), space, &at.key("velocity"))?;
+            not_negative(inlet.temperature, at.key("temperature"))?;
+            region_of(Some(inlet.region), space, &at)?;
+            let diameters = inlet.composition.iter().map(|(id, _)| species[id.0 as usize].diameter);
+            let largest = diameters.fold(0.0, f64::max);
+            if !inlet.region.has_room(0.5 * largest) {
+                let expected = format!("one in which a particle of diameter {largest} has room");
+                return refuse(at.key("region"), "too small", expected);
+            }
+        }
+        Ok(inlets)
+    }
+
+    /// Replaces names of species by ids, a mass rate by a rate, and times since a stage by simulated times.
+    fn resolved_inlet(&self, draft: &InletDraft, index: usize, species: &[Species]) -> Result<Inlet, SceneError> {
+        let at = ConfigPath::entry("inlet", index);
+        let shares = shares_of(&draft.composition, species, &at, "an inlet")?;
+        let total: f64 = shares.iter().map(|(_, share)| share).sum();
+        let composition: Vec<_> = shares.iter().map(|(id, share)| (*id, share / total)).collect();
+        let mean_mass: f64 = composition.iter().map(|(id, share)| share * species[id.0 as usize].mass).sum();
+        let rate = match draft.rate {
+            Some(Rate::Number(rate)) => rate,
+            Some(Rate::Mass(rate)) => positive(rate, at.key("mass_rate"))? / mean_mass,
+            None => return Err(missing(&at, "rate", "give it, or mass_rate")),
+        };
+        let begin = match &draft.stage {
+            Some(stage) => Some(self.start_of_stage(stage, &at.key("stage"))?),
+            None => None,
+        };
+        let since =
+            |time: f64, key: &'static str| Ok::<_, SceneError>(begin.unwrap_or(0.0) + finite(time, at.key(key))?);
+        let first = begin.unwrap_or(self.parts.start_time);
+        Ok(Inlet {
+            name: draft.name.clone(),
+            composition,
+            region: draft.region,
+            rate,
+            velocity: draft.velocity,
+            temperature: draft.temperature,
+            from: draft.from.map_or(Ok(first), |time| since(time, "from"))?,
+            until: draft.until.map_or(Ok(f64::INFINITY), |time| since(time, "until"))?,
+            count: draft.count,
+            keep: draft.keep,
+        })
+    }
+
+    fn check_times(&self, inlet: &Inlet, at: &ConfigPath) -> Result<(), SceneError> {
+        let Inlet { rate, from, until, count, keep, .. } = *inlet;
+        positive(rate, at.key("rate"))?;
+        let start = self.parts.start_time;
+        if finite(from, at.key("from"))? < start {
+            return refuse(at.key("from"), from, format!("at least {start}, the time at which the scene starts"));
+        }
+        if until.is_nan() || until < from {
+            return refuse(at.key("until"), until, format!("at least {from}, the time of the first particle"));
+        }
+        for (key, number) in [("count", count), ("keep", keep)] {
+            if number == Some(0) {
+                return refuse(at.key(key), 0, "at least 1");
+            }
+        }
+        let last = until.min(self.end_of_run().unwrap_or(f64::INFINITY));
+        let are_too_many = last.is_finite() && count.is_none() && (last - from) * rate > MOST_PARTICLES as f64;
+        // Without digits for the interval, particles would become due at the same time for ever.
+        if are_too_many || from + 1.0 / rate <= from {
+            let expected = format!("a rate at which at most {MOST_PARTICLES} particles enter");
+            return refuse(at.key("rate"), rate, expected);
+        }
+        Ok(())
+    }
+
+    /// Simulated time at which the run ends `[time]`, if it is known.
+    fn end_of_run(&self) -> Option<f64> {
+        let run = &self.parts.run;
+        let durations = run.stages.iter().map(|stage| stage.duration());
+        let measured = run.limit.time.map(|time| time + run.equilibration.time.unwrap_or(0.0));
+        durations.chain([measured]).try_fold(self.parts.start_time, |end, duration| Some(end + duration?))
+    }
+}
+
+fn check_composition(inlet: &Inlet, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
+    let key = at.key(if inlet.composition.len() > 1 { "composition" } else { "species" });
+    if inlet.composition.is_empty() {
+        return Err(missing(at, "species", "an inlet needs species or composition"));
+    }
+    for (id, share) in &inlet.composition {
+        let Some(kind) = species.get(id.0 as usize) else {
+            return refuse(key, id.0, format!("below {}, the number of species", species.len()));
+        };
+        positive(*share, key.clone())?;
+        if kind.is_static() {
+            return refuse(key, format!("\"{}\", which is static", kind.name), "a species that moves");
+        }
+    }
+    Ok(())
+}
