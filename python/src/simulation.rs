@@ -298,7 +298,7 @@ impl Simulation {
 
     fn event_counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let state = self.state()?;
-        let EventCounts { core, capture, release, bounce, wall, thermostat, transition, .. } =
+        let EventCounts { core, capture, release, bounce, wall, thermostat, exit, entry, transition, .. } =
             *state.engine.event_counts();
         let counts = [
             ("core", core),
@@ -307,6 +307,8 @@ impl Simulation {
             ("bounce", bounce),
             ("wall", wall),
             ("thermostat", thermostat),
+            ("exit", exit),
+            ("entry", entry),
             ("transition", transition),
         ];
         dictionary(py, counts)
@@ -363,6 +365,15 @@ impl Simulation {
 
     fn images<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.numbers(py, |particle| particle.image)
+    }
+
+    fn ids<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.numbers(py, |particle| [i64::from(particle.id.0)])
+    }
+
+    /// Current number of particles.
+    fn count(&self) -> PyResult<usize> {
+        Ok(self.state()?.engine.population().iter().sum())
     }
 
     fn species<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

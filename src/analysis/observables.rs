@@ -29,7 +29,7 @@ const ISOTHERMAL_COMPRESSIBILITY: &str = "isothermal_compressibility";
 const HEAT_FLUX: &str = "energy / (length^(D - 1) time)";
 
 /// Names and units of the quantities that are averaged over a run, in the order of `summary.json`.
-pub const OBSERVABLES: [(&str, &str); 21] = [
+pub const OBSERVABLES: [(&str, &str); 23] = [
     (TEMPERATURE, "energy"),
     ("pressure", "energy / length^D"),
     (COMPRESSIBILITY, "1"),
@@ -51,6 +51,8 @@ pub const OBSERVABLES: [(&str, &str); 21] = [
     ("number_density", "1 / length^D"),
     ("packing_fraction", "1"),
     (ISOTHERMAL_COMPRESSIBILITY, "length^D / energy"),
+    ("entry_rate", "1 / time"),
+    ("exit_rate", "1 / time"),
 ];
 
 /// Indices into [`OBSERVABLES`]. `FIRST_WALL` and `FIRST_HEAT` are for the lower wall along x.
@@ -74,6 +76,7 @@ const SQUARED_VOLUME: usize = 20;
 /// | collision rate | `n / (N t)`, where each Core event adds the number of its moving particles to `n` |
 /// | potential energy per particle | energy of the pairs divided by `N` |
 /// | volume, number density, packing fraction | if a barostat changes the volume `V`: time averages of `V`, of `N / V`, and of the volume of the particles divided by `V` |
+/// | entry rate, exit rate | numbers of particles that enter and leave per time, in scenes with inlets or outlets |
 /// | isothermal compressibility | `(<V^2> - <V>^2) / (<V> T)` at the temperature of the heat bath |
 ///
 /// With a barostat, the pressure is the mean of `(N T + W / (D t)) / V` over the intervals of constant volume. The
@@ -185,6 +188,10 @@ impl Observer {
             volume: simulation.scene().run.has_barostat().then(|| simulation.volume()),
             height,
             counts,
+            flow: self.applicable.has_flow.then(|| {
+                let present: usize = simulation.population().iter().sum();
+                [present as u64, event_counts.entry, event_counts.exit]
+            }),
         }
     }
 
@@ -247,7 +254,8 @@ impl Observer {
     /// Whether the run was in equilibrium or in a steady state, from stationarity and the number of events.
     #[must_use]
     pub fn equilibrium(&self, stationarity: &[(&'static str, Stationarity)], counted: &EventCounts) -> Equilibrium {
-        let taken = 2 * (counted.physical() - counted.wall) - counted.core_static + counted.wall + counted.thermostat;
+        let alone = counted.wall + counted.exit;
+        let taken = 2 * (counted.physical() - alone) - counted.core_static + alone + counted.thermostat;
         let conditions = Conditions {
             dimensions: trunc_to_usize(self.applicable.dimensions),
             has_steady_state: self.applicable.has_steady_state,
@@ -368,15 +376,17 @@ impl Observer {
             Some((ensemble, means)) => means.values(&ensemble, moving).map(Some),
             None => [None; 4],
         };
-        Some((duration, of_all.into_iter().chain(pressures).chain(fluxes).chain(of_volume).collect()))
+        let rates = [counted.entry, counted.exit].map(|count| applicable.has_flow.then(|| count as f64 / duration));
+        Some((duration, of_all.into_iter().chain(pressures).chain(fluxes).chain(of_volume).chain(rates).collect()))
     }
 }
 
 fn upwards(scene: &Scene) -> Option<Vector> {
-    let sum: Vector = scene
-        .particles
-        .iter()
-        .map(|particle| &scene.species[particle.species.0 as usize])
+    let present = scene.particles.iter().map(|particle| particle.species);
+    let entering = scene.inlets.iter().flat_map(|inlet| inlet.composition.iter().map(|(species, _)| *species));
+    let sum: Vector = present
+        .chain(entering)
+        .map(|species| &scene.species[species.0 as usize])
         .filter(|species| !species.is_static())
         .map(|species| species.acceleration)
         .sum();

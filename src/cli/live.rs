@@ -53,6 +53,18 @@ impl Live {
                 format!("the scene {} has a barostat, but the box of a page has a constant size", scene.name());
             return Err(Failure::bad_input(message, Some("remove the barostat")));
         }
+        if scene.has_flow() {
+            let message = format!(
+                "particles enter or leave in the scene {}, but a page shows the same particles at all times",
+                scene.name()
+            );
+            return Err(Failure::bad_input(
+                message,
+                Some(
+                    "remove the inlets and outlets, or look at the pictures of a run: `carom run`, then `carom render`",
+                ),
+            ));
+        }
         let source = live::Source::of_file(&self.scene.scene, &borrowed(&self.scene.changes.all()))?;
         let module = self.module()?;
         let Some(engine) = live::Engine::of(&module) else {

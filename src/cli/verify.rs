@@ -281,8 +281,9 @@ impl Recorded {
             ("seed", scene.seed(), self.summary.seed),
             ("number of particles", scene.particles().len() as u64, self.summary.particles as u64),
         ];
-        let Some((what, of_scene, of_run)) = numbers.into_iter().find(|(_, of_scene, of_run)| of_scene != of_run)
-        else {
+        // The number of particles may have changed during the run.
+        let mut numbers = numbers.into_iter().take(if scene.has_flow() { 1 } else { 2 });
+        let Some((what, of_scene, of_run)) = numbers.find(|(_, of_scene, of_run)| of_scene != of_run) else {
             return Ok(());
         };
         let message =
@@ -357,7 +358,8 @@ fn words(certificate: &Certificate) -> String {
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
         End::Driven => {
-            "NOTHING PROVEN: the run has a thermostat, a barostat, growth, shear, a thermal wall or a thermal surface"
+            "NOTHING PROVEN: the run has a thermostat, a barostat, growth, shear, a thermal wall, a thermal surface, an inlet \
+             or an outlet"
                 .to_owned()
         }
         End::OpenStages => {
@@ -408,7 +410,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         End::Driven => {
             let help = "remove these features from the scene; moving surfaces and changing gravity can stay";
             Err(Failure::bad_input(
-                "only runs without thermostat, barostat, growth, shear and thermal walls or surfaces can be proven",
+                "only runs without thermostat, barostat, growth, shear, thermal walls or surfaces, inlets and outlets can be proven",
                 Some(help),
             ))
         }

@@ -22,6 +22,8 @@ pub struct Snapshot {
     /// Ids of the particles in ascending order. The other arrays have the same order. If particles have left, ids
     /// differ from indices: use [`Self::index`].
     pub ids: Vec<ParticleId>,
+    /// Species of the particles.
+    pub species: Vec<SpeciesId>,
     /// Positions `[length]`, `N x 3`. Along periodic axes, they are inside the box within round-off.
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
@@ -141,6 +143,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut snapshot = Snapshot {
             time: self.time(),
             ids: Vec::with_capacity(count),
+            species: Vec::with_capacity(count),
             positions: Vec::with_capacity(count),
             velocities: Vec::with_capacity(count),
             spins: Vec::with_capacity(self.state.spins.len()),
@@ -152,6 +155,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let Ok(()) = self.for_each_now(|particle| {
             snapshot.ids.push(particle.id);
+            snapshot.species.push(particle.species);
             snapshot.positions.push(particle.position);
             snapshot.velocities.push(particle.velocity);
             snapshot.images.push(particle.image);

@@ -8,7 +8,7 @@ use crate::engine::event::EventCountsBySpecies;
 /// Rate of one kind of event between two species, or between one species and walls or a thermostat.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// Kind of the events: `core`, `capture`, `release`, `bounce`, `bond`, `wall` or `thermostat`.
+    /// Kind of the events: `core`, `capture`, `release`, `bounce`, `bond`, `wall`, `thermostat`, `exit` or `entry`.
     pub kind: String,
     /// Names of the two species. Events with walls and thermostats have only one species.
     pub species: Vec<String>,
@@ -16,8 +16,8 @@ pub struct Rate {
     pub events: u64,
     /// Number of events per simulated time `[1 / time]`; `None` for a duration of zero.
     pub per_time: Option<f64>,
-    /// Number of events per particle and simulated time `[1 / time]`, for each species. `None` for static species. An
-    /// event between two particles of one species counts twice.
+    /// Number of events per particle and simulated time `[1 / time]`, for each species. `None` for static species, and
+    /// if particles enter or leave. An event between two particles of one species counts twice.
     pub per_particle: Vec<Option<f64>>,
 }
 
@@ -30,7 +30,8 @@ pub fn rates(simulation: &Simulation, counts: &EventCountsBySpecies, duration: f
         let taking_part = |id: &u32| species.iter().filter(|other| *other == id).count() as f64 * events as f64;
         let per_particle = |id: &u32| {
             let index = *id as usize;
-            by_time(taking_part(id) / numbers[index] as f64).filter(|_| !scene.species[index].is_static())
+            let is_counted = !scene.has_flow() && !scene.species[index].is_static();
+            by_time(taking_part(id) / numbers[index] as f64).filter(|_| is_counted)
         };
         Rate {
             kind: kind.name().to_owned(),
@@ -50,7 +51,8 @@ impl Rate {
         format!("{}, {}", self.kind, self.species.join(" and "))
     }
 
-    /// Describes the rates per particle, such as `0.57 per A, 0.11 per B`.
+    /// Describes the rates per particle, such as `0.57 per A, 0.11 per B`. Without such rates, gives the rate of all
+    /// events.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words: Vec<String> = Vec::new();
@@ -58,7 +60,10 @@ impl Rate {
             let word = rate.map(|rate| format!("{} per {species}", crate::base::text::digits(rate)));
             words.extend(word.filter(|word| !words.contains(word)));
         }
-        words.join(", ")
+        match self.per_time {
+            Some(rate) if words.is_empty() => crate::base::text::digits(rate),
+            _ => words.join(", "),
+        }
     }
 }
 

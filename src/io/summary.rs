@@ -17,7 +17,7 @@ pub use super::thermo::Column;
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_flows, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
-use crate::engine::Simulation;
+use crate::engine::{InletCounts, Simulation};
 use crate::model::{InputFile, Species, StagePlan, VolumeMoves};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
@@ -54,6 +54,9 @@ pub struct Summary {
     /// Volume moves of the barostat in the measurement; absent without a barostat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_moves: Option<VolumeMoves>,
+    /// What each inlet did in the whole run; absent without inlets.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inlets: Vec<InletSummary>,
     pub events: Events,
     pub energy: Energies,
     pub momentum: Momentum,
@@ -108,7 +111,7 @@ pub struct Period {
     pub duration: f64,
 }
 
-/// Event counts. `total` counts physical events: core, capture, release, bounce and wall.
+/// Event counts. `total` counts physical events: core, capture, release, bounce, wall and exit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `EventCounts`")]
 pub struct Events {
@@ -126,6 +129,36 @@ pub struct Events {
     pub in_invalid_state: u64,
     pub tc_contacts: u64,
     pub tc_altered: u64,
+    /// Particles that have left; `None` without an inlet or outlet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exit: Option<u64>,
+    /// Particles that have entered, which are not counted in `total`; `None` without an inlet or outlet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub entry: Option<u64>,
+}
+
+/// What an inlet did in the whole run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InletSummary {
+    /// Name of the inlet.
+    pub name: String,
+    /// Number of particles that have entered.
+    pub entered: u64,
+    /// Number of particles that were due but had not entered, because no place was free.
+    pub waiting: u64,
+    /// Number of times that a particle found no free place.
+    pub blocked: u64,
+}
+
+impl InletSummary {
+    fn of(simulation: &Simulation) -> Vec<Self> {
+        let names = simulation.scene().inlets().iter().map(|inlet| inlet.name.clone());
+        let of_one = |(name, counts): (String, InletCounts)| {
+            let InletCounts { entered, waiting, blocked, .. } = counts;
+            Self { name, entered, waiting, blocked }
+        };
+        names.zip(simulation.inlets()).map(of_one).collect()
+    }
 }
 
 /// Energies at the start and the end of the run, and the error of their balance.
@@ -225,7 +258,8 @@ impl Summary {
             system: Some(System::of(finished)),
             diameter_factor: simulation.scale(),
             volume_moves: finished.volume_moves,
-            events: events(&finished.measurement),
+            inlets: InletSummary::of(simulation),
+            events: events(&finished.measurement, scene.has_flow()),
             energy: Energies {
                 initial: audit.initial_energy,
                 r#final: audit.energy.total(),
@@ -273,7 +307,7 @@ impl StageSummary {
             measured: Period::of(&stage.measurement),
             diameter_factor: stage.diameter_factor,
             volume_moves: stage.volume_moves,
-            events: events(&stage.measurement),
+            events: events(&stage.measurement, simulation.scene().has_flow()),
             equilibrated: stage.equilibrium.clone(),
             observables: observables(&stage.observables, &stage.stationarity),
             published: published(&stage.observables, simulation, planned, scale),
@@ -341,7 +375,7 @@ fn published(
     published
 }
 
-fn events(measurement: &MeasurementPeriod) -> Events {
+fn events(measurement: &MeasurementPeriod, has_flow: bool) -> Events {
     let event_counts = &measurement.event_counts;
     Events {
         total: event_counts.physical(),
@@ -356,6 +390,8 @@ fn events(measurement: &MeasurementPeriod) -> Events {
         in_invalid_state: event_counts.in_invalid_state,
         tc_contacts: event_counts.tc_contacts,
         tc_altered: event_counts.tc_altered,
+        exit: has_flow.then_some(event_counts.exit),
+        entry: has_flow.then_some(event_counts.entry),
     }
 }
 

@@ -68,7 +68,7 @@ impl Columns {
         columns
     }
 
-    fn quantities(&self) -> [Quantity; 10] {
+    fn quantities(&self) -> [Quantity; 13] {
         let applicable = &self.applicable;
         [
             (applicable.has_temperature, "temperature", "energy", |row| row.temperature),
@@ -81,6 +81,9 @@ impl Columns {
             (applicable.has_core, "collision_rate", "1 / time", |row| row.collision_rate),
             (self.plan.has_barostat(), "volume", "length^D", |row| row.volume),
             (applicable.has_height(), "height", "length", |row| row.height),
+            (applicable.has_flow, "particles", "1", |row| Some(row.flow?[0] as f64)),
+            (applicable.has_flow, "entered", "1", |row| Some(row.flow?[1] as f64)),
+            (applicable.has_flow, "left", "1", |row| Some(row.flow?[2] as f64)),
         ]
     }
 

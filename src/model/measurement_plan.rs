@@ -37,6 +37,7 @@ pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 /// - `labels`: the name and the species, if there may be several instruments.
 /// - `at_one_time`: true if the instrument needs no events. An exchange requires this.
 /// - `any_volume`: true if the volume of the box may change. A barostat requires this.
+/// - `any_number`: true if particles may enter and leave. Inlets and outlets require this.
 ///
 /// The order is the order of the fields in checkpoints.
 macro_rules! with_instruments {
@@ -44,51 +45,51 @@ macro_rules! with_instruments {
         $with! {
             /// Pressure tensor, compressibility factor and rates of events.
             pressure_tensor = pressure_tensor: Option<PressureTensor> {
-                positive: [interval], bins: [], labels: [], at_one_time: false, any_volume: false
+                positive: [interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false
             }
             /// Radial distribution function of each pair of species.
             radial_distribution = radial_distribution: Option<RadialDistribution> {
-                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false
+                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false
             }
             /// Static structure factor.
             structure_factor = structure_factor: Option<StructureFactor> {
-                positive: [interval, largest], bins: [], labels: [], at_one_time: true, any_volume: false
+                positive: [interval, largest], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: false
             }
             /// Mean squared displacement, velocity autocorrelation and diffusion coefficient.
             diffusion = diffusion: Option<Diffusion> {
-                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false
+                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false
             }
             /// Shear and bulk viscosity and thermal conductivity.
             transport = transport: Option<Transport> {
-                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false
+                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false
             }
             /// Distributions of free paths and free times.
             free_paths = free_paths: Option<FreePaths> {
-                positive: [], bins: [bins], labels: [], at_one_time: false, any_volume: false
+                positive: [], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: false
             }
             /// Distributions of speeds in time windows.
             speeds = speeds: Option<Speeds> {
-                positive: [window, largest, interval], bins: [bins], labels: [], at_one_time: false, any_volume: true
+                positive: [window, largest, interval], bins: [bins], labels: [], at_one_time: false, any_volume: true, any_number: false
             }
             /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
             chains = chains: Option<Chains> {
-                positive: [interval], bins: [bins], labels: [], at_one_time: true, any_volume: true
+                positive: [interval], bins: [bins], labels: [], at_one_time: true, any_volume: true, any_number: false
             }
             /// Bond-orientational order.
             bond_order = bond_order: Option<BondOrder> {
-                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false
+                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false
             }
             /// Density, velocity and temperature on grids.
             profile = profiles: Vec<Profile> {
-                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false
+                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false, any_number: true
             }
             /// Flow of particles through planes.
             flow = flows: Vec<Flow> {
-                positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false
+                positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false, any_number: false
             }
             /// Forces on walls and other surfaces.
             surface_forces = surface_forces: Option<SurfaceForces> {
-                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false
+                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true
             }
         }
     };
@@ -101,6 +102,7 @@ pub(crate) struct InstrumentKind {
     pub key: &'static str,
     pub at_one_time: bool,
     pub any_volume: bool,
+    pub any_number: bool,
 }
 
 #[derive(Debug)]
@@ -115,8 +117,13 @@ pub(crate) struct Requested<'p> {
 }
 
 macro_rules! kind {
-    ($key:ident $at_one_time:literal $any_volume:literal) => {
-        InstrumentKind { key: stringify!($key), at_one_time: $at_one_time, any_volume: $any_volume }
+    ($key:ident $at_one_time:literal $any_volume:literal $any_number:literal) => {
+        InstrumentKind {
+            key: stringify!($key),
+            at_one_time: $at_one_time,
+            any_volume: $any_volume,
+            any_number: $any_number,
+        }
     };
 }
 
@@ -124,7 +131,7 @@ macro_rules! measurement_plan {
     ($(
         $(#[$doc:meta])* $key:ident = $field:ident: $container:ident<$settings:ident> {
             positive: [$($positive:ident),*], bins: [$($bins:ident)?], labels: [$($name:ident, $species:ident)?],
-            at_one_time: $at_one_time:literal, any_volume: $any_volume:literal
+            at_one_time: $at_one_time:literal, any_volume: $any_volume:literal, any_number: $any_number:literal
         }
     )*) => {
         /// Instruments of a scene; none by default.
@@ -136,7 +143,7 @@ macro_rules! measurement_plan {
         }
 
         impl InstrumentKind {
-            pub const ALL: &[Self] = &[$(kind!($key $at_one_time $any_volume)),*];
+            pub const ALL: &[Self] = &[$(kind!($key $at_one_time $any_volume $any_number)),*];
         }
 
         impl MeasurementPlan {
@@ -145,7 +152,7 @@ macro_rules! measurement_plan {
                 $(all.extend(self.$field.iter().enumerate().map(|(index, it)| {
                     let name = [$(it.$name.as_str())?].first().copied();
                     Requested {
-                        kind: kind!($key $at_one_time $any_volume),
+                        kind: kind!($key $at_one_time $any_volume $any_number),
                         index: name.map(|_| index),
                         name,
                         species: [$(&it.$species)?].first().copied().and_then(Option::as_ref),

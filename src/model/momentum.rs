@@ -21,6 +21,8 @@ pub enum Influence {
     Gravity,
     /// Static particles that interact with moving particles or are bonded to them.
     StaticParticles,
+    /// Particles that enter or leave.
+    Flow,
     /// An Andersen thermostat in the measurement, which gives individual particles new velocities.
     AndersenCollisions,
 }
@@ -51,6 +53,7 @@ impl Scene {
             (Influence::Surfaces, [!self.surfaces.is_empty(); 3]),
             (Influence::Gravity, std::array::from_fn(|k| self.accelerations().any(|a| a[k] != 0.0))),
             (Influence::StaticParticles, [self.meets_static_particles(); 3]),
+            (Influence::Flow, [self.has_flow(); 3]),
             (Influence::AndersenCollisions, redrawn),
         ];
         let flat = |k: usize| self.space.boundary[k] == Boundary::Flat;
@@ -131,6 +134,8 @@ impl Scene {
                 || self.surfaces.iter().any(|surface| surface.law.dissipates());
         let mut is_there = vec![false; self.species.len()];
         self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
+        let entering = self.inlets.iter().flat_map(|inlet| &inlet.composition);
+        entering.for_each(|(species, _)| is_there[species.0 as usize] = true);
         let moves = |species: usize| is_there[species] && !self.species[species].is_static();
         let loses = |id: InteractionId| self.interactions[id.0 as usize].law.dissipates();
         let loses_in_pairs =
@@ -140,7 +145,7 @@ impl Scene {
 
     fn is_heated_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let mut influences = self.influences_with(thermostat).into_iter();
-        let moves = self.shear_rate.is_some() || self.has_moving_surfaces();
+        let moves = self.shear_rate.is_some() || self.has_moving_surfaces() || !self.inlets.is_empty();
         thermostat.is_some() || moves || influences.any(|(what, _)| what == Influence::ThermalWalls)
     }
 

@@ -271,10 +271,14 @@ impl Scene {
     }
 
     /// Whether the scene has a thermostat, growing diameters, gravity in the run plan, a sheared box, a thermal wall,
-    /// or a thermal or moving surface.
+    /// a thermal or moving surface, an inlet or an outlet.
     #[must_use]
     pub fn is_driven(&self) -> bool {
-        self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls() || self.has_moving_surfaces()
+        self.run.is_driven()
+            || self.shear_rate.is_some()
+            || self.has_thermal_walls()
+            || self.has_moving_surfaces()
+            || self.has_flow()
     }
 
     /// Whether the particles have spins: a contact is rough, or a particle spins at the start.

@@ -102,6 +102,7 @@ impl SceneBuilder {
         plan::check_growth_fits(&scene)?;
         plan::settle_thermostats(&mut scene)?;
         barostat::check_barostats(&scene)?;
+        inlets::check_instruments(&scene)?;
         self.check_equilibrium(&scene)?;
         Ok(scene)
     }

@@ -4,6 +4,7 @@ mod barostat;
 mod estimate;
 mod exchange;
 mod facts;
+mod inlets;
 mod surfaces;
 
 pub use barostat::{barostat, volume_moves};
@@ -301,6 +302,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
+            Influence::Flow => Some("particles that enter or leave".to_owned()),
             // `redrawn` contains the axes of these collisions.
             Influence::AndersenCollisions => None,
         })

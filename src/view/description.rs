@@ -57,7 +57,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings.extend(shortened(scene));
     warnings.extend(few_digits(scene));
     let moving = scene.particles().iter().any(|particle| !scene.species()[particle.species.0 as usize].is_static());
-    if !moving {
+    if !moving && scene.inlets().is_empty() {
         warnings.push("nothing in the scene moves".to_owned());
     }
     let is_endless = scene.run().until_stationary && scene.run().equilibration == Until::default();

@@ -39,10 +39,20 @@ pub fn text(finished: &Finished) -> String {
     let rate = if seconds > 0.0 { event_counts.physical() as f64 / seconds } else { 0.0 };
     let measured = format!("a time of {}, {} events", digits(measurement.duration), event_counts.physical());
     lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
-    let EventCounts { core, capture, release, bounce, wall, transition, .. } = *event_counts;
+    let EventCounts { core, capture, release, bounce, wall, transition, exit, entry, .. } = *event_counts;
     let kinds = kinds([core, capture, release, bounce, wall], |count| count.to_string());
     if !kinds.is_empty() {
         lines.pair("events", &kinds);
+    }
+    if scene.has_flow() {
+        lines.pair("particles", &format!("{entry} entered, {exit} left"));
+    }
+    for (inlet, counts) in scene.inlets().iter().zip(simulation.inlets()) {
+        let waiting = match counts.waiting {
+            0 => String::new(),
+            waiting => format!(", and {waiting} wait for a free place: the inlet cannot keep its rate"),
+        };
+        lines.pair(&format!("inlet {}", inlet.name), &format!("{} entered in all{waiting}", counts.entered));
     }
     lines.pair("cell or list transitions", &transition.to_string());
     if let Some(reason) = finished.frames_limit {

@@ -40,6 +40,9 @@ EVENT_KINDS: tuple[str, ...] = (
     "wall -z",
     "wall +z",
     "thermostat",
+    "surface",
+    "exit",
+    "entry",
 )
 
 #: Type of an event in the arrays of :meth:`Simulation.events`.
@@ -464,8 +467,9 @@ class Simulation(State, Driven):
     def event_counts(self) -> dict[str, int]:
         """Number of events of each kind since the start.
 
-        The kinds are ``core``, ``capture``, ``release``, ``bounce``, ``wall``, ``thermostat`` and
-        ``transition``. Transitions are moves between cells and neighbour lists, and are not physical events.
+        The kinds are ``core``, ``capture``, ``release``, ``bounce``, ``wall``, ``thermostat``, ``exit``, ``entry``
+        and ``transition``. Contacts with surfaces count as ``wall``. Transitions are moves between cells and
+        neighbour lists, and are not physical events.
 
         Examples
         --------
@@ -663,6 +667,17 @@ class Simulation(State, Driven):
         return self._core.species()
 
     @property
+    def ids(self) -> NDArray[np.int64]:
+        """Ids of the particles, in the order of all arrays. Particles that enter have new ids.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).ids[:3].tolist()
+        [0, 1, 2]
+        """
+        return self._core.ids()
+
+    @property
     def captured_pairs(self) -> NDArray[np.int64]:
         """Pairs inside a well or another step of their potential, of shape ``(pairs, 3)``.
 
@@ -698,7 +713,7 @@ class Simulation(State, Driven):
             positions=core.positions(),
             velocities=core.velocities(),
             images=core.images(),
-            ids=fixed(np.arange(len(species), dtype=np.int64)),
+            ids=core.ids(),
             species=species,
             radii=fixed(0.5 * core.diameters()[species]),
             species_names=scene.species_names,
@@ -744,7 +759,7 @@ class Simulation(State, Driven):
         return self.frame().to_freud()
 
     def __len__(self) -> int:
-        return len(self._scene)
+        return self._core.count()
 
     def __repr__(self) -> str:
         scene = self._scene
@@ -754,7 +769,8 @@ class Simulation(State, Driven):
             now = "that has failed"
         except RuntimeError:
             now = "advancing in another thread"
-        return f"<Simulation of {scene.name} {now}: {len(scene)} particles>"
+        count = self._core.count() if now.startswith("at") else len(scene)
+        return f"<Simulation of {scene.name} {now}: {count} particles>"
 
     def _repr_html_(self) -> str:
         try:

@@ -8,7 +8,8 @@ use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{CurveAverage, Estimate};
-use crate::base::numbers::index;
+use crate::base::numbers::{id, index};
+use crate::model::SpeciesId;
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::MOST_CELLS;
 use crate::model::space::{Boundary, Space};
@@ -35,6 +36,9 @@ pub(super) struct Profile {
     lower: Vector,
     size: Vector,
     bins: [usize; 3],
+    /// The species that counts; `None` for all species.
+    species: Option<u32>,
+    /// Ids of the particles that count, if none enter or leave.
     ids: Vec<u32>,
     samples: u64,
     curve: CurveAverage,
@@ -46,8 +50,10 @@ impl Profile {
         let space = &system.space;
         let lower = plan.lower.map_or(space.lower, Vector::from);
         let upper = plan.upper.map_or(space.upper(), Vector::from);
-        let species = plan.species.as_ref().map(|name| system.species_names.iter().position(|other| other == name));
-        let counts = |&&id: &&u32| species.is_none_or(|species| species == Some(system.species[id as usize] as usize));
+        // An unknown species counts nothing. The reader of scenes rejects it.
+        let named = |name: &String| system.species_names.iter().position(|other| other == name).map_or(u32::MAX, id);
+        let species = plan.species.as_ref().map(named);
+        let counts = |&&id: &&u32| species.is_none_or(|species| species == system.species[id as usize]);
         let ids: Vec<u32> = system.moving.iter().filter(counts).copied().collect();
         let bins = affordable(plan.bins);
         Self {
@@ -57,9 +63,18 @@ impl Profile {
             size: upper - lower,
             curve: CurveAverage::new(bins.iter().product::<usize>() * ELEMENTS),
             bins,
+            species,
             ids,
             samples: 0,
         }
+    }
+
+    /// Returns the indices in a sample of the particles that count, if particles enter or leave.
+    fn present(&self, sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
+        let counts = |species: &SpeciesId| {
+            system.species_masses[species.0 as usize].is_finite() && self.species.is_none_or(|it| it == species.0)
+        };
+        (0..).zip(sample.species).filter(|(_, species)| counts(species)).map(|(index, _)| index).collect()
     }
 
     fn bins(&self, axis: usize) -> Bins {
@@ -115,9 +130,15 @@ impl Instrument for Profile {
             return;
         }
         let mut values = vec![0.0; self.curve.len()];
-        for &id in &self.ids {
+        let present = if system.has_flow { self.present(sample, system) } else { Vec::new() };
+        for &id in if system.has_flow { &present } else { &self.ids } {
             let Some(cell) = self.cell_of(&sample.positions[id as usize], &system.space) else { continue };
-            let (mass, velocity) = (system.masses[id as usize], sample.velocities[id as usize]);
+            let mass = if system.has_flow {
+                system.species_masses[sample.species[id as usize].0 as usize]
+            } else {
+                system.masses[id as usize]
+            };
+            let velocity = sample.velocities[id as usize];
             let momentum = mass * velocity;
             let streaming = system.streaming_velocity(&sample.positions[id as usize]);
             let peculiar = velocity - streaming;
@@ -211,7 +232,7 @@ impl Profile {
             standard_error: error(&[(first + 2 + k, 1.0 / mass), (first + 1, -flow[k] / mass)]),
         };
         let samples = self.samples as f64;
-        let shared = conserved * mass / system.moving_mass();
+        let shared = if conserved > 0.0 { conserved * mass / system.moving_mass() } else { 0.0 };
         let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
         let temperature = mean(5).and_then(|square| {
             // Round-off may make this difference slightly negative if all velocities are equal.

@@ -5,15 +5,16 @@ use crate::analysis::observables::ApplicableObservables;
 use crate::base::numbers::id;
 use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
-use crate::model::SurfaceShape;
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{Bond, ContactLaw, InteractionId, ParticleId, Scene, SpeciesPairs};
+use crate::model::{Bond, ContactLaw, InteractionId, ParticleId, Scene, SpeciesId, SpeciesPairs, SurfaceLaw};
+use crate::model::{SceneSurface, SurfaceShape};
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
 /// Description of the simulated system, constant during a measurement.
 ///
-/// Lists over particles are in the order of the ids.
+/// Lists over particles are in the order of the ids. If particles enter or leave, the lists contain the particles at
+/// the start of the measurement. The particles of a [`Sample`] then have other indices.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct SystemDescription {
@@ -31,6 +32,10 @@ pub struct SystemDescription {
     pub crowding: Vec<f64>,
     /// Ids of the moving particles, ascending.
     pub moving: Vec<u32>,
+    /// Mass of each species `[mass]`; infinite for static species.
+    pub species_masses: Vec<f64>,
+    /// Whether particles enter or leave.
+    pub has_flow: bool,
     /// For each pair of species with hard cores, the contact distance of the cores `[length]`.
     pub cores: SpeciesPairs<f64>,
     /// For each pair of species with hard cores, the smallest distance outside the core at which their potential, or
@@ -62,7 +67,7 @@ pub struct SystemDescription {
     pub seed: u64,
 }
 
-/// A wall or another surface.
+/// A wall or another surface that is no outlet.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DescribedSurface {
@@ -95,6 +100,8 @@ fn described(scene: &Scene) -> Vec<DescribedSurface> {
         let area = area.filter(|_| scene.space.dimensions() == 3);
         DescribedSurface { number, name: surface.name.clone(), area }
     });
+    let is_outlet = |(_, surface): &(DescribedSurface, &SceneSurface)| surface.law == SurfaceLaw::Outlet;
+    let others = others.zip(&scene.surfaces).filter(|it| !is_outlet(it)).map(|(described, _)| described);
     walls.chain(others).collect()
 }
 
@@ -141,6 +148,8 @@ impl SystemDescription {
             moving: (0..).zip(&masses).filter(|(_, mass)| mass.is_finite()).map(|(id, _)| id).collect(),
             species,
             masses,
+            species_masses: scene.species.iter().map(|species| species.mass).collect(),
+            has_flow: scene.has_flow(),
             cores: scene.table.map(|id| potential(&id).core()),
             steps_outside_cores,
             surfaces: described(scene),
@@ -249,6 +258,8 @@ impl SystemDescription {
             species: vec![0; count as usize],
             masses: vec![1.0; count as usize],
             moving: (0..count).collect(),
+            species_masses: vec![1.0],
+            has_flow: false,
             cores: SpeciesPairs::new(1),
             steps_outside_cores: SpeciesPairs::new(1),
             bonds: Vec::new(),
@@ -287,6 +298,8 @@ pub struct Sample<'a> {
     pub time: f64,
     /// Ids of the particles, ascending. They differ from indices if particles have left.
     pub ids: &'a [ParticleId],
+    /// Species of the particles.
+    pub species: &'a [SpeciesId],
     /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
     pub positions: &'a [Vector],
     /// Velocities `[length / time]`, `N x 3`.
@@ -306,6 +319,7 @@ impl<'a> Sample<'a> {
         Self {
             time: snapshot.time,
             ids: &snapshot.ids,
+            species: &snapshot.species,
             positions: &snapshot.positions,
             velocities: &snapshot.velocities,
             spins: &snapshot.spins,

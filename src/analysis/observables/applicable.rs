@@ -8,6 +8,7 @@ use crate::engine::{Energy, Simulation};
 use crate::model::potential::Potential;
 use crate::model::{Barostat, Scene, Thermostat};
 use serde::{Deserialize, Serialize};
+use std::convert::Infallible;
 
 /// The observables that are defined for a scene, and the constants in their formulas.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +43,8 @@ pub struct ApplicableObservables {
     pub(super) heated_axis: Option<usize>,
     /// Whether the fluid is homogeneous: periodic, without gravity and static particles.
     pub is_homogeneous: bool,
+    /// Whether particles enter or leave. Quantities per particle are then undefined.
+    pub has_flow: bool,
     /// Whether some pair has a hard core.
     pub has_core: bool,
     /// Whether some pair can have a potential energy.
@@ -61,7 +64,7 @@ pub struct ApplicableObservables {
     is_sheared: bool,
     total_mass: f64,
     up: Option<Vector>,
-    is_moving: Vec<bool>,
+    /// Mass of each species; 0 for static species.
     masses: Vec<f64>,
     periods: Vector,
     regions: Regions,
@@ -77,12 +80,12 @@ impl ApplicableObservables {
         let moving = all.clone().filter(|&index| is_moving(index)).count();
         let mass = |index: usize| if is_moving(index) { species_of(index).mass } else { 0.0 };
         let up = super::upwards(scene);
-        let listed = if up.is_none() && scene.output.regions.is_empty() { 0..0 } else { all.clone() };
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_surfaces = !scene.surfaces.is_empty();
         let has_walls = (0..3).any(|axis| scene.space.walls(axis) > 0);
         let is_alone = !is_accelerated && !has_walls && !has_surfaces && moving == scene.particles.len();
-        let has_temperature = !is_accelerated && moving >= 2;
+        let has_flow = scene.has_flow();
+        let has_temperature = !is_accelerated && moving >= 2 && !has_flow;
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
         let has_static = moving < scene.particles.len();
@@ -99,11 +102,11 @@ impl ApplicableObservables {
             conserved_axes: [false; 3],
             conserves_momentum: false,
             has_temperature,
-            has_spins: moving > 0 && scene.has_spins(),
+            has_spins: (moving > 0 || has_flow) && scene.has_spins(),
             conserves_temperature: false,
             has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
             walled_axes,
-            pressed_walls: if moving >= 2 && !has_static && !has_surfaces && has_room {
+            pressed_walls: if moving >= 2 && !has_flow && !has_static && !has_surfaces && has_room {
                 walls::pressed(&scene.space)
             } else {
                 [[false; 2]; 3]
@@ -112,8 +115,11 @@ impl ApplicableObservables {
             balanced_axis: None,
             heated_axis: None,
             is_homogeneous,
-            has_core: moving > 0 && any(|potential| potential.core().is_some()),
-            has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
+            has_flow,
+            has_core: moving > 0 && !has_flow && any(|potential| potential.core().is_some()),
+            has_wells: moving > 0
+                && !has_flow
+                && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),
             has_steady_state: true,
             only_exchanges_velocities: false,
@@ -123,8 +129,7 @@ impl ApplicableObservables {
             is_sheared: scene.shear_rate.is_some(),
             total_mass: all.map(mass).sum(),
             up,
-            is_moving: listed.clone().map(is_moving).collect(),
-            masses: listed.map(mass).collect(),
+            masses: scene.species.iter().map(|it| if it.is_static() { 0.0 } else { it.mass }).collect(),
             periods: scene.space.periods(),
             regions: Regions::of(scene.output.regions.clone()),
         };
@@ -235,21 +240,22 @@ impl ApplicableObservables {
         if self.up.is_none() && self.regions.is_empty() {
             return (None, Vec::new());
         }
-        let snapshot = simulation.snapshot();
-        let height = self.up.map(|up| {
-            let moments = snapshot.positions.iter().zip(&snapshot.images).zip(&self.masses);
-            let moment: f64 = moments
-                .filter(|(_, mass)| **mass > 0.0)
-                .map(|((position, image), mass)| {
-                    let travelled =
-                        Vector::from_fn(|k, _| if image[k] == 0 { 0.0 } else { f64::from(image[k]) * self.periods[k] });
-                    mass * up.dot(&(position + travelled))
-                })
-                .sum();
-            moment / self.total_mass
+        let (mut moment, mut mass, mut moving) = (0.0, 0.0, Vec::new());
+        let up = self.up.unwrap_or_default();
+        let Ok(()) = simulation.for_each_now(|particle| {
+            let own = self.masses[particle.species.0 as usize];
+            if own > 0.0 {
+                let image = particle.image;
+                let travelled =
+                    Vector::from_fn(|k, _| if image[k] == 0 { 0.0 } else { f64::from(image[k]) * self.periods[k] });
+                moment += own * up.dot(&(particle.position + travelled));
+                mass += own;
+                moving.push(particle.position);
+            }
+            Ok::<(), Infallible>(())
         });
-        let moving = snapshot.positions.iter().zip(&self.is_moving).filter(|(_, moves)| **moves);
-        (height, self.regions.count(moving.map(|(position, _)| position)))
+        let height = self.up.filter(|_| mass > 0.0).map(|_| moment / mass);
+        (height, self.regions.count(moving.iter()))
     }
 }
 

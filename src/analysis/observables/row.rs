@@ -28,4 +28,7 @@ pub struct Row {
     pub height: Option<f64>,
     /// Number of moving particles in each region of the scene.
     pub counts: Vec<usize>,
+    /// Current number of particles, and the numbers that have entered and left since the start. `None` without an inlet
+    /// or outlet.
+    pub flow: Option<[u64; 3]>,
 }

@@ -6,7 +6,7 @@ use std::io::Write;
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
 use crate::engine::{ParticleNow, Simulation, Snapshot};
-use crate::model::{ParticleId, Scene, SpeciesId};
+use crate::model::Scene;
 use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
 use crate::trajectory::frame::{Frame, FrameParticle};
 
@@ -17,44 +17,28 @@ const SPIN: [&str; 3] = ["omegax", "omegay", "omegaz"];
 pub(crate) struct Frames {
     /// A frame without particles, whose time and other variable fields are set before each write.
     frame: Frame,
-    count: usize,
     /// Radius of each species; 0 for species without particles.
     radii: Vec<f64>,
-    /// Species of each particle. A single entry if all particles have the same species.
-    species: Vec<SpeciesId>,
 }
 
 impl Frames {
     pub fn of(scene: &Scene) -> Self {
         let diameters: Vec<f64> = scene.species.iter().map(|species| species.diameter).collect();
-        Self::with(scene, &diameters, scene.particles.iter().map(|particle| particle.species).collect())
+        let mut population = vec![0; scene.species.len()];
+        scene.particles.iter().for_each(|particle| population[particle.species.0 as usize] += 1);
+        Self::with(scene, &diameters, population)
     }
 
     pub fn of_simulation(simulation: &Simulation) -> Self {
-        let mut species = Vec::new();
-        let Ok(()) = simulation.for_each_now(|particle| {
-            species.push(particle.species);
-            Ok::<(), Infallible>(())
-        });
-        Self::with(simulation.scene(), simulation.first_diameters(), species)
+        Self::with(simulation.scene(), simulation.first_diameters(), simulation.population())
     }
 
-    fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>) -> Self {
-        let mut radii = vec![0.0; scene.species.len()];
-        for id in &species {
-            let species = id.0 as usize;
-            radii[species] = 0.5 * diameters[species];
-        }
-        let count = species.len();
-        if species.iter().all(|other| Some(other) == species.first()) {
-            species.truncate(1);
-        }
-        species.shrink_to_fit();
-        Self { frame: Frame::without_particles(scene), count, radii, species }
-    }
-
-    pub fn count(&self) -> usize {
-        self.count
+    fn with(scene: &Scene, diameters: &[f64], mut population: Vec<usize>) -> Self {
+        let entering = scene.inlets.iter().flat_map(|inlet| &inlet.composition);
+        entering.for_each(|(species, _)| population[species.0 as usize] += 1);
+        let radius = |(diameter, count): (&f64, usize)| if count > 0 { 0.5 * diameter } else { 0.0 };
+        let radii = diameters.iter().zip(population).map(radius).collect();
+        Self { frame: Frame::without_particles(scene), radii }
     }
 
     pub fn write(&mut self, output: impl Write, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), WriteError> {
@@ -62,19 +46,12 @@ impl Frames {
         self.frame.size = snapshot.size;
         self.frame.surfaces.clone_from(&snapshot.surfaces);
         self.frame.scalars = [of_spins(&snapshot.spins), scalars].concat();
-        let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(snapshot.scale))?;
-        let states = snapshot.positions.iter().zip(&snapshot.velocities).zip(&snapshot.images);
-        for (id, ((position, velocity), image)) in (0..).zip(states) {
-            let spin = snapshot.spins.get(id as usize).copied().unwrap_or_default();
-            let species = self.species.get(id as usize).or(self.species.first()).copied().unwrap_or(SpeciesId(0));
-            let now = ParticleNow {
-                id: ParticleId(id),
-                species,
-                position: *position,
-                velocity: *velocity,
-                spin,
-                image: *image,
-            };
+        let heading = self.heading(snapshot.ids.len(), snapshot.scale);
+        let mut writer = FrameWriter::begin(output, &self.frame, &heading)?;
+        for (k, (&id, &species)) in snapshot.ids.iter().zip(&snapshot.species).enumerate() {
+            let (position, velocity, image) = (snapshot.positions[k], snapshot.velocities[k], snapshot.images[k]);
+            let spin = snapshot.spins.get(k).copied().unwrap_or_default();
+            let now = ParticleNow { id, species, position, velocity, spin, image };
             self.add(&mut writer, &now, snapshot.scale)?;
         }
         writer.end()
@@ -93,7 +70,8 @@ impl Frames {
         }
         self.frame.scalars = of_spins(&spins);
         let scale = simulation.scale();
-        let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(scale))?;
+        let count = simulation.population().iter().sum();
+        let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(count, scale))?;
         simulation.for_each_now(|particle| self.add(&mut writer, &particle, scale))?;
         writer.end()
     }
@@ -104,9 +82,9 @@ impl Frames {
         writer.particle(&FrameParticle { id, species, position, velocity, radius }, Some(&image))
     }
 
-    fn heading(&self, scale: f64) -> Heading {
+    fn heading(&self, count: usize, scale: f64) -> Heading {
         let thickness = Frame::thickness_for(self.radii.iter().map(|radius| radius * scale));
-        Heading { count: self.count, has_images: true, has_masses: true, thickness }
+        Heading { count, has_images: true, has_masses: true, thickness }
     }
 }
 

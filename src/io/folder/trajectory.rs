@@ -66,7 +66,7 @@ impl Trajectory {
     /// at once, its error is returned, too.
     pub fn add_now(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
         let mut desk = self.settled()?;
-        if desk.frames.count() < LEAST {
+        if simulation.population().iter().sum::<usize>() < LEAST {
             let Desk { file, frames, .. } = &mut *desk;
             let written = frames.write_now(file.writer(), simulation);
             return desk.end(written);

@@ -2,8 +2,9 @@
 
 use crate::Vector;
 use crate::model::limits::MOST_PARTICLES;
+use crate::model::measurement_plan::InstrumentKind;
 use crate::model::space::Space;
-use crate::model::{Inlet, Species};
+use crate::model::{Inlet, Scene, Species};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -124,4 +125,19 @@ fn check_composition(inlet: &Inlet, species: &[Species], at: &ConfigPath) -> Res
         }
     }
     Ok(())
+}
+
+/// Rejects instruments that need the same particles at all times.
+pub(super) fn check_instruments(scene: &Scene) -> Result<(), SceneError> {
+    let other = scene.measure.requested().find(|it| !it.kind.any_number);
+    match other.filter(|_| scene.has_flow()) {
+        Some(it) => {
+            let expected = format!(
+                "to be absent if particles enter or leave, which allows only {}",
+                InstrumentKind::listed(|kind| kind.any_number)
+            );
+            refuse(ConfigPath::root().key("measure").key(it.kind.key), "given", expected)
+        }
+        None => Ok(()),
+    }
 }

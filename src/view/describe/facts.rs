@@ -1,7 +1,8 @@
 //! Facts of a scene, for `carom check` and the page of the run.
 
 use super::{
-    barostat, counts, equilibration, exchange, interactions, population, space, stage, start, surfaces, thermostat,
+    barostat, counts, equilibration, exchange, inlets, interactions, population, space, stage, start, surfaces,
+    thermostat,
 };
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
@@ -22,7 +23,7 @@ pub struct Fact {
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
     let equilibrates = run.until_stationary || run.equilibration != Until::default();
-    let all: [(&'static str, Vec<String>); 15] = [
+    let all: [(&'static str, Vec<String>); 16] = [
         ("start", start(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),
         ("species", scene.species.iter().zip(counts(scene)).map(species).collect()),
@@ -30,6 +31,7 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("interactions", interactions(scene)),
         ("meshes", scene.static_surfaces.iter().map(surface).collect()),
         ("surfaces", scene.surfaces.iter().map(|surface| surfaces::surface(scene, surface)).collect()),
+        ("inlets", scene.inlets.iter().map(|inlet| inlets::inlet(scene, inlet)).collect()),
         ("TC model", scene.contact_time.map(contact_time).into_iter().collect()),
         ("shear", scene.shear_rate.map(shear).into_iter().collect()),
         ("stages", run.stages.iter().map(stage).collect()),

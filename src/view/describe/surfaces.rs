@@ -76,8 +76,10 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     for surface in &scene.surfaces {
         let SurfaceShape::Mesh(mesh) = &surface.shape else { continue };
         let report = MeshReport::of(mesh);
-        let meeting = scene.particles.iter().filter(|particle| surface.meets(particle.species));
-        let diameters = meeting.map(|particle| scene.species[particle.species.0 as usize].diameter);
+        let present = scene.particles.iter().map(|particle| particle.species);
+        let entering = scene.inlets.iter().flat_map(|inlet| inlet.composition.iter().map(|(species, _)| *species));
+        let meeting = present.chain(entering).filter(|species| surface.meets(*species));
+        let diameters = meeting.map(|species| scene.species[species.0 as usize].diameter);
         lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
         // An open rim is not a fault. For example, funnels have one.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));

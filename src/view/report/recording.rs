@@ -150,6 +150,9 @@ impl Recording {
 /// Reads a trajectory for the player. The scene provides gravity and the ranges of wells. The error is the reason why
 /// there is no player.
 pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
+    if scene.is_some_and(Scene::has_flow) {
+        return Err("particles enter or leave, and the player shows the same particles at all times".to_owned());
+    }
     let mut notes = Vec::new();
     let mut recorder: Option<Recorder> = None;
     for (index, frame) in FrameReader::new(input).enumerate() {

@@ -251,6 +251,11 @@ fn scene_of(request: &Value) -> Result<Scene, Value> {
             "the scene has a barostat, but the box of a page has a constant size: remove the barostat",
         ));
     }
+    if scene.has_flow() {
+        return Err(failure(
+            "particles enter or leave, but a page shows the same particles at all times: remove the inlets and outlets",
+        ));
+    }
     Ok(scene)
 }
 
