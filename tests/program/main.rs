@@ -8,6 +8,7 @@ mod exchange;
 mod exchange_results;
 mod exchange_resumed;
 mod files;
+mod flow;
 mod inputs;
 mod kept;
 mod links;

@@ -5,7 +5,7 @@ use std::process::{Child, Command, Output, Stdio};
 use super::files::files;
 
 /// Scenes for every kind of engine and driving, with numbers of events.
-pub const SCENES: [(&str, &str); 9] = [
+pub const SCENES: [(&str, &str); 10] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
     ("pendulum", "400000"),
@@ -15,6 +15,7 @@ pub const SCENES: [(&str, &str); 9] = [
     ("grown", "100000"),
     ("sheared", "60000"),
     ("isobaric", "60000"),
+    ("circulating_silo", "60000"),
 ];
 
 pub const GROWN: &str = r#"

@@ -162,3 +162,60 @@ fn grains_wait_for_a_place_and_the_inlet_catches_up() {
     late.advance(Until::time(20.0)).unwrap();
     assert_eq!(late.event_counts().entry, 3);
 }
+
+#[test]
+fn spins_and_moving_outlets_are_in_the_ledger() {
+    let toml = "
+        seed = 3
+        space = { size = [8.0, 8.0, 40.0], x = 'walls', y = 'walls', z = 'open' }
+        dynamics = { gravity = [0.0, 0.1, -1.0], contact_time = 1e-4 }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.0 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.8, friction = 0.4 }]
+        surface = [
+            { name = 'drain', shape = 'disc', centre = [4.0, 4.0, 2.0], axis = [0.0, 0.0, 1.0], radius = 9.0, outlet = true,
+              motion = [{ kind = 'oscillation', amplitude = [0.0, 0.0, 1.0], frequency = 0.3 }] },
+            { name = 'ball', shape = 'sphere', centre = [4.0, 3.0, 12.0], radius = 2.0, friction = 0.5 },
+        ]
+        inlet = [{ species = 'grain', region = { shape = 'sphere', centre = [4.0, 4.0, 30.0], radius = 3.0 }, rate = 5.0 }]
+        run = { until_time = 40 }";
+    let mut simulation = Simulation::new(Scene::from_toml(toml, "rough.toml").unwrap()).unwrap();
+    let (mut spin, mut brought) = (Vector::zeros(), Vector::zeros());
+    let mut see = |event: &Event| {
+        if event.kind == EventKind::Exit {
+            spin += event.torques[0];
+            brought += event.impulse - event.after[0] * 1.3 + event.before[0] * 1.3;
+        }
+    };
+    simulation.advance_with(Until::time(40.0), &mut see).unwrap();
+    let (energy, counts) = (simulation.energy(), simulation.event_counts());
+    let balance = energy.total() + counts.dissipated.total() - counts.supplied.total();
+    assert!(balance.abs() < 1e-11 * counts.supplied.total().abs(), "{balance}");
+    assert!(counts.exit > 100 && energy.rotational > 0.0 && spin.norm() > 0.0, "{counts:?}");
+    assert!(brought.norm() < 1e-9, "each impulse is the momentum that leaves: {brought}");
+    assert_eq!(simulation.unsound_index(), None);
+}
+
+#[test]
+fn bath_acts_on_the_particles_that_are_there() {
+    let toml = "
+        space = { size = [20.0, 20.0, 20.0], x = 'walls', y = 'walls', z = 'walls' }
+        species = [{ name = 'atom', mass = 1.3, diameter = 0.2 }]
+        interaction = [{ species = ['atom', 'atom'], potential = 'hard-sphere' }]
+        surface = [{ shape = 'sphere', centre = [10.0, 10.0, 10.0], radius = 3.0, outlet = true }]
+        inlet = [{ species = 'atom', region = { lower = [0.0, 0.0, 0.0], upper = [4.0, 20.0, 20.0] }, rate = 40.0, keep = 100 }]
+        run = { until_time = 400, thermostat = { kind = 'andersen', temperature = 1.0, rate = 0.5 } }";
+    let scene = Scene::from_toml(toml, "sink.toml").unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
+    simulation.advance(Until::time(40.0)).unwrap();
+    let before = simulation.event_counts().thermostat;
+    let mut present = 0.0;
+    for k in 0..360 {
+        simulation.advance(Until::time(40.0 + f64::from(k))).unwrap();
+        present += simulation.snapshot().ids.len() as f64 / 360.0;
+    }
+    let counts = simulation.event_counts();
+    // The number of collisions is that of a Poisson process with the mean 0.5 N t, in a time of 359.
+    let (found, expected) = ((counts.thermostat - before) as f64, 0.5 * present * 359.0);
+    assert!((found - expected).abs() < 5.0 * expected.sqrt(), "{found} {expected}");
+    assert!(counts.exit > 500 && present > 90.0, "{counts:?} {present}");
+}
