@@ -25,7 +25,8 @@ impl Simulation {
             if matches!(thermostat, Thermostat::Rescaling { .. }) {
                 return Err(ThermostatError::Rescaling);
             }
-            thermostat.settled(&self.scene.space, self.moving(), self.choice.is_falling)?;
+            let moving = self.moving() + self.scene.inlets.len();
+            thermostat.settled(&self.scene.space, moving, self.choice.is_falling)?;
         }
         self.set_planned_thermostat(thermostat, self.stream_seed(), stage);
         Ok(())

@@ -416,6 +416,7 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(BAROSTAT, NO_THERMOSTAT, "without a thermostat", ANDERSEN, OF_MOVES),
     row(BAROSTAT, INLET, "", ABSENT, "its ensemble has a constant number of particles"),
     row(FLOW, BONDS, "with bonds", ABSENT, "a bonded particle cannot leave alone"),
+    row(FLOW, RESCALING, "with a thermostat that scales velocities", ABSENT, "the temperature of a flow is not measured"),
     row(FLOW, INVALID_START, "with allow_invalid_start", ABSENT, "particles enter only where they overlap nothing"),
     row(COUNTS, BAROSTAT, "", ABSENT, "regions do not scale with the box"),
     row(PRESSURE_TENSOR, OPEN, "in an open box", "no pressure_tensor, or a box that is periodic or has walls", "an open one has no volume to divide by. thermo.csv has the number of events in each row"),

@@ -57,7 +57,7 @@ impl Andersen {
     }
 
     fn wait(&mut self) {
-        self.next += self.random.exponential() / self.rate;
+        self.next += if self.rate > 0.0 { self.random.exponential() / self.rate } else { f64::INFINITY };
     }
 
     /// Draws the next collision and the time of the following collision. The loop ends, because a particle is mobile.
@@ -98,11 +98,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         observe: &mut Observe<'_>,
     ) -> Result<(Repredict, ControlFlow<()>), InvariantBroken> {
+        // Only particles that are there are drawn.
+        self.close_gaps();
         let Some(collision) = self.draw_collision() else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = collision.time;
-        self.close_gaps();
         // Ids do not depend on the order in memory.
         let particle = self.state.numbers[collision.id];
         let flow = self.collide(particle, &collision, observe);
@@ -155,7 +156,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             axes: std::array::from_fn(|axis| bath.axes[axis] && boundary[axis] != Boundary::Flat),
             ..bath
         });
-        let bath = bath.filter(|bath| moving > 0 && bath.axes.contains(&true));
+        let may_act = moving > 0 || self.sources.inlets.is_some();
+        let bath = bath.filter(|bath| may_act && bath.axes.contains(&true));
         self.sources.andersen = bath.map(|bath| Andersen::new(seed, stage, self.clock.now, moving, bath));
         self.schedule_global();
     }

@@ -174,7 +174,9 @@ pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
 /// Adapts thermostats to the particles and the box. For example, removes flat axes from a heat bath.
 pub(super) fn settle_thermostats(scene: &mut Scene) -> Result<(), SceneError> {
     let is_moving = |species: SpeciesId| !scene.species[species.0 as usize].is_static();
-    let moving = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
+    let present = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
+    // Particles that enter move.
+    let moving = present + scene.inlets.len();
     let is_accelerated = scene.accelerations().any(|acceleration| acceleration != Vector::zeros());
     let space = &scene.space;
     let in_stages = scene.run.stages.iter_mut().enumerate();

@@ -217,5 +217,5 @@ fn bath_acts_on_the_particles_that_are_there() {
     // The number of collisions is that of a Poisson process with the mean 0.5 N t, in a time of 359.
     let (found, expected) = ((counts.thermostat - before) as f64, 0.5 * present * 359.0);
     assert!((found - expected).abs() < 5.0 * expected.sqrt(), "{found} {expected}");
-    assert!(counts.exit > 500 && present > 90.0, "{counts:?} {present}");
+    assert!(counts.exit > 100 && present > 90.0, "{} {present}", counts.exit);
 }
