@@ -32,6 +32,7 @@ mod images;
 mod indices;
 mod ledger;
 mod look_ahead;
+mod marks;
 mod neighbours;
 mod observe;
 mod order;

@@ -6,6 +6,7 @@ mod part;
 pub(super) mod records;
 
 use super::images::travelled::Travelled;
+use super::marks::Marks;
 use super::neighbours::Neighbours;
 use super::neighbours::cells::NO_PARTICLE;
 use super::pairs::contacts::ContactTimes;
@@ -15,7 +16,6 @@ use super::prediction::{FIRST_ABSENT, Prediction, absent};
 use super::sources::surface::SurfaceRandom;
 use super::state::Body;
 use crate::Vector;
-use crate::engine::domains::Marks;
 use rayon::prelude::*;
 use records::Record;
 

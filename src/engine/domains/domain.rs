@@ -3,7 +3,6 @@
 
 use super::exchange::Step;
 use super::log::Log;
-use super::marks::Marks;
 use super::outcome::{Outcome, Tally};
 use super::regions::Regions;
 use crate::base::numbers::id;
@@ -11,6 +10,7 @@ use crate::engine::clock::Moved;
 use crate::engine::columns::Order;
 use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
+use crate::engine::marks::Marks;
 use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::{Due, absent};
 use crate::engine::sources::andersen::Collision;

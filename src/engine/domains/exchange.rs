@@ -1,11 +1,11 @@
 //! Compares the domains after a window, and updates copies that differ.
 
 use super::domain::{Domain, Held, Touched};
-use super::marks::Marks;
 use super::regions::Regions;
 use crate::base::numbers::id;
 use crate::engine::columns::records::Record;
 use crate::engine::hardware::prefetch::prefetch;
+use crate::engine::marks::Marks;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{absent, id_of};
