@@ -120,6 +120,12 @@ fn mixture(count: u64) -> Outcome<Scene> {
     Ok(scene.build()?)
 }
 
+const SYSTEMS: &str = "a packing fraction, `wells` or `mixture`";
+
+fn unknown(argument: &str, expected: &str) -> Box<dyn Error> {
+    format!("unknown argument `{argument}`: expected {expected}").into()
+}
+
 fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
     const MANY: u64 = 1_000_000;
     const FEWER: u64 = 100_000;
@@ -138,16 +144,24 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
             ];
             dense.into_iter().chain(others).collect()
         }
-        [count, system, ..] => {
-            let count = count.parse()?;
-            let domains = if arguments.len() > 2 { CORES } else { &[] };
-            vec![match system.as_str() {
-                "wells" => System::new("square wells, density 0.5", count, domains, wells),
-                "mixture" => System::new("two sizes, dissipative", count, domains, mixture),
-                phi => of_spheres(count, phi.parse()?, domains),
+        [count, rest @ ..] => {
+            let count = count.parse().map_err(|_| unknown(count, "a number of particles"))?;
+            let Some((system, rest)) = rest.split_first() else {
+                return Err(format!("expected {SYSTEMS} after the number of particles").into());
+            };
+            let domains = match rest {
+                [] => &[],
+                [more] if more == "more" => CORES,
+                [more] => return Err(unknown(more, "`more` or nothing")),
+                [_, further, ..] => return Err(unknown(further, "at most three arguments")),
+            };
+            vec![match (system.as_str(), system.parse()) {
+                ("wells", _) => System::new("square wells, density 0.5", count, domains, wells),
+                ("mixture", _) => System::new("two sizes, dissipative", count, domains, mixture),
+                (_, Ok(phi)) => of_spheres(count, phi, domains),
+                _ => return Err(unknown(system, SYSTEMS)),
             }]
         }
-        _ => return Err("expected a number of particles and a packing fraction, `wells` or `mixture`".into()),
     };
     Ok(chosen)
 }
@@ -304,7 +318,8 @@ fn execute(arguments: &[String]) -> Outcome {
 }
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
+    // Cargo adds `--bench`.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     match execute(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
