@@ -2,17 +2,17 @@
 
 use super::*;
 use crate::Vector;
-use crate::engine::Snapshot;
 use crate::engine::columns::tests::{mixture, spheres};
 use crate::engine::communicator::tests::in_processes;
 use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{Prediction, absent, id_of};
 use crate::engine::sources::andersen::Bath;
+use crate::engine::{Search, Snapshot};
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{RunPlan, Scene, Thermostat};
-use crate::scene::{Arrangement, Chain, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
+use crate::scene::{Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
 fn begun<const FALLING: bool, const TABLE: bool>(scene: &Scene) -> Engine<FALLING, TABLE> {
@@ -82,8 +82,36 @@ fn compare_with<const FALLING: bool, const TABLE: bool>(
     assert_eq!(other.counts.transitions_at_event, engine.counts.transitions_at_event, "{name}");
     let standstill = |engine: &Engine<FALLING, TABLE>| (engine.clock.standstill.since, engine.clock.standstill.events);
     assert_eq!(standstill(&other), standstill(engine), "{name}");
+    assert_eq!(other.neighbours.search(), engine.neighbours.search(), "{name}");
     assert!(domains.work.windows > 20, "{name}: {:?}", domains.work);
     domains.work
+}
+
+/// The expanding cluster is searched with lists at first, and with cells later.
+#[test]
+fn domains_change_the_search_when_a_cluster_expands() {
+    for boundary in [Boundary::Periodic, Boundary::OPEN] {
+        let fill = Fill::new(Lattice::FaceCentredCubic, "A").count(2_048);
+        let scene = SceneBuilder::new("cluster")
+            .space(Space { boundary: [boundary; 3], ..Space::periodic_cube(80.0) })
+            .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(0.95))
+            .fill(fill.region(Vector::repeat(34.0), Vector::repeat(46.0)))
+            .temperature(1.3)
+            .build()
+            .unwrap();
+        let first = begun::<false, false>(&scene).neighbours.search();
+        let until = Until::time(12.0);
+        let one = advance::<false, false>(&scene, until, None);
+        assert!(matches!(first, Search::Lists { .. }), "{first:?}");
+        assert_eq!(one.2.neighbours.search(), Search::Cells, "{boundary:?}");
+        for count in [2, 3] {
+            let name = format!("{boundary:?} {count}");
+            let work = compare_with(&one, &scene, &name, until, Team::new(count, 2, None), WIDE);
+            // The domains, not the single engine, ran the system before and after the change.
+            assert!(work.serial == 0 && work.cuts >= 2, "{name}: {work:?}");
+        }
+    }
 }
 
 #[test]
