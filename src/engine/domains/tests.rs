@@ -2,13 +2,13 @@
 
 use super::*;
 use crate::Vector;
+use crate::engine::Search;
 use crate::engine::columns::tests::{mixture, spheres};
 use crate::engine::communicator::tests::in_processes;
 use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{Prediction, absent, id_of};
 use crate::engine::sources::andersen::Bath;
-use crate::engine::{Search, Snapshot};
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{RunPlan, Scene, Thermostat};
@@ -23,27 +23,37 @@ fn begun<const FALLING: bool, const TABLE: bool>(scene: &Scene) -> Engine<FALLIN
     engine
 }
 
+/// A finished run.
+struct Run<const FALLING: bool, const TABLE: bool> {
+    events: Vec<Event>,
+    reason: Reason,
+    engine: Engine<FALLING, TABLE>,
+}
+
 fn advance<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     until: Until,
     domains: Option<&mut Domains<FALLING, TABLE>>,
-) -> (Vec<Event>, Snapshot, Engine<FALLING, TABLE>) {
+) -> Run<FALLING, TABLE> {
     let mut engine = begun(scene);
     let mut events = Vec::new();
     let mut see = |event: &Event| {
         events.push(*event);
         ControlFlow::Continue(())
     };
-    match domains {
-        None => {
-            engine.advance(until, &mut Some(&mut see)).unwrap();
-        }
+    let reason = match domains {
+        None => engine.advance(until, &mut Some(&mut see)).unwrap(),
         Some(domains) => {
-            while domains.advance_for(&mut engine, 10_000, until, &mut Some(&mut see)).unwrap().is_none() {}
+            let reason = loop {
+                if let Some(reason) = domains.advance_for(&mut engine, 10_000, until, &mut Some(&mut see)).unwrap() {
+                    break reason;
+                }
+            };
             domains.join(&mut engine);
+            reason
         }
-    }
-    (events, engine.snapshot(), engine)
+    };
+    Run { events, reason, engine }
 }
 
 fn compare<const FALLING: bool, const TABLE: bool>(
@@ -63,7 +73,7 @@ fn compare<const FALLING: bool, const TABLE: bool>(
 }
 
 fn compare_with<const FALLING: bool, const TABLE: bool>(
-    (events, snapshot, engine): &(Vec<Event>, Snapshot, Engine<FALLING, TABLE>),
+    one: &Run<FALLING, TABLE>,
     scene: &Scene,
     name: &str,
     until: Until,
@@ -72,16 +82,18 @@ fn compare_with<const FALLING: bool, const TABLE: bool>(
 ) -> DomainWork {
     let mut domains = Domains::<FALLING, TABLE>::with(team, halo);
     domains.checked = Some(0);
-    let (seen, there, other) = advance(scene, until, Some(&mut domains));
-    let first = events.iter().zip(&seen).position(|(one, other)| one != other);
+    let there = advance(scene, until, Some(&mut domains));
+    let first = one.events.iter().zip(&there.events).position(|(one, other)| one != other);
     assert_eq!(first, None, "{name}: {:?}", domains.work);
-    assert_eq!(events.len(), seen.len(), "{name}");
-    assert_eq!(there, *snapshot, "{name}");
+    assert_eq!((one.events.len(), one.reason), (there.events.len(), there.reason), "{name}");
+    let (engine, other) = (&one.engine, &there.engine);
+    assert_eq!(other.snapshot(), engine.snapshot(), "{name}");
+    compare_records(engine, other, name);
     assert_eq!(other.counts.totals, engine.counts.totals, "{name}");
     assert_eq!(other.counts.by_species, engine.counts.by_species, "{name}");
     assert_eq!(other.counts.transitions_at_event, engine.counts.transitions_at_event, "{name}");
     let standstill = |engine: &Engine<FALLING, TABLE>| (engine.clock.standstill.since, engine.clock.standstill.events);
-    assert_eq!(standstill(&other), standstill(engine), "{name}");
+    assert_eq!(standstill(other), standstill(engine), "{name}");
     assert_eq!(other.neighbours.search(), engine.neighbours.search(), "{name}");
     assert!(domains.work.windows > 20, "{name}: {:?}", domains.work);
     domains.work
@@ -104,7 +116,7 @@ fn domains_change_the_search_when_a_cluster_expands() {
         let until = Until::time(12.0);
         let one = advance::<false, false>(&scene, until, None);
         assert!(matches!(first, Search::Lists { .. }), "{first:?}");
-        assert_eq!(one.2.neighbours.search(), Search::Cells, "{boundary:?}");
+        assert_eq!(one.engine.neighbours.search(), Search::Cells, "{boundary:?}");
         for count in [2, 3] {
             let name = format!("{boundary:?} {count}");
             let work = compare_with(&one, &scene, &name, until, Team::new(count, 2, None), WIDE);
@@ -130,7 +142,7 @@ fn multiple_processes_match_one_engine_bitwise() {
     }
     let small = spheres(hard(), 0.2, 1_000).build().unwrap();
     let one = advance::<false, false>(&small, Until::events(150_000), None);
-    assert!(one.2.clock.epochs > 10, "{}", one.2.clock.epochs);
+    assert!(one.engine.clock.epochs > 10, "{}", one.engine.clock.epochs);
     in_processes(2, |communicator| {
         let team = Team::new(1, 1, Some(communicator));
         compare_with(&one, &small, "small", Until::events(150_000), team, WIDE)
@@ -255,12 +267,15 @@ fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
             engine.set_bath(Some(bath), 7, 1);
             advance_to(&mut engine, rest + 8.0, domains.as_mut());
             assert!(engine.counts.executed > 1_000, "{}", engine.counts.executed);
-            (engine.snapshot(), engine.counts.totals, engine.clock.epochs)
+            engine
         };
         let one = run(None);
         for domains in [2, 3] {
             let there = run(Some(Domains::with(Team::new(domains, 2, None), WIDE)));
-            assert!(there == one, "{domains} domains, at rest for {rest}");
+            let name = format!("{domains} domains, at rest for {rest}");
+            let all = |engine: &Engine<FALLING, TABLE>| (engine.snapshot(), engine.counts.totals, engine.clock.epochs);
+            assert!(all(&there) == all(&one), "{name}");
+            compare_records(&one, &there, &name);
         }
     }
 }
@@ -330,6 +345,19 @@ fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE
     let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].name).collect();
     names.sort_unstable();
     names
+}
+
+/// Compares all data of all particles: states, images, spins, counters, next events and neighbours.
+fn compare_records<const FALLING: bool, const TABLE: bool>(
+    one: &Engine<FALLING, TABLE>,
+    other: &Engine<FALLING, TABLE>,
+    name: &str,
+) {
+    assert_eq!(one.particles(), other.particles(), "{name}");
+    for (here, there) in one.by_id().zip(other.by_id()) {
+        assert_eq!(all_of(one, here), all_of(other, there), "{name}");
+        assert_eq!(listed(one, here), listed(other, there), "{name}");
+    }
 }
 
 /// Number of rounds. `CAROM_BARRIERS=10000 cargo test --release --lib barrier` compares more often.
