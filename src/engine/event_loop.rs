@@ -65,15 +65,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         loop {
             let Some(rest) = left.checked_sub(1) else { return Ok(None) };
             left = rest;
-            let entry = match self.next_due(stop) {
+            let entry = match self.next_due_without_gaps(stop) {
                 Next::Particle(entry) => entry,
                 Next::Void => {
                     self.schedule.queue.discard();
-                    continue;
-                }
-                // At the end of an epoch, all particles are looked at.
-                Next::Epoch if !self.state.vacant.is_empty() => {
-                    self.close_gaps();
                     continue;
                 }
                 Next::GlobalEvent => {
@@ -155,6 +150,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.counts.transitions_at_event = self.counts.totals.transition;
         self.count_standstill();
         Ok(self.check_standstill(particle, prediction)?)
+    }
+
+    /// Returns the next action, as [`Self::next_due`] does. At the end of an epoch, closes the gaps of particles that
+    /// have left, because all particles are looked at.
+    #[inline]
+    fn next_due_without_gaps(&mut self, stop: f64) -> Next {
+        let next = self.next_due(stop);
+        if matches!(next, Next::Epoch) && !self.state.vacant.is_empty() {
+            self.close_gaps();
+        }
+        next
     }
 
     /// Returns the next action up to the time `stop`, counted from the epoch.

@@ -158,9 +158,8 @@ pub(crate) fn parts(
         scene.surfaces.push(surface);
         scene.parts.inputs.extend(input);
     }
-    for (index, inlet) in file.inlet.into_iter().enumerate() {
-        scene.inlets.push(inlet::parse_inlet(inlet, index)?);
-    }
+    let inlets = file.inlet.into_iter().enumerate().map(|(index, inlet)| inlet::parse_inlet(inlet, index));
+    scene.inlets = inlets.collect::<Result<_, _>>()?;
     for (index, bond) in file.bond.into_iter().enumerate() {
         let at = ConfigPath::entry("bond", index);
         scene.bonds.push(UnvalidatedBond { pair: bond.particles, interaction: bond.interaction, at });

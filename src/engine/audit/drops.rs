@@ -84,11 +84,9 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
                     + (speed + me.acceleration.norm() * clock) * clock,
             })
         }
+        Contact::Pair(_) if engine.is_void(&prediction) => None,
         Contact::Pair(side) => {
             let j = prediction.partner;
-            if engine.is_void(&prediction) {
-                return None;
-            }
             let is_mutual = engine.is_static(j) || predictions[j as usize].contact_time == time;
             if !is_mutual || engine.state.bodies[j as usize].events != prediction.partner_events {
                 return None;
