@@ -143,13 +143,9 @@ fn value_of(py: Python<'_>, name: &str, sample: &Sample<'_>, system: &SystemDesc
 fn frame_of<'py>(py: Python<'py>, sample: &Sample<'_>, system: &SystemDescription) -> PyResult<Bound<'py, PyDict>> {
     let space = &system.space;
     let flat = |vectors: &[Vector]| array(py, vectors.iter().flat_map(|it| <[f64; 3]>::from(*it)).collect(), Some(3));
-    let mass_of = |species: usize| {
-        let first = system.species.iter().position(|it| *it as usize == species);
-        first.map_or(f64::NAN, |id| system.masses[id])
-    };
-    let masses: Vec<f64> = (0..system.species_names.len()).map(mass_of).collect();
-    let radii: Vec<f64> = system.species.iter().map(|species| 0.5 * system.diameters[*species as usize]).collect();
-    let ids: Vec<i64> = (0..).take(system.species.len()).collect();
+    let masses: Vec<f64> = system.species_masses.clone();
+    let radii: Vec<f64> = sample.species.iter().map(|species| 0.5 * system.diameters[species.0 as usize]).collect();
+    let ids: Vec<i64> = sample.ids.iter().map(|id| i64::from(id.0)).collect();
     let all = PyDict::new(py);
     all.set_item("time", sample.time)?;
     all.set_item("lower", <[f64; 3]>::from(space.lower))?;
@@ -159,7 +155,7 @@ fn frame_of<'py>(py: Python<'py>, sample: &Sample<'_>, system: &SystemDescriptio
     all.set_item("species_names", &system.species_names)?;
     all.set_item("species_masses", array(py, masses, None)?)?;
     all.set_item("ids", array(py, ids, None)?)?;
-    all.set_item("species", array(py, system.species.iter().map(|it| i64::from(*it)).collect(), None)?)?;
+    all.set_item("species", array(py, sample.species.iter().map(|it| i64::from(it.0)).collect(), None)?)?;
     all.set_item("positions", flat(sample.positions)?)?;
     all.set_item("velocities", flat(sample.velocities)?)?;
     all.set_item("radii", array(py, radii, None)?)?;

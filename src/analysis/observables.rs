@@ -260,7 +260,8 @@ impl Observer {
             dimensions: trunc_to_usize(self.applicable.dimensions),
             has_steady_state: self.applicable.has_steady_state,
             only_exchanges_velocities: self.applicable.only_exchanges_velocities,
-            events_per_particle: taken as f64 / self.applicable.moving.max(1) as f64,
+            // All particles that have entered count.
+            events_per_particle: taken as f64 / (self.applicable.moving as u64 + counted.entry).max(1) as f64,
         };
         Equilibrium::of(stationarity, &conditions)
     }

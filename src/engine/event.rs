@@ -49,8 +49,8 @@ pub enum Other {
 
 /// An event that has happened: a contact, a new velocity from a thermostat, an entry or an exit.
 ///
-/// A particle that enters has the velocity zero before the event, and a particle that leaves has it afterwards. The
-/// impulse of these events is the momentum that the particle brings, or the negative of what it takes away.
+/// The velocity is zero before an entry and after an exit. The impulse is the momentum that the particle brings, or
+/// minus the momentum that it takes away.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Event {

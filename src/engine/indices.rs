@@ -11,13 +11,20 @@ impl Simulation {
     /// Returns the name of an inconsistent part, if there is one.
     pub(crate) fn unsound_index(&self) -> Option<&'static str> {
         let species = self.scene.species.len();
+        let inlets = &self.scene.inlets;
+        let has_inlets = with_engine!(&self.engine, engine => {
+            engine.sources.inlets.as_ref().map_or(inlets.is_empty(), |it| it.are_those_of(inlets))
+        });
+        if !has_inlets {
+            return Some("the inlets");
+        }
         with_engine!(&self.engine, engine => engine.unsound_index(species))
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn unsound_index(&self, species: usize) -> Option<&'static str> {
-        let State { bodies, numbers, next_name, rows, images, spins, .. } = &self.state;
+        let State { bodies, numbers, next_name, rows, images, spins, moving, .. } = &self.state;
         let count = bodies.len();
         let spinning = if self.pairs.rules.has_spins { count } else { 0 };
         let is_particle = |number: u32| (number as usize) < count;
@@ -45,6 +52,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 || rows.iter().any(|row| usize::from(*row) >= rows_of_table.len()) =>
             {
                 Some("the species of the particles")
+            }
+            () if self.particles().filter(|&particle| !self.is_static(particle)).count() != *moving => {
+                Some("the number of moving particles")
             }
             () if self.schedule.predictions.len() != count || !self.schedule.predictions.iter().all(is_partner) => {
                 Some("the predictions")
@@ -85,13 +95,23 @@ mod tests {
             { name = 'block', shape = 'box', lower = [2.0, 2.0, 1.5], upper = [4.0, 4.0, 2.4] },
         ]";
 
+    const FLOW: &str = "
+        space = { size = [8.0, 8.0, 12.0], x = 'walls', y = 'walls', z = 'open' }
+        dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.0 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.9 }]
+        inlet = [{ species = 'grain', region = { lower = [0.0, 0.0, 8.0], upper = [8.0, 8.0, 12.0] }, rate = 9.0 }]
+        run = { until_time = 20 }
+        surface = [{ shape = 'disc', centre = [4.0, 4.0, 1.0], axis = [0.0, 0.0, 1.0], radius = 9.0, outlet = true }]";
+
     /// If a byte is changed, the change is detected, or the simulation continues or returns an error. It never panics.
     #[test]
     fn changed_bytes_of_a_simulation_are_noticed_or_harmless() {
         let hard = || Potential::hard_sphere(1.0).unwrap();
         let scenes = [spheres(hard(), 0.05, 32), spheres(hard(), 0.45, 32), mixture()].map(|it| it.build().unwrap());
         let box_of_grains = Scene::from_toml(WALLED, "walled.toml").unwrap();
-        for scene in scenes.into_iter().chain([box_of_grains]) {
+        let flow = Scene::from_toml(FLOW, "flow.toml").unwrap();
+        for scene in scenes.into_iter().chain([box_of_grains, flow]) {
             let mut simulation = Simulation::new(scene).unwrap();
             simulation.advance(Until::events(300)).unwrap();
             let bytes = postcard::to_stdvec(&simulation).unwrap();

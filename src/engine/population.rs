@@ -275,7 +275,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Stops a particle that leaves. The energy that it takes away counts as negative supplied energy, without the
-    /// energy of its pairs. `line` points from what takes the particle away to the particle.
+    /// energy of its pairs. `line` points from the outlet to the particle.
     pub(super) fn end_motion(
         &mut self,
         particle: u32,

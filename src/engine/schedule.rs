@@ -102,7 +102,7 @@ impl EventQueue {
         (particles / PARTICLES).next_power_of_two().min(1 << 22)
     }
 
-    /// Whether the queue is not much too small or too large for a number of particles.
+    /// Whether the queue suits this number of particles, within a factor of four.
     pub fn fits(&self, particles: usize) -> bool {
         let (parts, now) = (Self::parts(particles) as u64, self.target / u64::from(TARGET));
         parts <= now && now < 4 * parts

@@ -63,7 +63,10 @@ enum GlobalEvent {
 }
 
 pub(super) enum Repredict {
-    None,
+    /// The event has predicted all that it changed. Other work took as long as a number of steps.
+    Nothing {
+        steps: u64,
+    },
     One(u32),
     Some(Vec<u32>),
     All,
@@ -173,7 +176,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let mut steps = self.steps_of_all();
         match repredict {
-            Repredict::None => steps = 0,
+            Repredict::Nothing { steps: others } => steps = others,
             Repredict::One(particle) => {
                 self.repredict(particle, self.clock.now);
                 steps = 0;

@@ -76,7 +76,7 @@ impl Simulation {
     ///
     /// The setting is not saved in checkpoints. Some systems always run on one thread, and [`Self::single_thread`]
     /// returns the reason. They have growing diameters, a sheared box, an allowed invalid start, bonds that do not hold
-    /// their pairs together, a window of a distance, or multicanonical weights. Threads are useful above about 250,000
+    /// their pairs together, a window of a distance, or multicanonical weights. Threads are useful above about 500,000
     /// particles per thread, and need two and a half times the memory (`docs/speed.md`).
     ///
     /// ```

@@ -94,7 +94,7 @@ impl SizeEstimate {
         };
         let before: Option<f64> = earlier(scene).map(events_of).sum();
         let logged = earlier(scene).filter(|(stage, _)| stage.is_measured()).map(events_of).sum::<Option<f64>>();
-        let particles = scene.particles.len() as f64;
+        let particles = scene.particles.len() as f64 + scene.entering();
         let per_event =
             if output.has_event_log { bytes_of_event() } else { 0.0 } + if output.has_contacts { CONTACT } else { 0.0 };
         let has_copy = !scene.measure.is_empty() && scene.run.limit.events.is_some();
@@ -139,7 +139,12 @@ fn rests(scene: &Scene) -> bool {
         .map(|stage| stage.settings(plan))
         .any(|it| it.thermostat.is_some() || it.barostat.is_some() || it.growth.is_some() || it.gravity.is_some());
     let is_at_rest = scene.particles.iter().all(|particle| particle.velocity.norm() == 0.0);
-    is_at_rest && !is_pushed && !is_driven && !scene.allow_invalid_start && !scene.has_moving_surfaces()
+    is_at_rest
+        && !is_pushed
+        && !is_driven
+        && !scene.allow_invalid_start
+        && !scene.has_moving_surfaces()
+        && scene.inlets.is_empty()
 }
 
 fn earlier(scene: &Scene) -> impl Iterator<Item = (Stage, Settings)> + '_ {

@@ -7,8 +7,8 @@ use crate::Vector;
 
 /// An inlet: a region in which particles appear at a constant rate.
 ///
-/// A particle appears at a random place of the region where it touches nothing. If there is no such place, it waits,
-/// and enters as soon as later attempts find one.
+/// A particle appears at a random place of the region where it is beyond the range of all particles and touches no
+/// surface. If there is no such place, it waits, and enters as soon as a later attempt finds one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Inlet {
@@ -35,11 +35,10 @@ pub struct Inlet {
 }
 
 impl Inlet {
-    /// Time at which particle number `k` is due, counted from 0 `[time]`; infinite if no more particles are due.
-    pub(crate) fn due(&self, k: u64) -> f64 {
+    /// Time of attempt number `k`, counted from 0 `[time]`; infinite after [`Self::until`].
+    pub(crate) fn attempt(&self, k: u64) -> f64 {
         let time = self.from + k as f64 / self.rate;
-        let is_over = time > self.until || (self.keep.is_none() && self.count.is_some_and(|count| k >= count));
-        if is_over { f64::INFINITY } else { time }
+        if time > self.until { f64::INFINITY } else { time }
     }
 
     /// Returns the species for a random number from 0 to 1.

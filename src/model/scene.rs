@@ -306,6 +306,20 @@ impl Scene {
         !self.inlets.is_empty() || self.surfaces.iter().any(|surface| surface.law == SurfaceLaw::Outlet)
     }
 
+    /// Largest number of particles that may be in the system in addition to those at the start, as far as it is known.
+    pub(crate) fn entering(&self) -> f64 {
+        let run = &self.run;
+        let durations = run.stages.iter().map(|stage| stage.limit.time);
+        let measured = run.limit.time.map(|time| time + run.equilibration.time.unwrap_or(0.0));
+        let end = durations.chain([measured]).try_fold(self.start_time, |end, time| Some(end + time?));
+        let of_one = |inlet: &Inlet| {
+            let by_time = end.map(|end| ((end.min(inlet.until) - inlet.from) * inlet.rate).max(0.0) + 1.0);
+            let limits = [by_time, inlet.count.map(|count| count as f64), inlet.keep.map(|keep| keep as f64)];
+            limits.into_iter().flatten().reduce(f64::min).unwrap_or(0.0)
+        };
+        self.inlets.iter().map(of_one).sum()
+    }
+
     /// Whether any surface moves at some time.
     #[must_use]
     pub fn has_moving_surfaces(&self) -> bool {

@@ -39,13 +39,21 @@ impl StatePoint {
         let of_surfaces = scene.surfaces.iter().filter_map(|surface| surface.law.temperature());
         let temperatures = scene.wall_temperatures.iter().flatten().flatten().copied().chain(of_surfaces);
         let temperatures = temperatures.map(|temperature| Self(2).with(&[temperature]));
-        Self(0)
+        let inlets = scene.inlets.iter().map(|inlet| {
+            let shares = inlet.composition.iter().map(|(id, share)| species(id.0 as usize).with(&[*share]));
+            let flow = Self(3).with(&[inlet.rate, inlet.temperature]).with(inlet.velocity.as_slice());
+            flow.and(sum(shares))
+        });
+        let inlets: Vec<Self> = inlets.collect();
+        let all = Self(0)
             .with(scene.space.size.as_slice())
             .with(&[scene.shear_rate.unwrap_or(0.0), scene.contact_time.unwrap_or(0.0)])
             .and(sum(present.map(species)))
             .and(sum(pairs))
             .and(sum(scene.bonds.iter().map(|bond| interaction(bond.interaction.0 as usize))))
-            .and(sum(walls.chain(temperatures)))
+            .and(sum(walls.chain(temperatures)));
+        // Scenes without inlets keep their random numbers.
+        if inlets.is_empty() { all } else { all.and(sum(inlets.into_iter())) }
     }
 
     pub fn at_start(scene: &Scene) -> Self {

@@ -160,6 +160,10 @@ const RESCALING: Feature = feature("a rescaling thermostat in the same stage", &
 });
 const NO_THERMOSTAT: Feature =
     feature("no thermostat in the same stage", &[], |it| given(it.phase.thermostat.is_none()));
+const AUTOMATIC: Feature = feature("an automatic equilibration", &[], |it| {
+    let mut stages = it.parts.run.stages.iter().filter_map(|stage| stage.measured.as_ref());
+    given(it.parts.run.until_stationary || stages.any(|measured| measured.until_stationary))
+});
 const THREADS: Feature =
     key(&["run.threads"], |it| shown(Some(it.parts.run.threads).filter(|threads| *threads != Threads::default())));
 
@@ -417,6 +421,7 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(BAROSTAT, INLET, "", ABSENT, "its ensemble has a constant number of particles"),
     row(FLOW, BONDS, "with bonds", ABSENT, "a bonded particle cannot leave alone"),
     row(FLOW, RESCALING, "with a thermostat that scales velocities", ABSENT, "the temperature of a flow is not measured"),
+    row(FLOW, AUTOMATIC, "with an automatic equilibration", "to be absent, or a given equilibration_time", "the rates of a flow do not show whether a silo is still filling"),
     row(FLOW, INVALID_START, "with allow_invalid_start", ABSENT, "particles enter only where they overlap nothing"),
     row(COUNTS, BAROSTAT, "", ABSENT, "regions do not scale with the box"),
     row(PRESSURE_TENSOR, OPEN, "in an open box", "no pressure_tensor, or a box that is periodic or has walls", "an open one has no volume to divide by. thermo.csv has the number of events in each row"),

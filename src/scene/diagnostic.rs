@@ -192,21 +192,16 @@ impl SceneErrorKind {
 /// Suggests alternatives to keys of other programs.
 fn not_there(key: &str) -> Option<&'static str> {
     Some(match key {
-        "inlet" | "inlets" | "outlet" | "outlets" | "insertion" | "recirculate" => {
-            "there are no inlets and outlets: the number of particles is constant. Particles may leave through sides that are `open`, and \
-             a [[measure.flow]] counts them"
+        "inlets" | "insertion" | "recirculate" => {
+            "particles enter at an [[inlet]]; with its key `keep`, they replace particles that leave"
         }
-        "friction"
-        | "friction_coefficient"
-        | "mu"
-        | "tangential_restitution"
-        | "rolling_friction"
-        | "rolling_resistance" => {
-            "particles and surfaces are smooth, without friction: `restitution` is the ratio of the normal speeds after and before a contact"
+        "outlet" | "outlets" => "a [[surface]] with `outlet = true` lets particles leave",
+        "friction" | "friction_coefficient" | "mu" | "tangential_restitution" => {
+            "`friction` and `tangential_restitution` are keys of an [[interaction]], of a wall in [space] and of a [[surface]]"
         }
-        "spin" | "spins" | "angular_velocity" | "omega" | "inertia" | "moment_of_inertia" => {
-            "particles are smooth and do not rotate: a sphere has a position and a velocity"
-        }
+        "rolling_friction" | "rolling_resistance" => "spheres roll without resistance",
+        "spin" | "spins" | "angular_velocity" | "omega" => "`spin` is a key of a [[particle]]",
+        "inertia" | "moment_of_inertia" => "`moment_of_inertia` is a key of a [[species]]",
         "material" | "materials" => {
             "there are no materials: give `restitution` in each [[interaction]], side and [[surface]]"
         }

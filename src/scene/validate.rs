@@ -29,7 +29,7 @@ use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{Group, SurfaceFill};
 use crate::scene::validate::start::Configuration;
 
-/// Returns numbers of particles in which several particles of each entering species are present.
+/// Adds two particles of each entering species, so that checks cover their pairs.
 pub(super) fn with_entering(mut counts: Vec<usize>, inlets: &[Inlet]) -> Vec<usize> {
     for (species, _) in inlets.iter().flat_map(|inlet| &inlet.composition) {
         counts[species.0 as usize] += 2;
@@ -78,7 +78,8 @@ impl SceneBuilder {
     /// Checks that the box and the plan of the scene fit its particles and interactions.
     pub(super) fn check_plan(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         let species = start.interactions.species;
-        affordable_species(start.groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
+        let counts = with_entering(start.groups.counts(species.len()), &start.inlets);
+        affordable_species(counts.iter().filter(|count| **count > 0).count())?;
         start::check_ranges(start)?;
         compatibility::check(self, start)?;
         self.parts.check_shear(&start.space, start.interactions.longest_range(|_, _| true))?;

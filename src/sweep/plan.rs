@@ -257,7 +257,10 @@ impl Sweep {
 
     fn check_seeds(&self, point: &Point, scene: &Scene) -> Result<(), SweepError> {
         // Replica exchanges are not checked, because sweeps reject them.
-        let is_driven = scene.run().has_andersen() || scene.has_thermal_walls() || scene.exchange().is_some();
+        let is_driven = scene.run().has_andersen()
+            || scene.has_thermal_walls()
+            || scene.exchange().is_some()
+            || !scene.inlets().is_empty();
         let is_repetition = |other: &&Point| *other != point && other.state_point().eq(point.state_point());
         let Some(other) = self.points.iter().find(is_repetition).filter(|_| !is_driven) else { return Ok(()) };
         // If the scene is invalid, its run reports the error.

@@ -103,9 +103,9 @@ fn every_kind_of_new_scene_is_valid() {
 #[test]
 fn keys_of_unsupported_features_get_an_explanation() {
     for (table, answer) in [
-        ("inlet = [{ rate = 3.0 }]\n", "the number of particles is constant"),
+        ("outlet = true\n", "a [[surface]] with `outlet = true` lets particles leave"),
         ("units = { length = \"mm\" }\n", "numbers have no units"),
-        ("friction = 0.5\n", "smooth, without friction"),
+        ("friction = 0.5\n", "are keys of an [[interaction]]"),
     ] {
         let place = Place::with(&format!("{table}{FLUID}"));
         let output = place.carom(&["check", "scene.toml"]);

@@ -585,7 +585,7 @@ class Simulation(State, Driven):
         ...     print(str(error).split(" by ")[0])
         positions: particle 106 overlaps with particle 107
         """
-        self._core.set_positions(vectors("positions", positions, len(self._scene)), flag("keep_states", keep_states))
+        self._core.set_positions(vectors("positions", positions, len(self)), flag("keep_states", keep_states))
 
     @property
     def spins(self) -> NDArray[np.float64]:
@@ -640,7 +640,7 @@ class Simulation(State, Driven):
         >>> simulation = carom.Simulation(fluid)
         >>> simulation.set_velocities(-simulation.velocities)
         """
-        self._core.set_velocities(vectors("velocities", velocities, len(self._scene)))
+        self._core.set_velocities(vectors("velocities", velocities, len(self)))
 
     @property
     def images(self) -> NDArray[np.int32]:

@@ -111,7 +111,7 @@ impl ApplicableObservables {
             } else {
                 [[false; 2]; 3]
             },
-            heat_areas: if moving > 0 { walls::heat_areas(scene) } else { [[None; 2]; 3] },
+            heat_areas: if moving > 0 || has_flow { walls::heat_areas(scene) } else { [[None; 2]; 3] },
             balanced_axis: None,
             heated_axis: None,
             is_homogeneous,
@@ -157,7 +157,7 @@ impl ApplicableObservables {
         self.only_exchanges_velocities = scene.only_exchanges_velocities_with(thermostat);
         self.balanced_axis = walls::balanced(&self.walled_axes, thermostat);
         self.heated_axis = walls::heated(&self.heat_areas)
-            .filter(|_| thermostat.is_none() && !self.is_sheared && scene.has_elastic_pairs());
+            .filter(|_| thermostat.is_none() && !self.is_sheared && !self.has_flow && scene.has_elastic_pairs());
         self.conserves_temperature = !self.has_wells && scene.conserves_heat_with(thermostat);
         let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
         self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();

@@ -98,7 +98,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         observe: &mut Observe<'_>,
     ) -> Result<(Repredict, ControlFlow<()>), InvariantBroken> {
-        // Only particles that are there are drawn.
+        // Particles that have left must not be drawn.
         self.close_gaps();
         let Some(collision) = self.draw_collision() else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Repredict;
+use super::{PER_STEP, Repredict};
 use crate::Vector;
 use crate::engine::contact::apply::With;
 use crate::engine::event::CountedKind;
@@ -14,7 +14,7 @@ use crate::engine::{Chosen, Invariant, InvariantBroken, Simulation};
 use crate::model::limits::MOST_PARTICLES;
 use crate::model::random::{Purpose, Random};
 use crate::model::state_point::StatePoint;
-use crate::model::{Inlet, Particle, Scene};
+use crate::model::{Inlet, Particle, Scene, SpeciesId};
 use std::ops::ControlFlow;
 
 /// Number of random places at which a particle is tried before it waits.
@@ -43,12 +43,15 @@ struct Source {
     inlet: Inlet,
     random: Random,
     counts: InletCounts,
-    /// Number of the next particle that becomes due.
-    number: u64,
+    /// Number of attempts so far. One particle becomes due at each attempt.
+    attempts: u64,
     /// Time of the next attempt since the epoch.
     next: f64,
-    /// Whether the next attempt is one more at the same time, so that no further particle becomes due.
+    /// Whether another particle that waits is tried at the same time.
     is_repeated: bool,
+    /// Species of the particle that enters next. It is drawn once, so that large particles, which wait longer for a
+    /// place, enter as often as they should.
+    species: Option<SpeciesId>,
 }
 
 impl Inlets {
@@ -61,9 +64,10 @@ impl Inlets {
                 inlet: inlet.clone(),
                 random: Random::new(seed, Purpose::Inlet, (scene.first_stream() << 16) + index),
                 counts: InletCounts::default(),
-                number: 0,
-                next: inlet.due(0) - scene.start_time,
+                attempts: 0,
+                next: inlet.attempt(0) - scene.start_time,
                 is_repeated: false,
+                species: None,
             })
             .collect();
         (!list.is_empty()).then_some(Self { list })
@@ -82,6 +86,10 @@ impl Inlets {
         self.list.iter().map(|source| source.inlet.rate.recip()).reduce(f64::min)
     }
 
+    pub fn are_those_of(&self, inlets: &[Inlet]) -> bool {
+        self.list.iter().map(|source| &source.inlet).eq(inlets)
+    }
+
     pub fn counts(&self) -> Vec<InletCounts> {
         self.list.iter().map(|source| source.counts).collect()
     }
@@ -92,7 +100,7 @@ impl Source {
     fn is_due(&mut self, moving: u64) -> bool {
         let Inlet { count, keep, .. } = self.inlet;
         if !self.is_repeated {
-            self.number += 1;
+            self.attempts += 1;
             self.counts.waiting += 1;
         }
         if let Some(keep) = keep {
@@ -133,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         self.clock.now = next;
         let may_enter = source.is_due(self.state.moving as u64) && u64::from(self.state.next_name) < MOST_PARTICLES;
-        let particle = if may_enter { self.draw_free(source) } else { None };
+        let (particle, tried) = if may_enter { self.draw_free(source) } else { (None, 0) };
         source.counts.blocked += u64::from(may_enter && particle.is_none());
         if particle.is_some() {
             source.counts.entered += 1;
@@ -143,41 +151,33 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if source.is_exhausted() {
             source.next = f64::INFINITY;
         } else if !source.is_repeated {
-            source.next = self.next_attempt(source);
+            source.next = self.since_epoch(source.inlet.attempt(source.attempts));
         }
         self.sources.inlets = Some(inlets);
-        let Some(particle) = particle else { return Ok((Repredict::None, ControlFlow::Continue(()))) };
+        let cost = Repredict::Nothing { steps: tried / PER_STEP };
+        let Some(particle) = particle else { return Ok((cost, ControlFlow::Continue(()))) };
         let flow = self.enter(&[particle], (With::Inlet(index), Some(CountedKind::Entry)), observe, |_, _| {});
-        Ok((Repredict::None, flow))
+        Ok((cost, flow))
     }
 
-    /// Time of the next attempt of an inlet, since the epoch. An inlet whose last particle waits tries on.
-    fn next_attempt(&self, source: &Source) -> f64 {
-        let Inlet { rate, from, until, .. } = source.inlet;
-        let due = source.inlet.due(source.number);
-        let time = if due == f64::INFINITY && source.counts.waiting > 0 {
-            let intervals = ((self.time() - from) * rate).floor() + 1.0;
-            Some(from + intervals / rate).filter(|time| *time <= until).unwrap_or(f64::INFINITY)
-        } else {
-            due
-        };
-        self.since_epoch(time)
-    }
-
-    /// Draws a particle at a free place; `None` if no place was free.
-    fn draw_free(&mut self, source: &mut Source) -> Option<Particle> {
-        let Source { inlet, random, .. } = source;
-        let species = inlet.species_for(random.uniform());
-        let row = self.pairs.rules.rows.row(species);
+    /// Draws a particle at a free place; `None` if no place was free. Also returns the number of places that were tried.
+    fn draw_free(&mut self, source: &mut Source) -> (Option<Particle>, u64) {
+        let Source { inlet, random, species, .. } = source;
+        let kind = *species.get_or_insert_with(|| inlet.species_for(random.uniform()));
+        let row = self.pairs.rules.rows.row(kind);
         let (radius, inverse_mass) = {
             let species = &self.pairs.rules.species[usize::from(row)];
             (species.radius, species.inverse_mass)
         };
-        let mut near = Candidates::default();
-        let mut places = (0..ATTEMPTS).map(|_| inlet.region.draw(&self.state.space, radius, random));
-        let place = places.find(|place| self.is_free(place, row, &mut near))?;
+        let (mut near, mut tried) = (Candidates::default(), 0);
+        let mut places = (0..ATTEMPTS).map(|_| {
+            tried += 1;
+            inlet.region.draw(&self.state.space, radius, random)
+        });
+        let Some(place) = places.find(|place| self.is_free(place, row, &mut near)) else { return (None, tried) };
         let drawn = random.normal_vector(&self.state.space) * (inlet.temperature * inverse_mass).sqrt();
-        Some(Particle::new(species, place, inlet.velocity + drawn))
+        *species = None;
+        (Some(Particle::new(kind, place, inlet.velocity + drawn)), tried)
     }
 
     /// Whether a new particle at `position` would be beyond the range of all other particles, and touch no surface.

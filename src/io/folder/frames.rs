@@ -34,8 +34,10 @@ impl Frames {
     }
 
     fn with(scene: &Scene, diameters: &[f64], mut population: Vec<usize>) -> Self {
-        let entering = scene.inlets.iter().flat_map(|inlet| &inlet.composition);
-        entering.for_each(|(species, _)| population[species.0 as usize] += 1);
+        if scene.has_flow() {
+            // The species that are present change during the run.
+            population.fill(1);
+        }
         let radius = |(diameter, count): (&f64, usize)| if count > 0 { 0.5 * diameter } else { 0.0 };
         let radii = diameters.iter().zip(population).map(radius).collect();
         Self { frame: Frame::without_particles(scene), radii }

@@ -11,7 +11,7 @@ use crate::base::whole;
 use crate::scene::names::WORDS;
 
 /// `[[inlet]]`: a region in which particles enter during the run, one after the other. A particle appears at a random
-/// place where it touches nothing. If no place is free, it waits.
+/// place where it is beyond the range of all particles and touches no surface. If no place is free, it waits.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct InletFile {

@@ -3,8 +3,8 @@
 use crate::Vector;
 use crate::model::limits::MOST_PARTICLES;
 use crate::model::measurement_plan::InstrumentKind;
-use crate::model::space::Space;
-use crate::model::{Inlet, Scene, Species};
+use crate::model::space::{Boundary, Space};
+use crate::model::{FillRegion, Format, Inlet, Region, Scene, Species};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -35,7 +35,7 @@ impl SceneBuilder {
             region_of(Some(inlet.region), space, &at)?;
             let diameters = inlet.composition.iter().map(|(id, _)| species[id.0 as usize].diameter);
             let largest = diameters.fold(0.0, f64::max);
-            if !inlet.region.has_room(0.5 * largest) {
+            if !has_room(&inlet.region, largest, space) {
                 let expected = format!("one in which a particle of diameter {largest} has room");
                 return refuse(at.key("region"), "too small", expected);
             }
@@ -92,11 +92,14 @@ impl SceneBuilder {
             }
         }
         let last = until.min(self.end_of_run().unwrap_or(f64::INFINITY));
-        let are_too_many = last.is_finite() && count.is_none() && (last - from) * rate > MOST_PARTICLES as f64;
-        // Without digits for the interval, particles would become due at the same time for ever.
+        let are_too_many = last.is_finite() && (last - from) * rate > MOST_PARTICLES as f64;
+        // Below the round-off of `from`, the interval would not advance time.
         if are_too_many || from + 1.0 / rate <= from {
-            let expected = format!("a rate at which at most {MOST_PARTICLES} particles enter");
+            let expected = format!("a rate at which at most {MOST_PARTICLES} particles are due");
             return refuse(at.key("rate"), rate, expected);
+        }
+        if count.is_some_and(|count| count > MOST_PARTICLES) {
+            return refuse(at.key("count"), count.unwrap_or(0), format!("at most {MOST_PARTICLES}"));
         }
         Ok(())
     }
@@ -108,6 +111,17 @@ impl SceneBuilder {
         let measured = run.limit.time.map(|time| time + run.equilibration.time.unwrap_or(0.0));
         durations.chain([measured]).try_fold(self.parts.start_time, |end, duration| Some(end + duration?))
     }
+}
+
+/// Whether a particle of this diameter fits into a region. A box that fills a periodic axis has no sides along it.
+fn has_room(region: &FillRegion, diameter: f64, space: &Space) -> bool {
+    let FillRegion::Box(Region { lower, upper }) = region else { return region.has_room(0.5 * diameter) };
+    (0..3).all(|k| match space.boundary[k] {
+        Boundary::Flat => true,
+        Boundary::Periodic if upper[k] - lower[k] >= space.size[k] => true,
+        // The corners are given in decimal digits.
+        _ => upper[k] - lower[k] >= diameter * (1.0 - 1e-12),
+    })
 }
 
 fn check_composition(inlet: &Inlet, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
@@ -124,13 +138,23 @@ fn check_composition(inlet: &Inlet, species: &[Species], at: &ConfigPath) -> Res
             return refuse(key, format!("\"{}\", which is static", kind.name), "a species that moves");
         }
     }
+    let sum: f64 = inlet.composition.iter().map(|(_, share)| share).sum();
+    if (sum - 1.0).abs() > 1e-9 {
+        return refuse(key, format!("shares with the sum {sum}"), "shares with the sum 1");
+    }
     Ok(())
 }
 
 /// Rejects instruments that need the same particles at all times.
 pub(super) fn check_instruments(scene: &Scene) -> Result<(), SceneError> {
-    let other = scene.measure.requested().find(|it| !it.kind.any_number);
-    match other.filter(|_| scene.has_flow()) {
+    if !scene.has_flow() {
+        return Ok(());
+    }
+    if let Some(index) = scene.output.formats.iter().position(|format| *format == Format::Npy) {
+        let at = ConfigPath::root().key("output").key("formats").index(index);
+        return refuse(at, "\"npy\"", "another format: NumPy arrays need the same particles in all frames");
+    }
+    match scene.measure.requested().find(|it| !it.kind.any_number) {
         Some(it) => {
             let expected = format!(
                 "to be absent if particles enter or leave, which allows only {}",

@@ -1,7 +1,7 @@
 use crate::Vector;
 use crate::check::reference::{EventKind as ReferenceKind, Reference};
 use crate::engine::event::{Event, EventKind, Other};
-use crate::engine::{Simulation, Until};
+use crate::engine::{Chosen, Simulation, Until};
 use crate::model::{Particle, Scene, SpeciesId};
 
 /// A box with a floor that is an outlet, and a rain of two kinds of grains.
@@ -218,4 +218,76 @@ fn bath_acts_on_the_particles_that_are_there() {
     let (found, expected) = ((counts.thermostat - before) as f64, 0.5 * present * 359.0);
     assert!((found - expected).abs() < 5.0 * expected.sqrt(), "{found} {expected}");
     assert!(counts.exit > 100 && present > 90.0, "{} {present}", counts.exit);
+}
+
+#[test]
+fn last_particles_enter_after_all_are_due_at_any_rate() {
+    // At these rates, times of attempts are rounded in all ways.
+    for rate in [0.1, 0.3, 0.7, 1.1, 3.0, 7.0, 49.0, 1e3 / 3.0] {
+        let toml = format!(
+            "
+            space = {{ size = [3.0, 3.0, 20.0], x = 'walls', y = 'walls', z = 'open' }}
+            species = [{{ name = 'grain', mass = 1.0, diameter = 1.0 }}]
+            interaction = [{{ species = ['grain', 'grain'], potential = 'hard-sphere' }}]
+            surface = [{{ shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }}]
+            inlet = [{{ species = 'grain', region = {{ lower = [1.0, 1.0, 18.0], upper = [2.0, 2.0, 19.0] }}, velocity = [0.0, 0.0, -0.37], rate = {rate}, count = 30 }}]
+            run = {{ until_time = 40 }}"
+        );
+        let mut simulation = Simulation::new(Scene::from_toml(&toml, "pipe.toml").unwrap()).unwrap();
+        let until = 400.0 + 30.0 / rate;
+        while simulation.time() < until {
+            let before = simulation.inlets()[0].blocked;
+            assert!(simulation.advance_for(1_000, Until::time(until)).is_ok());
+            let most = 1_000 + rate * 4.0;
+            assert!(simulation.inlets()[0].blocked as f64 - before as f64 <= most, "{rate}");
+        }
+        assert_eq!((simulation.inlets()[0].entered, simulation.event_counts().exit), (30, 30), "{rate}");
+    }
+}
+
+#[test]
+fn composition_does_not_depend_on_who_finds_a_place() {
+    // Small grains find a place more often than large ones.
+    let toml = "
+        seed = 11
+        space = { size = [6.0, 6.0, 30.0], x = 'walls', y = 'walls', z = 'open' }
+        species = [{ name = 'large', mass = 8.0, diameter = 2.0 }, { name = 'small', mass = 1.0, diameter = 0.5 }]
+        interaction = [
+            { species = ['large', 'large'], potential = 'hard-sphere' },
+            { species = ['large', 'small'], potential = 'hard-sphere' },
+            { species = ['small', 'small'], potential = 'hard-sphere' },
+        ]
+        surface = [{ shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }]
+        inlet = [{ composition = { large = 1, small = 3 }, region = { lower = [0.0, 0.0, 25.0], upper = [6.0, 6.0, 27.5] }, velocity = [0.0, 0.0, -1.0], rate = 500.0 }]
+        run = { until_time = 400 }";
+    let mut simulation = Simulation::new(Scene::from_toml(toml, "crowd.toml").unwrap()).unwrap();
+    let (mut large, mut all) = (0.0, 0.0);
+    let mut see = |event: &Event| {
+        if event.kind == EventKind::Entry {
+            all += 1.0;
+            large += f64::from(u8::from((event.impulse.z / event.after[0].z - 8.0).abs() < 1e-9));
+        }
+    };
+    simulation.advance_with(Until::time(200.0), &mut see).unwrap();
+    let counts = simulation.inlets()[0];
+    assert!(counts.blocked > 10_000 && counts.waiting > 50_000 && all > 1_000.0, "{counts:?}");
+    let (found, expected) = (large / all, 0.25);
+    let error = (expected * (1.0 - expected) / all).sqrt();
+    assert!((found - expected).abs() < 5.0 * error, "{found} +- {error} of {all}");
+}
+
+#[test]
+fn queue_and_search_follow_the_number_of_particles() {
+    let mut simulation = Simulation::new(rain("", "rate = 60.0, keep = 300")).unwrap();
+    let mut sizes = Vec::new();
+    for time in [1.0, 20.0, 40.0] {
+        simulation.advance(Until::time(time)).unwrap();
+        let particles = simulation.snapshot().ids.len();
+        with_engine!(&simulation.engine, engine => {
+            assert!(time < 10.0 || engine.schedule.queue.fits(engine.state.moving), "{particles} at {time}");
+            assert!(time < 10.0 || !engine.is_search_outgrown(), "{particles} at {time}");
+            sizes.push(engine.schedule.queue.target());
+        });
+    }
+    assert!(sizes[2] >= 16 * sizes[0], "{sizes:?}");
 }
