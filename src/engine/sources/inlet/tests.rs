@@ -238,7 +238,7 @@ fn last_particles_enter_after_all_are_due_at_any_rate() {
         while simulation.time() < until {
             let before = simulation.inlets()[0].blocked;
             assert!(simulation.advance_for(1_000, Until::time(until)).is_ok());
-            let most = 1_000 + rate * 4.0;
+            let most = 1_000.0 + rate * 4.0;
             assert!(simulation.inlets()[0].blocked as f64 - before as f64 <= most, "{rate}");
         }
         assert_eq!((simulation.inlets()[0].entered, simulation.event_counts().exit), (30, 30), "{rate}");
