@@ -96,6 +96,8 @@ fn compare_with<const FALLING: bool, const TABLE: bool>(
     assert_eq!(standstill(other), standstill(engine), "{name}");
     assert_eq!(other.neighbours.search(), engine.neighbours.search(), "{name}");
     assert!(domains.work.windows > 20, "{name}: {:?}", domains.work);
+    // With the usual halo, no particle leaves its domain before it is handed over.
+    assert!(halo.margin < WIDE.margin || domains.work.uncovered == 0, "{name}: {:?}", domains.work);
     domains.work
 }
 
