@@ -11,7 +11,7 @@ use crate::engine::prediction::{Prediction, absent, id_of};
 use crate::engine::sources::andersen::Bath;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{RunPlan, Scene, Thermostat};
+use crate::model::{ContactLaw, RunPlan, Scene, Thermostat};
 use crate::scene::{Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
@@ -280,6 +280,21 @@ fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
             compare_records(&one, &there, &name);
         }
     }
+}
+
+#[test]
+fn domains_with_tc_model_and_thermal_walls_match_one_engine_bitwise() {
+    let space = Space { boundary: [Boundary::walls(0.9); 3], ..Space::periodic_cube(14.0) };
+    let mut builder = mixture().space(space).contact_time(0.05);
+    builder.interactions.iter_mut().for_each(|interaction| interaction.law = ContactLaw::smooth(0.8));
+    let builder = builder.wall_temperatures(0, [Some(2.0), None]).wall_temperatures(2, [Some(0.5), Some(3.0)]);
+    let (scene, until) = (builder.build().unwrap(), Until::time(5.0));
+    let Run { engine, .. } = advance::<false, true>(&scene, until, None);
+    let redrawn: u32 = engine.sources.surface_random.iter().flat_map(|random| &random.contacts).sum();
+    assert!(engine.counts.totals.tc_altered > 100 && redrawn > 100, "{redrawn}");
+    compare::<false, true>(&scene, "TC model", until, (&[2, 3, 7], WIDE));
+    let work = compare::<false, true>(&scene, "TC model, thin halo", until, (&[2, 3, 5, 8], THIN));
+    assert!(work.differences > 5, "{work:?}");
 }
 
 #[test]
