@@ -297,6 +297,57 @@ fn domains_with_tc_model_and_thermal_walls_match_one_engine_bitwise() {
     assert!(work.differences > 5, "{work:?}");
 }
 
+/// Pairs of particles that approach each other in separate lanes, in a box that is open along y. A pair is given by the
+/// positions, relative to the middle of the lane, and the velocities of its particles.
+fn lanes(boundary: Boundary, pair: impl Fn(f64) -> [(Vector, Vector); 2]) -> Scene {
+    let mut scene = SceneBuilder::new("lanes")
+        .space(Space { boundary: [boundary, Boundary::OPEN, boundary], ..Space::periodic_cube(24.0) })
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"));
+    for lane in 0..256 {
+        // The places are irregular, so that particles enter cells at different times.
+        let place = |number: u32, part: f64| 1.5 + 1.4 * f64::from(number) + 0.3 * (f64::from(lane) * part).fract();
+        let middle = Vector::new(place(lane % 16, 0.618_034), 12.0, place(lane / 16, 0.414_214));
+        // Halves avoid events at round times. `check_window` counts an event at exactly the end of a window, but the
+        // domains leave it to the next window.
+        for (position, velocity) in pair(f64::from(lane) + 0.5) {
+            scene = scene.particle("A", middle + position, velocity);
+        }
+    }
+    scene.build().unwrap()
+}
+
+#[test]
+fn gas_that_has_dispersed_ends_at_the_same_time_in_domains() {
+    let run = |scene: &Scene, name: &str| {
+        let one = advance::<false, false>(scene, Until::default(), None);
+        assert_eq!((one.reason, one.events.len()), (Reason::Idle, 256), "{name}");
+        [2, 3].map(|count| {
+            let name = format!("{name}, {count} domains");
+            compare_with(&one, scene, &name, Until::default(), Team::new(count, 2, None), WIDE).serial
+        })
+    };
+    // All particles leave the cells at about the same time. Nothing is predicted then.
+    let serial = std::array::from_fn::<_, 16, _>(|k| {
+        let nearest = 4.0 + 0.25 * k as f64;
+        let scene = lanes(Boundary::OPEN, |lane| {
+            let away = |part: f64| Vector::y() * (nearest + 3.0 * (lane * part).fract());
+            [(-away(0.618_034), Vector::y()), (away(0.414_214), -Vector::y())]
+        });
+        run(&scene, &format!("out of cells from {nearest}"))
+    });
+    // After many short windows, the single engine ends the run. At least one of the runs ends in the domains.
+    assert!(serial.contains(&[0, 0]), "{serial:?}");
+    // All particles recede from each other along y. They keep entering cells along x and z.
+    let scene = lanes(Boundary::Periodic, |lane| {
+        let middle = Vector::y() * (0.05 * (lane - 128.0));
+        let velocity = Vector::new(0.917, 2.0 * middle.y, 0.643);
+        let approach = Vector::y() * (1.025 + 1e-6 * lane);
+        [-1.0, 1.0].map(|side| (middle + Vector::y() * (0.6 * side), velocity - approach * side))
+    });
+    assert_eq!(run(&scene, "apart"), [0, 0]);
+}
+
 #[test]
 fn observer_can_stop_domains_at_any_event() {
     let scene = bathed(mixture(), 2.0);
