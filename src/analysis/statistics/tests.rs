@@ -18,6 +18,20 @@ pub fn correlated(rho: f64, length: usize, seed: u64) -> Vec<f64> {
 }
 
 #[test]
+fn only_finite_means_and_errors_remain() {
+    let of = |mean, standard_error| Estimate { mean, standard_error };
+    for estimate in [of(2.5, None), of(-2.5, Some(0.0)), of(f64::MAX, Some(0.5))] {
+        assert_eq!(estimate.finite(), Some(estimate));
+    }
+    for not_finite in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert_eq!(of(2.5, Some(not_finite)).finite(), Some(of(2.5, None)), "{not_finite}");
+        for error in [None, Some(0.5), Some(not_finite)] {
+            assert_eq!(of(not_finite, error).finite(), None, "{not_finite} {error:?}");
+        }
+    }
+}
+
+#[test]
 fn the_error_of_a_correlated_series_is_that_of_theory() {
     // The variance of the mean of a long AR(1) series is `s^2 / (n (1 - rho)^2)`, with the variance `s^2` of the noise.
     for (rho, seed) in [(-0.5, 1), (0.0, 2), (0.5, 3), (0.9, 4)] {
