@@ -289,5 +289,5 @@ fn queue_and_search_follow_the_number_of_particles() {
             sizes.push(engine.schedule.queue.target());
         });
     }
-    assert!(sizes[2] >= 16 * sizes[0], "{sizes:?}");
+    assert!(sizes[2] >= 8 * sizes[0], "{sizes:?}");
 }
