@@ -8,14 +8,15 @@ use crate::model::FillRegion;
 /// ```
 /// use carom::Vector;
 /// use carom::engine::{Simulation, Until};
-/// use carom::model::space::Space;
+/// use carom::model::space::{Boundary, Space};
 /// use carom::model::{FillRegion, Region, SurfaceShape};
 /// use carom::scene::{InletDraft, InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 ///
 /// let above = Region { lower: Vector::new(0.0, 0.0, 17.0), upper: Vector::new(20.0, 20.0, 19.0) };
 /// let floor = SurfaceShape::Plane { point: Vector::new(0.0, 0.0, 1.0), normal: Vector::z() };
+/// let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::OPEN];
 /// let scene = SceneBuilder::new("rain")
-///     .space(Space::periodic_cube(20.0))
+///     .space(Space { boundary, ..Space::periodic_cube(20.0) })
 ///     .species(SpeciesDraft::new("drop").mass(1.0).diameter(1.0))
 ///     .interaction(InteractionDraft::new(Model::HardSphere).between("drop", "drop"))
 ///     .inlet(InletDraft::new("cloud", FillRegion::Box(above)).species("drop").rate(2.0).velocity(-Vector::z()))
