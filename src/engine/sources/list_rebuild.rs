@@ -84,6 +84,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Captured pairs must be stored first, because the lists do not contain captured partners.
     pub(in crate::engine) fn fill_lists(&mut self) {
+        if self.neighbours.verlet().is_none() {
+            return;
+        }
         let mut scratch = self.take_scratch();
         let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
         for particle in (0..).take(verlet.centres.len()) {
@@ -98,6 +101,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Builds the list of a new particle, and adds the particle to the lists of its neighbours.
     pub(in crate::engine) fn fill_list(&mut self, particle: u32) {
+        if self.neighbours.verlet().is_none() {
+            return;
+        }
         let mut scratch = self.take_scratch();
         let near = &mut scratch.near;
         let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
