@@ -384,9 +384,8 @@ impl Observer {
 
 fn upwards(scene: &Scene) -> Option<Vector> {
     let present = scene.particles.iter().map(|particle| particle.species);
-    let entering = scene.inlets.iter().flat_map(|inlet| inlet.composition.iter().map(|(species, _)| *species));
     let sum: Vector = present
-        .chain(entering)
+        .chain(scene.entering_species())
         .map(|species| &scene.species[species.0 as usize])
         .filter(|species| !species.is_static())
         .map(|species| species.acceleration)

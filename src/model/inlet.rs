@@ -35,6 +35,11 @@ pub struct Inlet {
 }
 
 impl Inlet {
+    /// Species that enter.
+    pub(crate) fn species(&self) -> impl Iterator<Item = SpeciesId> + '_ {
+        self.composition.iter().map(|(species, _)| *species)
+    }
+
     /// Time of attempt number `k`, counted from 0 `[time]`; infinite after [`Self::until`].
     pub(crate) fn attempt(&self, k: u64) -> f64 {
         let time = self.from + k as f64 / self.rate;

@@ -118,7 +118,7 @@ impl Scene {
     /// Whether all contacts in a stage with this thermostat only exchange velocities, as between equal hard particles
     /// on a line. The set of velocities is then constant, and time averages depend on the initial velocities.
     pub(crate) fn only_exchanges_velocities_with(&self, thermostat: Option<&Thermostat>) -> bool {
-        if self.space.dimensions() != 1 || !self.conserves_heat_with(thermostat) {
+        if self.space.dimensions() != 1 || self.has_flow() || !self.conserves_heat_with(thermostat) {
             return false;
         }
         let species = self.particles.iter().map(|particle| &self.species[particle.species.0 as usize]);
@@ -132,14 +132,11 @@ impl Scene {
         let loses_at_walls =
             self.space.boundary.iter().flat_map(Boundary::contact_laws).flatten().any(|law| law.dissipates())
                 || self.surfaces.iter().any(|surface| surface.law.dissipates());
-        let mut is_there = vec![false; self.species.len()];
-        self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
-        let entering = self.inlets.iter().flat_map(|inlet| &inlet.composition);
-        entering.for_each(|(species, _)| is_there[species.0 as usize] = true);
-        let moves = |species: usize| is_there[species] && !self.species[species].is_static();
+        let occurs = self.occurring_species();
+        let moves = |species: usize| occurs[species] && !self.species[species].is_static();
         let loses = |id: InteractionId| self.interactions[id.0 as usize].law.dissipates();
         let loses_in_pairs =
-            self.table.iter().any(|([a, b], id)| loses(id) && is_there[a] && is_there[b] && (moves(a) || moves(b)));
+            self.table.iter().any(|([a, b], id)| loses(id) && occurs[a] && occurs[b] && (moves(a) || moves(b)));
         loses_at_walls || loses_in_pairs || self.bonds.iter().any(|bond| loses(bond.interaction))
     }
 
@@ -159,10 +156,9 @@ impl Scene {
         if !self.species.iter().any(Species::is_static) {
             return false;
         }
-        let mut is_there = vec![false; self.species.len()];
-        self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
+        let occurs = self.occurring_species();
         let is_static = |species: usize| self.species[species].is_static();
-        self.table.iter().any(|([a, b], _)| is_there[a] && is_there[b] && is_static(a) != is_static(b))
+        self.table.iter().any(|([a, b], _)| occurs[a] && occurs[b] && is_static(a) != is_static(b))
             || self.bonds.iter().any(|bond| bond.pair.iter().any(|&id| self.species_of(id).is_static()))
     }
 }
@@ -182,6 +178,31 @@ mod tests {
             .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .particle("A", Vector::repeat(3.0), Vector::zeros())
             .particle("A", Vector::repeat(7.0), Vector::zeros())
+    }
+
+    #[test]
+    fn particles_that_enter_or_leave_change_the_velocities_on_a_line() {
+        let scene = |more: &str| {
+            let toml = format!(
+                "
+                space = {{ size = [20.0, 0.0, 0.0], x = 'walls', y = 'flat', z = 'flat' }}
+                species = [{{ name = 'A', mass = 1.3, diameter = 1.0 }}]
+                interaction = [{{ species = ['A', 'A'], potential = 'hard-sphere' }}]
+                particle = [
+                    {{ species = 'A', position = [3.0, 0.0, 0.0], velocity = [1.0, 0.0, 0.0] }},
+                    {{ species = 'A', position = [7.0, 0.0, 0.0] }},
+                ]
+                run = {{ until_time = 3 }}
+                {more}"
+            );
+            Scene::from_toml(&toml, "line.toml").unwrap()
+        };
+        assert!(scene("").only_exchanges_velocities_with(None));
+        let inlet =
+            "inlet = [{ species = 'A', region = { lower = [12.0, 0.0, 0.0], upper = [19.0, 0.0, 0.0] }, rate = 1.0 }]";
+        assert!(!scene(inlet).only_exchanges_velocities_with(None));
+        let outlet = "surface = [{ name = 'drain', shape = 'plane', point = [18.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0], outlet = true }]";
+        assert!(!scene(outlet).only_exchanges_velocities_with(None));
     }
 
     fn conserved(scene: &SceneBuilder) -> [bool; 3] {

@@ -51,6 +51,15 @@ impl RunPlan {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
+    /// Latest simulated time at which a run that begins at `start` ends `[time]`, if all its parts have a time limit.
+    /// An equilibration without a time limit is left out.
+    pub(crate) fn latest_end(&self, start: f64) -> Option<f64> {
+        let measured = |limit: &Until, before: &Until| Some(limit.time? + before.time.unwrap_or(0.0));
+        let of_stage = |stage: &StagePlan| measured(&stage.limit, &stage.measured.unwrap_or_default().limit);
+        let durations = self.stages.iter().map(of_stage).chain([measured(&self.limit, &self.equilibration)]);
+        durations.into_iter().try_fold(start, |end, duration| Some(end + duration?))
+    }
+
     pub(crate) fn first_stage(&self) -> &str {
         self.stages.first().map_or(MEASUREMENT, |stage| &stage.name)
     }

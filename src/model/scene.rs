@@ -308,16 +308,26 @@ impl Scene {
 
     /// Largest number of particles that may be in the system in addition to those at the start, as far as it is known.
     pub(crate) fn entering(&self) -> f64 {
-        let run = &self.run;
-        let durations = run.stages.iter().map(|stage| stage.limit.time);
-        let measured = run.limit.time.map(|time| time + run.equilibration.time.unwrap_or(0.0));
-        let end = durations.chain([measured]).try_fold(self.start_time, |end, time| Some(end + time?));
+        let end = self.run.latest_end(self.start_time);
         let of_one = |inlet: &Inlet| {
             let by_time = end.map(|end| ((end.min(inlet.until) - inlet.from) * inlet.rate).max(0.0) + 1.0);
             let limits = [by_time, inlet.count.map(|count| count as f64), inlet.keep.map(|keep| keep as f64)];
             limits.into_iter().flatten().reduce(f64::min).unwrap_or(0.0)
         };
         self.inlets.iter().map(of_one).sum()
+    }
+
+    /// Species of the particles that enter, inlet by inlet.
+    pub(crate) fn entering_species(&self) -> impl Iterator<Item = SpeciesId> + '_ {
+        self.inlets.iter().flat_map(Inlet::species)
+    }
+
+    /// Whether particles of each species are in the system at the start or enter later.
+    pub(crate) fn occurring_species(&self) -> Vec<bool> {
+        let mut occurs = vec![false; self.species.len()];
+        let present = self.particles.iter().map(|particle| particle.species);
+        present.chain(self.entering_species()).for_each(|species| occurs[species.0 as usize] = true);
+        occurs
     }
 
     /// Whether any surface moves at some time.

@@ -31,7 +31,7 @@ use crate::scene::validate::start::Configuration;
 
 /// Adds two particles of each entering species, so that checks cover their pairs.
 pub(super) fn with_entering(mut counts: Vec<usize>, inlets: &[Inlet]) -> Vec<usize> {
-    for (species, _) in inlets.iter().flat_map(|inlet| &inlet.composition) {
+    for species in inlets.iter().flat_map(Inlet::species) {
         counts[species.0 as usize] += 2;
     }
     counts

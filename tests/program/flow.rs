@@ -70,21 +70,9 @@ name = "height"
 bins = [1, 1, 15]
 "#;
 
-fn rows(place: &Place, folder: &str) -> Vec<BTreeMap<String, String>> {
-    let text = place.read(&format!("{folder}/thermo.csv"));
-    let mut lines = text.lines();
-    let heads: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let row = |line: &str| heads.iter().zip(line.split(',')).map(|(a, b)| ((*a).to_owned(), b.to_owned())).collect();
-    lines.map(row).collect()
-}
-
 /// Numbers of particles in the frames of a trajectory.
 fn counts(place: &Place, folder: &str) -> Vec<usize> {
     place.read(&format!("{folder}/trajectory.xyz")).lines().filter_map(|line| line.parse().ok()).collect()
-}
-
-fn summary(place: &Place, folder: &str) -> Value {
-    serde_json::from_str(&place.read(&format!("{folder}/summary.json"))).unwrap()
 }
 
 #[test]
@@ -93,7 +81,7 @@ fn rows_frames_and_results_follow_the_number_of_particles() {
     let run = place.carom(&["run", "scene.toml", "--out", "rain", "--quiet"]);
     assert!(run.status.success(), "{}", errors(&run));
     let number = |row: &BTreeMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
-    let rows = rows(&place, "rain");
+    let rows = place.thermo("rain");
     for row in &rows {
         assert_eq!(number(row, "particles"), number(row, "entered") - number(row, "left"), "{row:?}");
         let balance = number(row, "energy_and_dissipated");
@@ -104,7 +92,7 @@ fn rows_frames_and_results_follow_the_number_of_particles() {
     assert_eq!(entered, (40.0_f64 * 9.0 * 3.0 / 2.9).floor() + 1.0);
     let of_rows: Vec<usize> = rows.iter().step_by(8).map(|row| row["particles"].parse().unwrap()).collect();
     assert_eq!(counts(&place, "rain"), of_rows);
-    let results = summary(&place, "rain");
+    let results = place.summary("rain");
     assert_eq!(results["faults"], Value::Array(Vec::new()));
     assert_eq!(results["events"]["entry"].as_f64(), Some(entered));
     assert_eq!(results["inlets"][0]["entered"].as_f64(), Some(entered));
@@ -154,12 +142,12 @@ fn run_starts_from_the_end_of_a_flow() {
     assert!(first.status.success(), "{}", errors(&first));
     let next = place.carom(&["run", "scene.toml", "--from", "first", "--out", "next", "--quiet", "--until-time", "20"]);
     assert!(next.status.success(), "{}", errors(&next));
-    let (last, first) = (rows(&place, "first").pop().unwrap(), rows(&place, "next").remove(0));
+    let (last, first) = (place.thermo("first").pop().unwrap(), place.thermo("next").remove(0));
     for key in ["particles", "kinetic", "potential", "height"] {
         assert_eq!(last[key], first[key], "{key}");
     }
     assert_eq!((first["entered"].as_str(), first["left"].as_str()), ("0", "0"));
-    let results = summary(&place, "next");
+    let results = place.summary("next");
     assert_eq!(results["faults"], Value::Array(Vec::new()));
     assert!(results["events"]["exit"].as_f64().unwrap() > 100.0, "{results}");
 }
@@ -173,7 +161,7 @@ fn full_inlet_tells_how_many_particles_wait() {
     let run = place.carom(&["run", "scene.toml", "--out", "rain", "--quiet"]);
     let told = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(told.contains("wait for a free place: the inlet cannot keep its rate"), "{told}{}", errors(&run));
-    let inlet = &summary(&place, "rain")["inlets"][0];
+    let inlet = &place.summary("rain")["inlets"][0];
     let of = |key: &str| inlet[key].as_f64().unwrap();
     assert_eq!(of("entered") + of("waiting"), (9.0_f64 * 9.0 * 3.0 / 2.9).floor() + 1.0);
     assert!(of("waiting") > 10.0 && of("blocked") > 10.0, "{inlet}");

@@ -187,13 +187,9 @@ until_time = 5.0
     place.write("scene.toml", &format!("{head}{more}").replace("\"open\"", "\"walls\""));
     let output = place.carom(&["run", "scene.toml", "--quiet"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    let table = place.read("runs/scene/thermo.csv");
-    let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let heads = lines.next().unwrap();
-    let column = |name: &str| heads.iter().position(|head| *head == name).unwrap();
-    let counts: Vec<[&str; 2]> = lines.map(|cells| ["in_mesh", "in_box"].map(|name| cells[column(name)])).collect();
-    assert!(counts.len() > 15 && counts.iter().all(|[mesh, box_]| mesh == box_), "{counts:?}");
-    assert!(counts.iter().any(|count| *count != counts[0]), "{counts:?}");
+    let rows = place.thermo("runs/scene");
+    assert!(rows.len() > 15 && rows.iter().all(|row| row["in_mesh"] == row["in_box"]), "{rows:?}");
+    assert!(rows.iter().any(|row| row["in_box"] != rows[0]["in_box"]), "{rows:?}");
     let record = place.read("runs/scene/scene.toml");
     assert!(record.contains("checksum = \"crc32:"), "{record}");
     place.write("bin.stl", &text(&box_at([0.0; 3], 2.0)));

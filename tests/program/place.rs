@@ -94,6 +94,14 @@ impl Place {
         thermo.lines().enumerate().filter(is_wanted).map(|(_, line)| format!("{line}\n")).collect()
     }
 
+    /// The rows of `thermo.csv`: cells by the name of their column.
+    pub fn thermo(&self, folder: &str) -> Vec<BTreeMap<String, String>> {
+        let text = self.read(&format!("{folder}/thermo.csv"));
+        let mut lines = text.lines().map(|line| line.split(','));
+        let heads: Vec<&str> = lines.next().unwrap().collect();
+        lines.map(|row| heads.iter().zip(row).map(|(head, cell)| ((*head).into(), cell.into())).collect()).collect()
+    }
+
     pub fn summary(&self, folder: &str) -> Value {
         serde_json::from_str(&self.read(&format!("{folder}/summary.json"))).unwrap()
     }

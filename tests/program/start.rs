@@ -85,9 +85,7 @@ fn last_frame(place: &Place, folder: &str) -> String {
 }
 
 fn column(place: &Place, folder: &str, name: &str) -> Vec<f64> {
-    let text = place.read(&format!("{folder}/thermo.csv"));
-    let at = text.lines().next().unwrap().split(',').position(|word| word.split(' ').next() == Some(name)).unwrap();
-    text.lines().skip(1).map(|row| row.split(',').nth(at).unwrap().parse().unwrap()).collect()
+    place.thermo(folder).iter().map(|row| row[name].parse().unwrap()).collect()
 }
 
 fn refused(place: &Place, arguments: &[&str], expected: &[&str]) {

@@ -9,7 +9,6 @@ use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 use crate::base::numbers::{id, index};
-use crate::model::SpeciesId;
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::MOST_CELLS;
 use crate::model::space::{Boundary, Space};
@@ -38,8 +37,6 @@ pub(super) struct Profile {
     bins: [usize; 3],
     /// The species that counts; `None` for all species.
     species: Option<u32>,
-    /// Ids of the particles that count, if none enter or leave.
-    ids: Vec<u32>,
     samples: u64,
     curve: CurveAverage,
 }
@@ -54,27 +51,18 @@ impl Profile {
         let named = |name: &String| system.species_names.iter().position(|other| other == name).map_or(u32::MAX, id);
         let species = plan.species.as_ref().map(named);
         let counts = |&&id: &&u32| species.is_none_or(|species| species == system.species[id as usize]);
-        let ids: Vec<u32> = system.moving.iter().filter(counts).copied().collect();
+        let count = system.moving.iter().filter(counts).count();
         let bins = affordable(plan.bins);
         Self {
             name: plan.name.clone(),
-            times: budgeted_times(setup, plan.interval, 10.0 * ids.len() as f64),
+            times: budgeted_times(setup, plan.interval, 10.0 * count as f64),
             lower,
             size: upper - lower,
             curve: CurveAverage::new(bins.iter().product::<usize>() * ELEMENTS),
             bins,
             species,
-            ids,
             samples: 0,
         }
-    }
-
-    /// Returns the indices in a sample of the particles that count, if particles enter or leave.
-    fn present(&self, sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
-        let counts = |species: &SpeciesId| {
-            system.species_masses[species.0 as usize].is_finite() && self.species.is_none_or(|it| it == species.0)
-        };
-        (0..).zip(sample.species).filter(|(_, species)| counts(species)).map(|(index, _)| index).collect()
     }
 
     fn bins(&self, axis: usize) -> Bins {
@@ -130,17 +118,14 @@ impl Instrument for Profile {
             return;
         }
         let mut values = vec![0.0; self.curve.len()];
-        let present = if system.has_flow { self.present(sample, system) } else { Vec::new() };
-        for &id in if system.has_flow { &present } else { &self.ids } {
-            let Some(cell) = self.cell_of(&sample.positions[id as usize], &system.space) else { continue };
-            let mass = if system.has_flow {
-                system.species_masses[sample.species[id as usize].0 as usize]
-            } else {
-                system.masses[id as usize]
-            };
-            let velocity = sample.velocities[id as usize];
+        for ((species, position), velocity) in sample.species.iter().zip(sample.positions).zip(sample.velocities) {
+            let mass = system.species_masses[species.0 as usize];
+            if !(mass.is_finite() && self.species.is_none_or(|counted| counted == species.0)) {
+                continue;
+            }
+            let Some(cell) = self.cell_of(position, &system.space) else { continue };
             let momentum = mass * velocity;
-            let streaming = system.streaming_velocity(&sample.positions[id as usize]);
+            let streaming = system.streaming_velocity(position);
             let peculiar = velocity - streaming;
             let square = mass * peculiar.norm_squared();
             let parts = [1.0, mass, momentum.x, momentum.y, momentum.z, square, mass * streaming.x];

@@ -6,8 +6,9 @@ use crate::base::numbers::id;
 use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{Bond, ContactLaw, InteractionId, ParticleId, Scene, SpeciesId, SpeciesPairs, SurfaceLaw};
-use crate::model::{SceneSurface, SurfaceShape};
+use crate::model::{
+    Bond, ContactLaw, InteractionId, ParticleId, Scene, SceneSurface, SpeciesId, SpeciesPairs, SurfaceLaw, SurfaceShape,
+};
 use std::convert::Infallible;
 use std::f64::consts::PI;
 

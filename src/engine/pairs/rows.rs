@@ -19,13 +19,7 @@ impl Rows {
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let count = scene.species.len();
-        let mut has_row = vec![count <= FEW; count];
-        for particle in &scene.particles {
-            has_row[particle.species.0 as usize] = true;
-        }
-        for (species, _) in scene.inlets.iter().flat_map(|inlet| &inlet.composition) {
-            has_row[species.0 as usize] = true;
-        }
+        let has_row = if count <= FEW { vec![true; count] } else { scene.occurring_species() };
         let species: Vec<_> =
             (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)).collect();
         let mut rows = vec![0; count];

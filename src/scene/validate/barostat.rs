@@ -38,9 +38,8 @@ pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
 
 fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     let is_bond = |id: crate::model::InteractionId| scene.interactions[id.0 as usize].potential.is_bond();
-    let mut is_there = vec![false; scene.species.len()];
-    scene.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
-    if let Some(([a, b], _)) = scene.table.iter().find(|([a, b], id)| is_there[*a] && is_there[*b] && is_bond(*id)) {
+    let occurs = scene.occurring_species();
+    if let Some(([a, b], _)) = scene.table.iter().find(|([a, b], id)| occurs[*a] && occurs[*b] && is_bond(*id)) {
         let names = format!(
             "given with bonds between all particles of `{}` and `{}`",
             scene.species[a].name, scene.species[b].name

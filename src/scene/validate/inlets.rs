@@ -33,7 +33,7 @@ impl SceneBuilder {
             on_flat_axes(&inlet.velocity, &Vector::zeros(), space, &at.key("velocity"))?;
             not_negative(inlet.temperature, at.key("temperature"))?;
             region_of(Some(inlet.region), space, &at)?;
-            let diameters = inlet.composition.iter().map(|(id, _)| species[id.0 as usize].diameter);
+            let diameters = inlet.species().map(|id| species[id.0 as usize].diameter);
             let largest = diameters.fold(0.0, f64::max);
             if !has_room(&inlet.region, largest, space) {
                 let expected = format!("one in which a particle of diameter {largest} has room");
@@ -91,7 +91,7 @@ impl SceneBuilder {
                 return refuse(at.key(key), 0, "at least 1");
             }
         }
-        let last = until.min(self.end_of_run().unwrap_or(f64::INFINITY));
+        let last = until.min(self.parts.run.latest_end(start).unwrap_or(f64::INFINITY));
         let are_too_many = last.is_finite() && (last - from) * rate > MOST_PARTICLES as f64;
         // Below the round-off of `from`, the interval would not advance time.
         if are_too_many || from + 1.0 / rate <= from {
@@ -102,14 +102,6 @@ impl SceneBuilder {
             return refuse(at.key("count"), count.unwrap_or(0), format!("at most {MOST_PARTICLES}"));
         }
         Ok(())
-    }
-
-    /// Simulated time at which the run ends `[time]`, if it is known.
-    fn end_of_run(&self) -> Option<f64> {
-        let run = &self.parts.run;
-        let durations = run.stages.iter().map(|stage| stage.duration());
-        let measured = run.limit.time.map(|time| time + run.equilibration.time.unwrap_or(0.0));
-        durations.chain([measured]).try_fold(self.parts.start_time, |end, duration| Some(end + duration?))
     }
 }
 

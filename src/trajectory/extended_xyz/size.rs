@@ -30,8 +30,8 @@ pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
         .collect();
     let particles: usize =
         scene.particles.iter().filter_map(|particle| of_species.get(particle.species.0 as usize)).sum();
-    let shares = scene.inlets.iter().flat_map(|inlet| &inlet.composition);
-    let largest = shares.filter_map(|(species, _)| of_species.get(species.0 as usize)).max().copied().unwrap_or(0);
+    let of_entering = scene.entering_species().filter_map(|species| of_species.get(species.0 as usize));
+    let largest = of_entering.max().copied().unwrap_or(0);
     let entering = trunc_to_usize(scene.entering());
     let (particles, count) = (particles + largest * entering, scene.particles.len() + entering);
     let scalars = if scene.measure.bond_order.is_some() { 2 * DIGITS } else { 0 };

@@ -77,8 +77,7 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
         let SurfaceShape::Mesh(mesh) = &surface.shape else { continue };
         let report = MeshReport::of(mesh);
         let present = scene.particles.iter().map(|particle| particle.species);
-        let entering = scene.inlets.iter().flat_map(|inlet| inlet.composition.iter().map(|(species, _)| *species));
-        let meeting = present.chain(entering).filter(|species| surface.meets(*species));
+        let meeting = present.chain(scene.entering_species()).filter(|species| surface.meets(*species));
         let diameters = meeting.map(|species| scene.species[species.0 as usize].diameter);
         lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
         // An open rim is not a fault. For example, funnels have one.

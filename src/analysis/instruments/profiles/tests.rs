@@ -1,6 +1,7 @@
 use super::*;
 use crate::analysis::instruments::Series;
 use crate::analysis::statistics::tests::fits;
+use crate::model::SpeciesId;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
@@ -15,12 +16,19 @@ fn measure(
     plan: &plan::Profile,
     mut frame: impl FnMut() -> (Vec<Vector>, Vec<Vector>),
 ) -> (Profile, Measured) {
+    let species: Vec<SpeciesId> = system.species.iter().copied().map(SpeciesId).collect();
     let (positions, velocities) = frame();
-    let sample = Sample { positions: &positions, velocities: &velocities, ..Sample::default() };
+    let sample = Sample { species: &species, positions: &positions, velocities: &velocities, ..Sample::default() };
     let mut profile = Profile::new(plan, &Setup { system, sample, duration: FRAMES as f64 });
     for k in 1..=FRAMES {
         let (positions, velocities) = frame();
-        let sample = Sample { time: k as f64, positions: &positions, velocities: &velocities, ..Sample::default() };
+        let sample = Sample {
+            time: k as f64,
+            species: &species,
+            positions: &positions,
+            velocities: &velocities,
+            ..Sample::default()
+        };
         profile.sample(&sample, system);
     }
     let mut measured = Measured::default();
@@ -37,6 +45,8 @@ fn plan(bins: [u64; 3]) -> plan::Profile {
 fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
     let mut system = SystemDescription::of_points(Space::periodic_cube(4.0), 60);
     system.conserved_axes = [false; 3];
+    system.species = (0..60).map(|k| k % 2).collect();
+    system.species_masses = vec![1.0, 3.0];
     system.masses = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { 3.0 }).collect();
     let mut random = ChaCha8Rng::seed_from_u64(11);
     // In the cells 0, 1 and 2 along y, the flow velocity along x is 0, 1 and 2. The cell 3 is empty. The temperature is
