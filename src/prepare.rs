@@ -2,7 +2,7 @@
 //!
 //! Positions come from [`lattice`], [`packing`], [`chain`] and [`surface`] (static spheres). [`region`] defines the
 //! part of the box to fill, and [`velocity`] draws the velocities. [`resting`] finds particles at rest on something
-//! fixed. [`polydispersity`] calculates diameters, and [`composition`] the particle numbers of a mixture.
+//! fixed, and [`separation`] moves particles apart. [`polydispersity`] calculates diameters, and [`composition`] the particle numbers of a mixture.
 
 pub(crate) mod chain;
 pub(crate) mod composition;
@@ -10,6 +10,7 @@ pub(crate) mod lattice;
 pub(crate) mod packing;
 pub(crate) mod polydispersity;
 pub(crate) mod resting;
+pub(crate) mod separation;
 pub(crate) mod surface;
 pub(crate) mod velocity;
 

@@ -134,13 +134,9 @@ impl Arrest {
                 "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the restitution to 1, or start \
                  without particles that rest in contact or overlap"
             }
-            (_, Standstill::Storm { .. }) => {
-                "start without particles that rest in contact: put them apart by about `a tc^2 / 8`, where `a` is the gravity and `tc` is \
-                 dynamics.contact_time, so that contacts lose energy at first"
-            }
-            (true, _) => {
-                "start without particles that rest in contact or overlap: move them slightly apart, or give them a velocity; \
-                 dynamics.contact_time is set, but it does not move particles at rest"
+            (true, _) | (_, Standstill::Storm { .. }) => {
+                "give the particles more room, or set a longer dynamics.contact_time: in the space that they have, they meet far more often \
+                 than once per contact time"
             }
         }
     }

@@ -75,7 +75,7 @@ pub struct Event {
     pub distance: f64,
     /// Potential energy that a pair gained, or energy that a surface or heat bath supplied `[energy]`.
     pub energy_step: f64,
-    /// Kinetic energy dissipated in an inelastic contact `[energy]`.
+    /// Kinetic energy dissipated in an inelastic contact; negative if the TC model lifts a particle at rest `[energy]`.
     pub dissipated: f64,
     /// Positions of the particle and of the other particle `[length]`. Along periodic axes, they are inside the box
     /// within round-off. Without another particle, the second position is zero.
@@ -157,6 +157,8 @@ pub struct EventCounts {
     pub tc_contacts: u64,
     /// Contacts in which the TC model reduced the dissipation.
     pub tc_altered: u64,
+    /// Contacts at rest to which the TC model supplied energy, so that they do not repeat without an advance of time.
+    pub tc_lifted: u64,
     /// Deepest overlap at any event, as a fraction of the distance of the discontinuity.
     pub deepest_overlap: f64,
     /// Collisional virial: the sum of `r_ij . J` over pair events, with the separation `r_ij` and the impulse `J`
@@ -232,7 +234,7 @@ impl EventCounts {
         }
     }
 
-    fn counts_mut(&mut self) -> [&mut u64; 14] {
+    fn counts_mut(&mut self) -> [&mut u64; 15] {
         [
             &mut self.core,
             &mut self.core_static,
@@ -245,6 +247,7 @@ impl EventCounts {
             &mut self.in_invalid_state,
             &mut self.tc_contacts,
             &mut self.tc_altered,
+            &mut self.tc_lifted,
             &mut self.thermostat,
             &mut self.exit,
             &mut self.entry,

@@ -9,7 +9,7 @@
 //! | `positions.npy` | `f64` x 2 x 3 | positions of particle and partner, inside the box; 0 without a partner |
 //! | `velocities_before.npy`, `velocities_after.npy` | `f64` x 2 x 3 | velocities of particle and partner |
 //! | `energy_step.npy` | `f64` | potential energy gained; for a surface or a thermostat, the energy that it supplied |
-//! | `dissipated.npy` | `f64` | kinetic energy lost in an inelastic contact |
+//! | `dissipated.npy` | `f64` | kinetic energy lost in an inelastic contact; negative if the TC model lifts a particle at rest |
 //!
 //! Numbers are little-endian. An event has 181 bytes.
 

@@ -18,7 +18,7 @@ use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_flows, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::{InletCounts, Simulation};
-use crate::model::{InputFile, Species, StagePlan, VolumeMoves};
+use crate::model::{InputFile, Separated, Species, StagePlan, VolumeMoves};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
@@ -129,6 +129,8 @@ pub struct Events {
     pub in_invalid_state: u64,
     pub tc_contacts: u64,
     pub tc_altered: u64,
+    #[serde(default)]
+    pub tc_lifted: u64,
     /// Particles that have left; `None` without an inlet or outlet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exit: Option<u64>,
@@ -204,6 +206,9 @@ pub struct Overlaps {
     pub r#final: usize,
     /// Simulated time at which the last initial overlap was resolved.
     pub resolved_after: Option<f64>,
+    /// Overlaps that were removed before the start; `None` if there were none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub separated: Option<Separated>,
 }
 
 /// An observable of the run, averaged over the measurement.
@@ -279,6 +284,7 @@ impl Summary {
                 initial: audit.initial.overlaps,
                 r#final: audit.final_overlaps,
                 resolved_after: audit.initial.resolved_after,
+                separated: Some(simulation.scene().separated()).filter(|separated| separated.overlaps > 0),
             },
             trouble: finished.trouble(),
             faults: audit.faults().iter().map(ToString::to_string).collect(),
@@ -390,6 +396,7 @@ fn events(measurement: &MeasurementPeriod, has_flow: bool) -> Events {
         in_invalid_state: event_counts.in_invalid_state,
         tc_contacts: event_counts.tc_contacts,
         tc_altered: event_counts.tc_altered,
+        tc_lifted: event_counts.tc_lifted,
         exit: has_flow.then_some(event_counts.exit),
         entry: has_flow.then_some(event_counts.entry),
     }

@@ -9,7 +9,7 @@ use super::predecessor::LastState;
 use super::space::Boundary;
 use super::{
     AuditPlan, ExchangePlan, Inlet, InputFile, LivePlan, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan,
-    SceneSurface, Space, SpeciesPairs, StaticSurface, SurfaceLaw,
+    SceneSurface, Separated, Space, SpeciesPairs, StaticSurface, SurfaceLaw,
 };
 use crate::Vector;
 
@@ -225,6 +225,10 @@ scene! {
     contact_time: Option<f64> => copy Option<f64>,
     /// Whether overlaps at the start are permitted. The stable rule resolves these overlaps.
     allow_invalid_start: bool => copy bool,
+    /// Distance by which particles may be moved at the start to remove overlaps `[length]`; `None` to keep the overlaps.
+    separate_overlaps: Option<f64> => copy Option<f64>,
+    /// The overlaps that were removed from the start.
+    separated: Separated => copy Separated,
     /// Limits of the audit of a run.
     audit: AuditPlan => copy AuditPlan,
     /// The stages of the run, and the limit of its measurement.

@@ -90,6 +90,8 @@ pub struct Response {
     pub tangential_scale: f64,
     /// Whether the roughness of the contact law acts in this contact.
     pub is_rough: bool,
+    /// Whether the TC model lifted a pair at rest.
+    pub is_lifted: bool,
 }
 
 /// Decides the response of a pair at a discontinuity.
@@ -105,7 +107,8 @@ pub struct Response {
 #[must_use]
 pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactLaw) -> Response {
     let &Approach { radial, squared, reduced_mass } = approach;
-    let smooth = |outcome, radial| Response { outcome, radial, tangential_scale: 1.0, is_rough: false };
+    let smooth =
+        |outcome, radial| Response { outcome, radial, tangential_scale: 1.0, is_rough: false, is_lifted: false };
     if energy_step == f64::INFINITY {
         // The particles do not touch at the end of a bond, so this barrier is smooth.
         let (outcome, is_rough) = match side {
@@ -132,6 +135,21 @@ fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
     if radial * side.sign() < 0.0 { -restitution * radial } else { radial }
 }
 
+/// Relative motion before a contact with an infinite barrier, which the TC model needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arrival {
+    /// Normal speed of approach, at least 0 `[length / time]`.
+    pub approach: f64,
+    /// Relative speed along the barrier `[length / time]`.
+    pub tangential: f64,
+    /// Relative acceleration towards the barrier, from gravity or the centrifugal force; negative if it drives the pair
+    /// away `[length / time^2]`.
+    pub closing: f64,
+    /// The part of `closing` that does not come from the curvature of the path or of the barrier: gravity, or the
+    /// acceleration of a surface.
+    pub closing_at_rest: f64,
+}
+
 /// Velocity of a pair after a contact with an infinite barrier under the TC model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leaving {
@@ -141,6 +159,8 @@ pub struct Leaving {
     pub tangential_scale: f64,
     /// Whether the roughness of the contact law acts in this contact.
     pub is_rough: bool,
+    /// Whether the pair was at rest and gained energy.
+    pub is_lifted: bool,
 }
 
 /// Maximum number of contacts within one contact time. A pair that would have more contacts slides.
@@ -148,38 +168,37 @@ const SLIDING: f64 = 64.0;
 
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
 ///
-/// `approach >= 0` is the normal speed of approach, `tangential` the relative speed along the barrier, and `closing`
-/// the relative acceleration towards the barrier `[length / time^2]`, negative if it drives the pair away.
-///
 /// A contact is elastic and smooth if either particle had a contact less than `contact_time` ago (`is_recent`). With a
 /// restitution near 0 this rule is not sufficient, and the events would never end. The speed after a contact is
 /// therefore at least `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides
 /// along the barrier with hardly any normal speed, a small part of the tangential velocity is turned into the normal
-/// direction. Neither rule adds energy.
+/// direction. None of these rules adds energy.
+///
+/// A pair at rest has no energy to separate. It gets the speed `closing_at_rest * contact_time / 2`, with which grains
+/// at rest bounce in this model, and its contacts are then one contact time apart. This adds energy, which counts as
+/// supplied.
 #[inline]
 #[must_use]
-pub fn tc_contact(
-    law: &ContactLaw,
-    is_recent: bool,
-    approach: f64,
-    tangential: f64,
-    closing: f64,
-    contact_time: f64,
-) -> Leaving {
+pub fn tc_contact(law: &ContactLaw, is_recent: bool, arrival: &Arrival, contact_time: f64) -> Leaving {
+    let &Arrival { approach, tangential, closing, closing_at_rest } = arrival;
     let away_for_contact_time = (0.5 * closing * contact_time).max(0.0);
     let slowest = away_for_contact_time / SLIDING;
     if approach < slowest {
         let energy = approach * approach + tangential * tangential;
+        let speed_at_rest = 0.5 * closing_at_rest * contact_time;
+        if SLIDING * energy.sqrt() < speed_at_rest {
+            return Leaving { speed: speed_at_rest, tangential_scale: 1.0, is_rough: false, is_lifted: true };
+        }
         let speed = slowest.min(energy.sqrt());
         let left = (energy - speed * speed).max(0.0).sqrt();
         let tangential_scale = if tangential > 0.0 { left / tangential } else { 1.0 };
-        return Leaving { speed, tangential_scale, is_rough: false };
+        return Leaving { speed, tangential_scale, is_rough: false, is_lifted: false };
     }
     if is_recent {
-        return Leaving { speed: approach, tangential_scale: 1.0, is_rough: false };
+        return Leaving { speed: approach, tangential_scale: 1.0, is_rough: false, is_lifted: false };
     }
     let speed = (law.restitution * approach).max(away_for_contact_time.min(approach));
-    Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some() }
+    Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some(), is_lifted: false }
 }
 
 #[cfg(test)]
@@ -189,6 +208,13 @@ mod tests {
     /// A pair at distance 2 with reduced mass 1/2 and normal velocity `vn`.
     fn at(vn: f64) -> Approach {
         Approach { radial: 2.0 * vn, squared: 4.0, reduced_mass: 0.5 }
+    }
+
+    /// Motion after a contact with the speeds `[approach, tangential]`.
+    fn left(restitution: f64, is_recent: bool, speeds: [f64; 2], closing: f64, contact_time: f64) -> Leaving {
+        let [approach, tangential] = speeds;
+        let arrival = Arrival { approach, tangential, closing, closing_at_rest: closing };
+        tc_contact(&ContactLaw::smooth(restitution), is_recent, &arrival, contact_time)
     }
 
     fn outcome_and_normal_velocity(side: Side, energy_step: f64, vn: f64, restitution: f64) -> (Outcome, f64) {
@@ -250,40 +276,45 @@ mod tests {
 
     #[test]
     fn the_tc_model_makes_frequent_contacts_elastic() {
-        let leaving = |speed| Leaving { speed, tangential_scale: 1.0, is_rough: false };
-        assert_eq!(tc_contact(&ContactLaw::smooth(0.5), true, 3.0, 1.0, 1.0, 0.1), leaving(3.0));
-        assert_eq!(tc_contact(&ContactLaw::smooth(0.5), false, 3.0, 1.0, 1.0, 0.1), leaving(1.5));
-        assert_eq!(
-            tc_contact(&ContactLaw::smooth(0.0), false, 3.0, 1.0, -1.0, 0.1),
-            leaving(0.0),
-            "the pair separates by itself"
-        );
+        let leaving = |speed| Leaving { speed, tangential_scale: 1.0, is_rough: false, is_lifted: false };
+        let contact = |e, is_recent, closing| left(e, is_recent, [3.0, 1.0], closing, 0.1);
+        assert_eq!(contact(0.5, true, 1.0), leaving(3.0));
+        assert_eq!(contact(0.5, false, 1.0), leaving(1.5));
+        assert_eq!(contact(0.0, false, -1.0), leaving(0.0), "the pair separates by itself");
     }
 
     #[test]
     fn tc_model_gives_enough_speed_to_separate_for_a_contact_time() {
         // A pair with speed 0.05 and acceleration 1 returns after one contact time, 0.1.
-        assert_eq!(tc_contact(&ContactLaw::smooth(0.0), false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
-        assert_eq!(
-            tc_contact(&ContactLaw::smooth(0.0), false, 0.01, 0.0, 1.0, 0.1).speed,
-            0.01,
-            "the speed never increases"
-        );
+        assert_eq!(left(0.0, false, [0.5, 0.0], 1.0, 0.1).speed, 0.05);
+        assert_eq!(left(0.0, false, [0.01, 0.0], 1.0, 0.1).speed, 0.01, "the speed does not increase");
     }
 
     #[test]
     fn the_tc_model_turns_a_sliding_contact_at_constant_energy() {
-        let leaving = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 2.0, 1.0, 0.128);
+        let leaving = left(0.0, true, [0.0, 2.0], 1.0, 0.128);
         assert_eq!(leaving.speed, 0.001);
         let energy = leaving.speed.powi(2) + (2.0 * leaving.tangential_scale).powi(2);
         assert!((energy - 4.0).abs() < 4.0 * f64::EPSILON);
-        let slow = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 1e-6, 1.0, 0.128);
-        assert_eq!(slow, Leaving { speed: 1e-6, tangential_scale: 0.0, is_rough: false }, "all of a slow motion");
-        let rest = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 0.0, 1.0, 0.128);
-        assert_eq!(
-            rest,
-            Leaving { speed: 0.0, tangential_scale: 1.0, is_rough: false },
-            "a pair at rest stays at rest"
-        );
+    }
+
+    #[test]
+    fn pair_at_rest_gets_the_speed_of_grains_at_rest() {
+        // The speed is that of a particle which returns after the contact time. Below 1 / 64 of it, a pair is at rest.
+        let lifted = Leaving { speed: 0.064, tangential_scale: 1.0, is_rough: false, is_lifted: true };
+        for [approach, tangential] in [[0.0, 0.0], [1e-8, 0.0], [0.0, 0.0009], [0.0007, 0.0007]] {
+            for is_recent in [false, true] {
+                let leaving = left(0.3, is_recent, [approach, tangential], 1.0, 0.128);
+                assert_eq!(leaving, lifted);
+            }
+        }
+        let slides = left(0.3, true, [0.0008, 0.0008], 1.0, 0.128);
+        assert!(slides.speed == 0.001 && slides.tangential_scale < 1.0, "{slides:?}");
+        // The curvature of the barrier does not act on a pair at rest, and would let its energy grow without limit.
+        let arrival = Arrival { approach: 0.0, tangential: 2.0, closing: 400.0, closing_at_rest: 0.0 };
+        let along = tc_contact(&ContactLaw::smooth(0.3), true, &arrival, 1.0);
+        assert_eq!(along, Leaving { speed: 2.0, tangential_scale: 0.0, is_rough: false, is_lifted: false });
+        let apart = left(0.3, false, [0.0, 0.0], -1.0, 0.128);
+        assert_eq!(apart.speed, 0.0, "a pair that gravity separates is not lifted");
     }
 }

@@ -23,17 +23,12 @@ pub(crate) struct Resting {
     pub ground: Ground,
     /// Time until the next contact `[time]`.
     pub bounce: f64,
-    /// Acceleration towards the ground `[length / time^2]`.
-    pub acceleration: f64,
 }
 
 /// Relative rounding error of coordinates. Smaller gaps are contacts.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// A particle is at rest if it bounces for less than this fraction of the contact time of the TC model.
-const OF_CONTACT_TIME: f64 = 1e-4;
-
-/// Without a contact time, the limit is this fraction of `sqrt(diameter / acceleration)`.
+/// A particle is at rest if it bounces for less than this fraction of `sqrt(diameter / acceleration)`.
 const OF_FALL: f64 = 1e-8;
 
 pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
@@ -51,7 +46,7 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
         surfaces.for_each_near((&particle.position, around), row, surfaces.start_time(), |surface, position| {
             let rounding = ROUNDING * (surface.shape.terms(position) + radius);
             let reflects = matches!(surface.law, SurfaceLaw::Reflecting(_));
-            if !reflects || !surface.is_at_rest() || surface.shape.gap(position, radius).abs() > rounding {
+            if !reflects || !surface.is_at_rest() || surface.shape.gap(position, radius) > rounding {
                 return;
             }
             let ground = || match surface.shape.side() {
@@ -113,10 +108,9 @@ fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vect
     }
     let speed = particle.velocity.dot(normal).abs();
     let bounce = 2.0 * speed / acceleration;
-    let shortest =
-        scene.contact_time.map_or(OF_FALL * (species.diameter / acceleration).sqrt(), |it| OF_CONTACT_TIME * it);
+    let shortest = OF_FALL * (species.diameter / acceleration).sqrt();
     if bounce < shortest && found.as_ref().is_none_or(|other| bounce < other.bounce) {
-        *found = Some(Resting { particle: ParticleId(id(number)), ground: ground(), bounce, acceleration });
+        *found = Some(Resting { particle: ParticleId(id(number)), ground: ground(), bounce });
     }
 }
 
@@ -160,13 +154,12 @@ mod tests {
         position = [5.0, 5.0, 5.0]
     "#;
 
-    fn scene(places: &[([f64; 3], [f64; 3])], contact_time: Option<f64>) -> Scene {
+    fn scene(places: &[([f64; 3], [f64; 3])]) -> Scene {
         let mut text = BOX.to_owned();
         for (position, velocity) in places {
             text += &format!("[[particle]]\nspecies = 'A'\nposition = {position:?}\nvelocity = {velocity:?}\n");
         }
         text += "[run]\nuntil_time = 1.0\n[dynamics]\ngravity = [0.0, 0.0, -2.0]\n";
-        text += &contact_time.map_or_else(String::new, |time| format!("contact_time = {time:?}\n"));
         Scene::from_toml(text, "rest.toml").unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
     }
 
@@ -176,20 +169,17 @@ mod tests {
     fn particles_rest_on_walls_surfaces_and_static_particles() {
         // A particle at this x and at z = 1 touches the slope `z = x - 15`.
         let on_slope = 15.0 + 1.0 - libm::sqrt(0.5);
-        let scene = scene(
-            &[
-                ([2.0, 2.0, 0.5], REST),
-                ([on_slope, 9.0, 1.0], REST),
-                ([5.0, 5.0, 6.5], REST),
-                // This particle lies on a particle that can move.
-                ([2.0, 2.0, 1.5], REST),
-                // Gravity does not press these particles against the ceiling or the static particle.
-                ([9.0, 9.0, 19.5], REST),
-                ([5.0, 5.0, 3.5], REST),
-                ([6.5, 5.0, 5.0], REST),
-            ],
-            None,
-        );
+        let scene = scene(&[
+            ([2.0, 2.0, 0.5], REST),
+            ([on_slope, 9.0, 1.0], REST),
+            ([5.0, 5.0, 6.5], REST),
+            // This particle lies on a particle that can move.
+            ([2.0, 2.0, 1.5], REST),
+            // Gravity does not press these particles against the ceiling or the static particle.
+            ([9.0, 9.0, 19.5], REST),
+            ([5.0, 5.0, 3.5], REST),
+            ([6.5, 5.0, 5.0], REST),
+        ]);
         let found = resting(&scene);
         let grounds: Vec<(u32, &Ground)> = found.iter().map(|it| (it.particle.0, &it.ground)).collect();
         let expected = [
@@ -199,22 +189,21 @@ mod tests {
         ];
         assert_eq!(grounds, expected);
         assert!(found.iter().all(|it| it.bounce == 0.0));
-        let accelerations = found.iter().map(|it| it.acceleration);
-        for (found, expected) in accelerations.zip([2.0, libm::sqrt(2.0), 2.0]) {
-            assert!((found / expected - 1.0).abs() < 1e-14, "{found}");
-        }
     }
 
     #[test]
     fn noticeably_bouncing_particle_is_not_at_rest() {
-        let with = |height: f64, speed: f64, contact_time: Option<f64>| {
-            resting(&scene(&[([2.0, 2.0, 0.5 + height], [3.0, 0.0, speed])], contact_time)).pop().map(|it| it.bounce)
-        };
-        assert_eq!(with(0.0, 1e-12, Some(1e-3)), Some(1e-12), "2 v / g");
-        assert_eq!(with(0.0, -1e-12, Some(1e-3)), Some(1e-12));
-        assert_eq!(with(0.0, 2e-7, Some(1e-3)), None);
-        assert_eq!(with(0.0, 1e-12, None), Some(1e-12));
-        assert_eq!(with(0.0, 1e-7, None), None);
-        assert_eq!(with(1e-9, 0.0, Some(1e-3)), None);
+        let with =
+            |place: [f64; 3], speed: f64| resting(&scene(&[(place, [3.0, 0.0, speed])])).pop().map(|it| it.bounce);
+        let above = |height: f64| [2.0, 2.0, 0.5 + height];
+        for speed in [1e-12, -1e-12] {
+            assert_eq!(with(above(0.0), speed), Some(1e-12), "2 v / g");
+        }
+        // On the slope of 45 degrees, the speed and the acceleration along the normal are both lower.
+        let on_slope = [15.0 + 1.0 - libm::sqrt(0.5), 9.0, 1.0];
+        let bounce = resting(&scene(&[(on_slope, [0.0, 0.0, 1e-12])])).pop().map(|it| it.bounce);
+        assert!(bounce.is_some_and(|bounce| (bounce / 1e-12 - 1.0).abs() < 1e-14), "{bounce:?}");
+        assert_eq!(with(above(0.0), 1e-7), None);
+        assert_eq!(with(above(1e-9), 0.0), None);
     }
 }

@@ -116,6 +116,8 @@ impl SceneBuilder {
         /// Sets whether particles may overlap at the start. Overlaps never grow deeper, and disappear unless gravity or
         /// wells hold the particles together.
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
+        /// Sets the distance by which particles may be moved at the start to remove overlaps `[length]`.
+        separate_overlaps(limit: f64) => parts.separate_overlaps;
         /// Sets the boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;
         /// Sets the gravity `[length / time^2]`: the acceleration of all moving species without an acceleration of

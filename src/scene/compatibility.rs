@@ -268,6 +268,7 @@ const STATIC_SPECIES: Feature = feature("static particles", &["species.static"],
 const NO_BONDS: Feature = feature("no bonds", &[], |it| given(it.start.groups.bonds.is_empty()));
 const INVALID_START: Feature =
     key(&["allow_invalid_start"], |it| shown(it.parts.allow_invalid_start.then_some("true")));
+const SEPARATION: Feature = key(&["separate_overlaps"], |it| shown(it.parts.separate_overlaps));
 
 // Instruments and files
 
@@ -415,6 +416,9 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(BAROSTAT, ROUGH, "with rough contacts", "smooth contacts", "a barostat sets the temperature of the centres only"),
     row(BAROSTAT, LOSSES, "with a restitution below 1", "a restitution of 1", "a system that loses energy has no equilibrium"),
     row(BAROSTAT, INVALID_START, "with allow_invalid_start", "a start without overlaps", "volume moves are rejected as long as particles overlap"),
+    row(SEPARATION, INVALID_START, "with allow_invalid_start", "only one of them", "particles that were moved apart do not overlap"),
+    row(SEPARATION, SHEAR, "in a sheared box", ABSENT, "particles are moved apart in boxes at rest only"),
+    row(SEPARATION, BONDS, "with bonds", ABSENT, "moves would change the lengths of bonds"),
     row(BAROSTAT, GROWTH, "together with grow", "only one of them", "volume moves need constant diameters"),
     row(BAROSTAT, RESCALING, "together with a thermostat that scales velocities", ANDERSEN, OF_MOVES),
     row(BAROSTAT, NO_THERMOSTAT, "without a thermostat", ANDERSEN, OF_MOVES),

@@ -68,6 +68,9 @@ pub enum SceneErrorKind {
         contact - distance
     )]
     Overlap { first: u32, second: u32, distance: f64, contact: f64 },
+    /// Overlaps that need longer moves than the scene allows.
+    #[error("the overlaps cannot be removed by moves of up to {limit}: the deepest is still {left}")]
+    Inseparable { limit: f64, left: f64 },
     /// A particle that overlaps a wall.
     #[error("particle {particle} extends {depth} beyond the {side} wall of {axis}")]
     InWall { particle: u32, axis: char, side: &'static str, depth: f64 },
@@ -159,7 +162,14 @@ impl SceneErrorKind {
                 "add an [[interaction]] with species = [\"{first}\", \"{second}\"], or with potential = \"none\" to let them pass"
             )),
             Self::Overlap { .. } | Self::InWall { .. } | Self::InSurface { .. } => {
-                Some("move them apart, or let the stable rule resolve it with allow_invalid_start = true".to_owned())
+                Some(
+                    "move them apart, let the program do so with separate_overlaps, or let the stable rule resolve it with \
+                     allow_invalid_start = true"
+                        .to_owned(),
+                )
+            }
+            Self::Inseparable { .. } => {
+                Some("check the diameters and the box, or raise separate_overlaps if such moves are acceptable".to_owned())
             }
             Self::NoRoom { .. } => Some(
                 "placed one by one, particles jam at a packing fraction of about 0.38 in 3D, 0.54 in 2D and 0.74 in 1D; dense random starts \

@@ -59,6 +59,10 @@ pub(crate) struct SceneFile {
     /// Whether particles may overlap at the start. Overlaps never become deeper. They disappear unless gravity or wells
     /// hold the particles together.
     pub allow_invalid_start: bool,
+    /// Distance by which particles may be moved at the start to remove overlaps `[length]`. If not given, overlaps are an
+    /// error.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub separate_overlaps: Option<f64>,
     /// Start from the last state of another run. The scene then has no particles of its own.
     pub start: Option<StartFile>,
     /// The box and its sides.

@@ -27,7 +27,7 @@ use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::{self, Frames};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
-use crate::scene::file::{DiameterFile, OutputFile, SceneFile, SpeciesFile};
+use crate::scene::file::{AuditFile, DiameterFile, OutputFile, SceneFile, SpeciesFile};
 use crate::scene::given::GivenParticles;
 pub(crate) use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
@@ -106,6 +106,10 @@ fn vector(components: [f64; 3]) -> Vector {
     Vector::from(components)
 }
 
+fn parse_audit(file: &AuditFile) -> AuditPlan {
+    AuditPlan { energy: file.energy, momentum: file.momentum, overlap: file.overlap }
+}
+
 /// Converts a scene file to an unvalidated scene. Relative paths are relative to `directory`.
 pub(crate) fn parts(
     file: SceneFile,
@@ -119,11 +123,11 @@ pub(crate) fn parts(
     scene.parts.seed = file.seed.unwrap_or(scene.parts.seed);
     scene.parts.start_time = file.start_time.unwrap_or(0.0);
     scene.parts.allow_invalid_start = file.allow_invalid_start;
+    scene.parts.separate_overlaps = file.separate_overlaps;
     scene.gravity = vector(dynamics.gravity.unwrap_or_default());
     scene.parts.contact_time = dynamics.contact_time;
     scene.parts.live = live::parse_live(file.description, file.live)?;
-    scene.parts.audit =
-        AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
+    scene.parts.audit = parse_audit(&file.audit);
     space::parse_space(&space, &mut scene)?;
     let mut distributed = Vec::new();
     for (index, species) in file.species.into_iter().enumerate() {

@@ -14,7 +14,7 @@ pub(crate) use measure::measurement_times;
 
 use crate::Vector;
 use crate::model::space::{Boundary, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, CountSpace, Inlet, Scene, SceneParts, Species};
+use crate::model::{AuditPlan, CountRegion, CountSpace, Inlet, Scene, SceneParts, Separated, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::compatibility;
@@ -66,11 +66,12 @@ impl SceneBuilder {
         } else {
             displacement_within_period(self.parts.displacement, space.size.x)
         };
-        let start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
+        let mut start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
         self.check_plan(&start)?;
-        self.check_places(&start)?;
+        let separated = self.check_places(&mut start)?;
         let drawn = start.groups.drawn(self);
         let mut scene = self.assembled(start);
+        scene.separated = separated;
         set_velocities(&drawn, &mut scene);
         self.settled(scene)
     }
@@ -87,13 +88,17 @@ impl SceneBuilder {
         self.check_displacement()
     }
 
-    pub(super) fn check_places(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
+    /// Removes overlaps if the scene asks for it, and rejects those that are left.
+    pub(super) fn check_places(&self, start: &mut Configuration<'_>) -> Result<Separated, SceneError> {
+        let separate = |limit| start::separate(start, limit);
+        let separated = self.parts.separate_overlaps.map(separate).transpose()?.unwrap_or_default();
         if self.parts.allow_invalid_start {
-            return Ok(());
+            return Ok(separated);
         }
         start::check_surfaces(&start.groups, start.interactions.species, &start.surfaces)?;
         start::check_bonds(start)?;
-        start::check_overlaps(start)
+        start::check_overlaps(start)?;
+        Ok(separated)
     }
 
     /// Completes the gravity and the thermostats of the stages. Rejects a plan that does not fit the rest of the scene.
@@ -159,6 +164,7 @@ impl SceneBuilder {
             return refuse(ConfigPath::root().key("name"), format!("{:?}", self.parts.name), expected);
         }
         finite(self.parts.start_time, ConfigPath::root().key("start_time"))?;
+        positive_if_given(self.parts.separate_overlaps, ConfigPath::root().key("separate_overlaps"))?;
         positive_if_given(self.parts.contact_time, ConfigPath::root().key("dynamics").key("contact_time"))?;
         let audit = ConfigPath::root().key("audit");
         let AuditPlan { energy, momentum, overlap } = self.parts.audit;

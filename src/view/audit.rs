@@ -1,7 +1,7 @@
 use super::describe::momentum_changes;
 use crate::base::text::{digits, tiny};
 use crate::io::Summary;
-use crate::model::Scene;
+use crate::model::{Scene, Separated};
 
 pub(super) struct Row {
     pub what: &'static str,
@@ -43,12 +43,17 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
         let value = format!("{} ({part:.2} %)", events.tc_altered);
         rows.push(Row::told("altered by the TC model", "contacts made elastic or slowed down", value));
     }
+    if events.tc_lifted > 0 {
+        let how = "contacts at rest that got the speed g tc / 2, with which grains at rest bounce";
+        rows.push(Row::told("lifted by the TC model", how, events.tc_lifted.to_string()));
+    }
     if energy.dissipated > 0.0 {
         let how = "by restitution; counted in the ledger";
         rows.push(Row::told("energy dissipated", how, digits(energy.dissipated)));
     }
     if energy.supplied != 0.0 {
-        let how = "by thermostats, walls, growth or shear, minus what they removed; counted in the ledger";
+        let how =
+            "by thermostats, walls, growth, shear or the TC model, minus what they removed; counted in the ledger";
         rows.push(Row::told("energy supplied", how, digits(energy.supplied)));
     }
     rows
@@ -90,6 +95,12 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
             ..Row::told("events in invalid states", "overlaps too deep to be round-off", invalid.to_string())
         },
     ];
+    if let Some(separated) = overlap.separated {
+        let Separated { overlaps, deepest, farthest } = separated;
+        let value =
+            format!("{overlaps}, up to {}; particles were moved by up to {}", digits(deepest), digits(farthest));
+        rows.push(Row::told("overlaps removed at the start", "asked for by the scene", value));
+    }
     if overlap.initial > 0 {
         let end = overlap.resolved_after.map_or_else(
             || format!("{} left at the end", overlap.r#final),

@@ -149,9 +149,12 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
     run::unreached(scene).into_iter().map(told).collect()
 }
 
-/// Warns of particles that start at rest and in contact.
+/// Warns of particles that start at rest and in contact. The TC model lifts them.
 #[must_use]
 pub fn at_rest(scene: &Scene) -> Vec<String> {
+    if scene.contact_time().is_some() {
+        return Vec::new();
+    }
     let all = resting(scene);
     let Some(first) = all.iter().min_by(|one, other| one.bounce.total_cmp(&other.bounce)) else { return Vec::new() };
     let ground = match &first.ground {
@@ -166,27 +169,13 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
         0 => String::new(),
         others => format!(" (and {others} more)"),
     };
-    let (cause, lift) = match (first.bounce, scene.contact_time()) {
-        (0.0, contact_time) => (
-            "which needs infinitely many contacts: the run ends immediately with a dynamical arrest".to_owned(),
-            contact_time.map(|contact_time| first.acceleration * contact_time * contact_time / 8.0),
-        ),
-        (bounce, Some(contact_time)) => (
-            format!(
-                "and is in contact again every {} of time, which dynamics.contact_time keeps elastic: the run ends in a storm of events",
-                digits(bounce)
-            ),
-            Some(first.acceleration * contact_time * contact_time / 8.0),
-        ),
-        (bounce, None) => (
-            format!("and is in contact again every {} of time: the simulated time hardly advances", digits(bounce)),
-            None,
-        ),
+    let cause = match first.bounce {
+        0.0 => "which needs infinitely many contacts: the run ends immediately with a dynamical arrest".to_owned(),
+        bounce => {
+            format!("and is in contact again every {} of time: the simulated time hardly advances", digits(bounce))
+        }
     };
-    let cure = lift.map_or_else(
-        || "put it slightly above, and consider setting dynamics.contact_time".to_owned(),
-        |lift| format!("put it {} or more above", digits(lift)),
-    );
+    let cure = "set dynamics.contact_time (the TC model), in which grains can rest, or put it slightly above";
     vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
 }
 

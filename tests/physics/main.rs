@@ -25,6 +25,7 @@ mod rates;
 mod rough;
 mod sheared;
 mod single_bodies;
+mod starts_in_contact;
 mod steps;
 mod umbrella;
 mod unbounded;

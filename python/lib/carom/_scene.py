@@ -209,8 +209,7 @@ class Scene:
         the box a size or has a ``[[fill]]``. The box is periodic, except along axes that Carom has marked
         otherwise in the file, and flat along z in two dimensions. Masses and diameters in the file must equal
         the masses and diameters of the species. GSD files have single precision, so spheres in contact may
-        overlap because of rounding. With ``allow_invalid_start = true``, the scene accepts such overlaps,
-        and the dynamics separates the spheres.
+        overlap because of rounding. With ``separate_overlaps``, the scene moves such spheres apart.
 
         Parameters
         ----------

@@ -377,8 +377,8 @@ class Simulation(State, Driven):
             `[length]`, within the box, and their ``velocities_before`` and ``velocities_after``
             `[length / time]`, each of shape (2, 3), with 0 for no partner; ``energy_step``, the gain in
             potential energy `[energy]`, or for a thermostat event the kinetic energy that it supplied;
-            ``dissipated``, the kinetic energy lost to restitution `[energy]`; ``normal``, the unit vector
-            from the partner to the particle; ``impulse``, the momentum that the particle gained along
+            ``dissipated``, the kinetic energy lost to restitution `[energy]`, which is negative if the TC model
+            lifts a particle at rest; ``normal``, the unit vector from the partner to the particle; ``impulse``, the momentum that the particle gained along
             ``normal`` `[mass length / time]`; ``distance``, the distance of the discontinuity `[length]`.
 
         Raises

@@ -72,6 +72,7 @@ impl Encounter {
             tangential: along.norm(),
             // The second derivative of |r| is a . rhat + along^2 / |r|, with the tangential velocity `along`.
             closing: -side.sign() * (acceleration.dot(normal) + along.norm_squared() * self.curvature),
+            closing_at_rest: -side.sign() * acceleration.dot(normal),
         };
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
         let is_rough = !tc_model.is_smooth;
@@ -90,6 +91,8 @@ pub(super) struct Arrival {
     pub tangential: f64,
     /// Acceleration towards the barrier, from forces and curvature `[length / time^2]`.
     pub closing: f64,
+    /// Acceleration towards the barrier from forces alone `[length / time^2]`.
+    pub closing_at_rest: f64,
 }
 
 /// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic and smooth if either particle
@@ -116,9 +119,10 @@ impl TcModel {
     ///
     /// In the published model, a particle with a restitution near 0 almost stops. Here it keeps its approach speed, up
     /// to the speed `v = closing t_c / 2` with which it returns after `t_c`. The smallest speed is `v / 64`, or the
-    /// total speed of the particle if that is lower. The speed along the barrier decreases at constant energy.
+    /// total speed of the particle if that is lower. The speed along the barrier decreases at constant energy. If the
+    /// total speed is below `v / 64` even without curvature, the particle is at rest, and its speed becomes `v`.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
-        let &Arrival { restitution, approach, tangential, closing } = arrival;
+        let &Arrival { restitution, approach, tangential, closing, closing_at_rest } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];
         let is_recent = particles.iter().map(last).any(|last| time - last < self.contact_time);
         particles.iter().for_each(|&particle| self.last[particle as usize] = time);
@@ -128,6 +132,10 @@ impl TcModel {
         self.is_smooth = is_recent || approach < slowest;
         if approach < slowest {
             let total = libm::hypot(approach, tangential);
+            let at_rest = 0.5 * closing_at_rest * self.contact_time;
+            if total < at_rest / 64.0 {
+                return (at_rest, 1.0);
+            }
             let speed = slowest.min(total);
             let along = ((total - speed) * (total + speed)).sqrt();
             return (speed, if tangential > 0.0 { along / tangential } else { 1.0 });

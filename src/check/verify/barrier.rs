@@ -14,6 +14,8 @@ pub(super) struct Arrival {
     pub tangential: (f64, f64),
     /// Acceleration towards the barrier, from forces and from the curvature of the barrier `[length / time^2]`.
     pub closing: (f64, f64),
+    /// Acceleration towards the barrier, from forces alone `[length / time^2]`.
+    pub closing_at_rest: (f64, f64),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,11 +79,15 @@ impl ContactMemory {
     /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle slower than
     /// `v / SLIDING` slides: at constant energy, it leaves at `v / SLIDING`, or at its total speed if that is lower. A
     /// faster contact is elastic and smooth if a particle had a contact less than `t_c` ago. Otherwise, the particle
-    /// loses speed, but keeps its approach speed up to `v`.
+    /// loses speed, but keeps its approach speed up to `v`. If the total speed is below `v / SLIDING` even without the
+    /// curvature, the particle is at rest, and leaves at the speed `v` without curvature.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
-        let Arrival { law, approach, tangential, closing } = *arrival;
-        let away = (0.5 * closing.0 * self.contact_time).max(0.0);
-        let away = (away, 0.5 * closing.1 * self.contact_time + rounded(away));
+        let Arrival { law, approach, tangential, closing, closing_at_rest } = *arrival;
+        let away = |closing: (f64, f64)| {
+            let away = (0.5 * closing.0 * self.contact_time).max(0.0);
+            (away, 0.5 * closing.1 * self.contact_time + rounded(away))
+        };
+        let (away, at_rest) = (away(closing), away(closing_at_rest));
         let slowest = (away.0 / SLIDING, away.1 / SLIDING);
         let is_recent = self.is_recent(particles, now);
         let mut leavings = Vec::new();
@@ -96,7 +102,15 @@ impl ContactMemory {
             }
         }
         if approach.0 <= slowest.0 + uncertain {
-            leavings.push(slide(approach, tangential, slowest));
+            let total = libm::hypot(approach.0, tangential.0);
+            let slowest_at_rest = at_rest.0 / SLIDING;
+            let uncertain = at_rest.1 / SLIDING + approach.1 + tangential.1 + rounded(total);
+            if total < slowest_at_rest + uncertain {
+                leavings.push(Leaving { speed: at_rest, sliding: None, is_rough: false });
+            }
+            if total > slowest_at_rest - uncertain {
+                leavings.push(slide(approach, tangential, slowest));
+            }
         }
         leavings
     }
@@ -125,6 +139,7 @@ mod tests {
             approach: (approach, 0.0),
             tangential: (tangential, 0.0),
             closing: (closing, 0.0),
+            closing_at_rest: (closing, 0.0),
         }
     }
 
@@ -152,6 +167,11 @@ mod tests {
         let memory = ContactMemory::new(0.5, 2, None);
         assert_eq!(speeds(&memory, &arrival(0.0, 2.0, 0.0, 1.0), 1.0), [0.25]);
         assert_eq!(speeds(&memory, &arrival(0.0, 0.125, 0.0, 1.0), 1.0), [0.125]);
+        // At rest, the least speed is 0.25. At 1 / 64 of it, round-off decides.
+        assert_eq!(speeds(&memory, &arrival(0.5, 0.003, 0.0, 1.0), 1.0), [0.25]);
+        assert_eq!(speeds(&memory, &arrival(0.5, 0.25 / 64.0, 0.0, 1.0), 1.0), [0.25 / 64.0, 0.25, 0.25 / 64.0]);
+        let curved = Arrival { closing_at_rest: (0.0, 0.0), ..arrival(0.5, 0.003, 0.0, 1.0) };
+        assert_eq!(speeds(&memory, &curved, 1.0), [0.003]);
         let slides = memory.leavings(&arrival(0.0, 0.0, 2.0, 1.0), &[0], &AT_ONE);
         let [Leaving { speed, sliding: Some((along, _)), .. }] = slides[..] else { panic!("{slides:?}") };
         assert_eq!(speed.0, 0.25 / 64.0);

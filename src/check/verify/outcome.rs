@@ -206,8 +206,13 @@ impl Encounter<'_> {
         let change = speed + (speed * speed + step).sqrt();
         // The tangential impulse is at most `2 m v`, with the tangential mass `m` and the velocity `v` of the surfaces.
         let rubbing = motion.rub.map_or(0.0, |rub| 2.0 * (motion.velocity.norm() + rub.turning_speed()));
+        self.expect_change(motion, change + rubbing);
+    }
+
+    /// Adjusts the round-off bounds to a change of the relative velocity.
+    fn expect_change(&mut self, motion: &Motion, change: f64) {
         for (flight, weight) in self.flights.iter_mut().zip(motion.weights) {
-            let gained = weight * motion.reduced_mass * (change + rubbing);
+            let gained = weight * motion.reduced_mass * change;
             *flight = flight.leaving(gained);
             self.bounds = self.bounds.leaving(gained);
         }
@@ -247,14 +252,24 @@ impl Encounter<'_> {
                 tangential - along * along.dot(&tangential)
             });
             let centrifugal = around.norm_squared() / radius;
-            let closing = -motion.outwards * (acceleration.dot(&motion.normal) + centrifugal);
+            let closing_at_rest = -motion.outwards * acceleration.dot(&motion.normal);
+            let closing = closing_at_rest - motion.outwards * centrifugal;
             let bound = 2.0 * tangential * slack / radius.abs()
                 + (acceleration.norm() + centrifugal.abs()) * (arriving.direction + rounded(1.0))
                 + rounded(bend.rounded_with);
             let (approach, tangential) = ((approach, slack), (tangential, slack));
-            let arrival = Arrival { law: *law, approach, tangential, closing: (closing, bound) };
+            let arrival = Arrival {
+                law: *law,
+                approach,
+                tangential,
+                closing: (closing, bound),
+                closing_at_rest: (closing_at_rest, bound),
+            };
             contacts.leavings(&arrival, motion.particles, &self.after.elapsed)
         });
+        if let Some(lifted) = leavings.iter().find(|leaving| leaving.sliding.is_none() && leaving.speed.0 > approach) {
+            self.expect_change(motion, lifted.speed.0 + approach);
+        }
         let mut fault = None;
         let margins = *self.margins;
         for leaving in leavings {
@@ -288,8 +303,8 @@ impl Encounter<'_> {
         self.check_spins(motion, &rubbed)?;
         let lost = if slides { 0.0 } else { 0.5 * mu * (approach * approach - speed * speed) };
         self.check_energy(motion, lost, speed_bound, &rubbed)?;
-        // If the particles already recede and do not slide, the normal velocity does not change.
-        let after = if approach > 0.0 || slides { motion.outwards * speed } else { motion.radial };
+        // If the particles already recede, and neither slide nor are at rest, the normal velocity does not change.
+        let after = if approach > 0.0 || slides || speed > approach { motion.outwards * speed } else { motion.radial };
         let by = (self.event.normal_impulse() / mu - (after - motion.radial)).abs();
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
     }

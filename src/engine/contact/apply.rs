@@ -43,9 +43,11 @@ pub(in crate::engine) struct Change {
     pub virial: f64,
     /// Potential energy that the pair gains `[energy]`.
     pub energy_step: f64,
-    /// Kinetic energy lost to restitution `[energy]`.
+    /// Kinetic energy lost to restitution `[energy]`; negative if the TC model lifts a particle at rest.
     pub dissipated: f64,
-    /// Energy supplied from outside the system `[energy]`.
+    /// Whether the TC model lifted a particle at rest. The energy counts as supplied.
+    pub is_lifted: bool,
+    /// Energy supplied from outside the system, except by the TC model `[energy]`.
     pub supplied: f64,
 }
 
@@ -67,6 +69,7 @@ impl Change {
             virial: 0.0,
             energy_step: 0.0,
             dissipated: 0.0,
+            is_lifted: false,
             supplied: 0.5 / inverse_mass * gained.dot(&(after + before)),
         }
     }
@@ -179,7 +182,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if change.virial != 0.0 {
             self.counts.totals.virial.add(change.virial);
         }
-        self.note_energies(change.energy_step, change.dissipated, change.supplied);
+        let (dissipated, lifting) = if change.is_lifted { (0.0, -change.dissipated) } else { (change.dissipated, 0.0) };
+        self.note_energies(change.energy_step, dissipated, change.supplied + lifting);
         if self.sources.is_watched {
             self.watch(*change, *before);
         }

@@ -5,21 +5,10 @@ use crate::Vector;
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
-use crate::physics::response::{ContactLaw, Leaving, Response, respond, tc_contact};
+use crate::physics::response::{Arrival, ContactLaw, Leaving, Response, respond, tc_contact};
 
 /// Uncertainty of a relative velocity, divided by the sum of the two speeds.
 const LOST: f64 = 2.0 * f64::EPSILON;
-
-/// Relative motion before a contact, which the TC model needs.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::engine) struct Arrival {
-    /// Normal speed of approach `[length / time]`.
-    pub speed: f64,
-    /// Tangential relative speed `[length / time]`.
-    pub tangential: f64,
-    /// Relative acceleration towards the barrier, from gravity or the centrifugal force `[length / time^2]`.
-    pub closing: f64,
-}
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the outcome of a pair event, and the relative motion of the pair after the event.
@@ -46,6 +35,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let vn = approach.radial / length;
         let acceleration = (self.acceleration(i) - self.acceleration(j)).dot(line) / length;
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
+        let closing_at_rest = -side.sign() * acceleration;
         let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
         let arriving = (-side.sign() * vn).max(0.0);
         // The TC model keeps no contact times of static particles and walls. Many particles collide with them, so all
@@ -55,7 +45,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             (_, true) => &[i],
             _ => &[i, j],
         };
-        let arrival = Arrival { speed: arriving, tangential: tangential.sqrt(), closing };
+        let arrival = Arrival { approach: arriving, tangential: tangential.sqrt(), closing, closing_at_rest };
         let Some(leaving) = self.tc_model(moving, law, arrival, time) else { return response };
         // Elastic contacts, and contacts that the TC model does not alter, avoid the round-off of a square root.
         if leaving.speed == arriving {
@@ -64,26 +54,28 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             response.radial = side.sign() * leaving.speed * length;
         }
         let is_rough = leaving.is_rough && side == Side::Positive;
-        Response { tangential_scale: leaving.tangential_scale, is_rough, ..response }
+        Response { tangential_scale: leaving.tangential_scale, is_rough, is_lifted: leaving.is_lifted, ..response }
     }
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
     /// `velocity` is the relative velocity before the contact. `vn` is its component along the normal, which points
-    /// away from the surface. `closing` is the acceleration towards the surface.
+    /// away from the surface. `closing` is the acceleration towards the surface, and `closing_at_rest` the part of it
+    /// that does not depend on the curvature of the surface.
     #[inline]
     pub(in crate::engine) fn leave_surface(
         &mut self,
         i: u32,
-        (velocity, vn, closing): (&Vector, f64, f64),
+        (velocity, vn): (&Vector, f64),
+        [closing, closing_at_rest]: [f64; 2],
         law: &ContactLaw,
         time: f64,
     ) -> Leaving {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
-        let arrival = Arrival { speed: arriving, tangential, closing };
+        let arrival = Arrival { approach: arriving, tangential, closing, closing_at_rest };
         let Some(leaving) = self.tc_model(&[i], law, arrival, time) else {
             let speed = if vn < 0.0 { -law.restitution * vn } else { vn };
-            return Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some() };
+            return Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some(), is_lifted: false };
         };
         // An elastic contact keeps the normal speed, even if the particle recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
@@ -131,16 +123,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns `None` if the scene does not use the TC model.
     fn tc_model(&mut self, particles: &[u32], law: &ContactLaw, arrival: Arrival, time: f64) -> Option<Leaving> {
-        let Arrival { speed: approach, tangential, closing } = arrival;
         let times = self.pairs.contact_times.as_mut()?;
         let is_recent = times.note(particles, time);
-        let leaving = tc_contact(law, is_recent, approach, tangential, closing, times.contact_time);
+        let leaving = tc_contact(law, is_recent, &arrival, times.contact_time);
         self.counts.totals.tc_contacts += 1;
         self.counts.totals.tc_altered += u64::from(
-            leaving.speed != law.restitution * approach
+            leaving.speed != law.restitution * arrival.approach
                 || leaving.is_rough != law.roughness.is_some()
                 || leaving.tangential_scale != 1.0,
         );
+        self.counts.totals.tc_lifted += u64::from(leaving.is_lifted);
         Some(leaving)
     }
 

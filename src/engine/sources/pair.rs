@@ -59,7 +59,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> (Outcome, Change, Option<Roughness>) {
         // In a multicanonical simulation, weights replace the energy step of the potential.
         let felt = self.weighted(seen);
-        let Response { outcome, radial: leaving, tangential_scale, is_rough } = self.leave(pair, &felt, law, time);
+        let Response { outcome, radial: leaving, tangential_scale, is_rough, is_lifted } =
+            self.leave(pair, &felt, law, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // The relative velocity changes by `change` times the vector between the centres.
         let change = (leaving - radial) / squared;
@@ -92,6 +93,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             virial: reduced_mass * (leaving - radial) / pair.stretch,
             energy_step,
             dissipated: if is_crossed || tangential_scale != 1.0 { 0.0 } else { -0.5 * impulse * (radial + leaving) },
+            is_lifted,
             supplied: self.supplied(pair, &before, &after[0], impulse) + by_weights,
             after,
         };

@@ -102,9 +102,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if self.pairs.contact_times.is_some() { shape.bend(&at.position, &at.velocity, radius) } else { 0.0 };
         let before = self.state.bodies[i as usize].velocity;
         let acceleration = at.acceleration(&before, self.acceleration(i));
-        let closing = -normal.dot(&acceleration) - bend;
-        let arriving = (&at.velocity, vn, closing);
-        let Leaving { speed, tangential_scale, is_rough } = self.leave_surface(i, arriving, law, self.clock.now);
+        let closing_at_rest = -normal.dot(&acceleration);
+        let closing = [closing_at_rest - bend, closing_at_rest];
+        let Leaving { speed, tangential_scale, is_rough, is_lifted } =
+            self.leave_surface(i, (&at.velocity, vn), closing, law, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let scaled = if tangential_scale == 1.0 { at.velocity } else { at.velocity * tangential_scale };
         let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
@@ -113,7 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // A surface at rest does no work.
         let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
         let rough = law.roughness.filter(|_| is_rough).map(|roughness| (roughness, (speed - vn) / inverse_mass));
-        (Change { supplied, dissipated, ..change }, rough)
+        (Change { supplied, dissipated, is_lifted, ..change }, rough)
     }
 
     /// Draws the velocity of a particle from the flux distribution of a gas. Along the normal, the density is

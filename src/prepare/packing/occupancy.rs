@@ -42,11 +42,11 @@ pub(crate) struct Occupancy<'a> {
 }
 
 /// Relative tolerance of overlaps, because coordinates are rounded.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
+pub(crate) const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Rounding error of the distance between two positions `[length]`. Includes the coarser rounding at the far side of a
 /// periodic box, where a particle near coordinate 0 may have been during the contact.
-fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
+pub(crate) fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
     ROUNDING * (positions[0].amax() + positions[1].amax() + 2.0 * side + contact)
 }
 

@@ -30,6 +30,10 @@ pub(super) fn parse_start(
         let expected = "none: the particles come from the run in [start], so remove either these particles or [start]";
         return refuse(ConfigPath::root().key(given.name.clone()), "given", expected);
     }
+    if file.separate_overlaps.is_some() {
+        let expected = "no separate_overlaps: the particles of the run given by [start] keep their positions";
+        return refuse(ConfigPath::root().key("separate_overlaps"), "given", expected);
+    }
     if file.start_time.is_some() {
         let expected = "no start_time: time continues from the run given by [start]";
         return refuse(ConfigPath::root().key("start_time"), "given", expected);

@@ -60,10 +60,14 @@ impl Scene {
         let surfaces = builder.checked_surfaces(&species, &space)?;
         let displacement = builder.parts.displacement;
         let inlets = builder.checked_inlets(&species, &space)?;
-        let start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
+        let mut start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
         builder.check_plan(&start)?;
-        builder.check_places(&start)?;
-        builder.settled(builder.assembled(start))
+        let separated = builder.check_places(&mut start)?;
+        let mut scene = builder.assembled(start);
+        if separated.overlaps > 0 {
+            scene.separated = separated;
+        }
+        builder.settled(scene)
     }
 
     /// Returns the scene with a different limit of the measurement.

@@ -3,10 +3,11 @@ use std::collections::HashSet;
 use crate::base::numbers::id;
 use crate::engine::surfaces::{Surface, Surfaces};
 use crate::model::Inlet;
-use crate::model::Species;
 use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{Bond, ParticleId, SpeciesId};
+use crate::model::{Separated, Species};
 use crate::prepare::packing::occupancy::first_overlap;
+use crate::prepare::separation::Separation;
 use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::groups::Groups;
@@ -100,6 +101,35 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
         }
     }
     Ok(())
+}
+
+/// Largest ratio of contact distances, and largest move relative to the shortest contact distance. They limit the number
+/// of pairs that may meet.
+const UNLIKE: f64 = 10.0;
+const LONGEST_MOVE: f64 = 0.25;
+
+/// Moves particles apart until none overlap.
+pub(crate) fn separate(start: &mut Configuration<'_>, limit: f64) -> Result<Separated, SceneError> {
+    let Configuration { groups, interactions, space, surfaces, .. } = start;
+    let at = || ConfigPath::root().key("separate_overlaps");
+    let contacts = interactions.contacts();
+    let (longest, shortest) = (contacts.largest(), contacts.shortest());
+    if longest > UNLIKE * shortest {
+        return refuse(
+            at(),
+            limit,
+            format!("to be absent: contact distances from {shortest} to {longest} are too unlike"),
+        );
+    }
+    let largest = LONGEST_MOVE * shortest;
+    if limit > largest {
+        return refuse(at(), limit, format!("at most {largest}, a quarter of the shortest contact distance"));
+    }
+    let species = interactions.species;
+    let separation = Separation { space, contacts: &contacts, species, surfaces, limit };
+    separation
+        .apply(&mut groups.particles)
+        .map_err(|left| SceneError::new(at(), SceneErrorKind::Inseparable { limit, left }))
 }
 
 /// Bonded pairs are left out, because their bonds have their own cores.

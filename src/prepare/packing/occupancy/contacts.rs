@@ -32,6 +32,11 @@ impl Contacts {
         Self(self.0.map(|distance| Some(distance * factor)))
     }
 
+    /// Shortest contact distance that is not 0; infinite without hard cores.
+    pub(crate) fn shortest(&self) -> f64 {
+        self.iter().map(|(_, distance)| distance).filter(|distance| *distance > 0.0).fold(f64::INFINITY, f64::min)
+    }
+
     pub(crate) fn largest(&self) -> f64 {
         self.iter().map(|(_, distance)| distance).fold(0.0, f64::max)
     }

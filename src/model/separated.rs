@@ -1,0 +1,14 @@
+//! Overlaps that were removed from the start of a scene.
+
+use serde::{Deserialize, Serialize};
+
+/// What was done to remove the overlaps at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Separated {
+    /// Number of overlaps: pairs of particles, and particles in walls and surfaces.
+    pub overlaps: u64,
+    /// Deepest overlap `[length]`.
+    pub deepest: f64,
+    /// Longest distance by which a particle was moved `[length]`.
+    pub farthest: f64,
+}

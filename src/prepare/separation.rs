@@ -1,0 +1,297 @@
+//! Moves particles apart at the start of a scene, until none overlap. Bonds, sheared boxes and surfaces that move are not
+//! supported.
+//!
+//! In packings from programs with soft grains, neighbours overlap by 1e-6 to 1e-3 of a diameter. Here, overlapping
+//! particles move apart along the line of their centres, one pair after the other, until a pass over all pairs finds no
+//! overlap. This is the relaxation method for systems of linear inequalities (Agmon, Canad. J. Math. 6, 382, 1954): every
+//! pair that does not overlap is an inequality for the displacements.
+
+use crate::Vector;
+use crate::engine::CellList;
+use crate::engine::surfaces::{Surface, Surfaces};
+use crate::model::space::{Boundary, nearest_image};
+use crate::model::{Particle, Separated, Space, Species};
+use crate::prepare::packing::occupancy::{Contacts, ROUNDING, rounding};
+
+pub(crate) struct Separation<'a> {
+    pub space: &'a Space,
+    pub contacts: &'a Contacts,
+    pub species: &'a [Species],
+    pub surfaces: &'a Surfaces,
+    /// Longest distance by which a particle may be moved `[length]`.
+    pub limit: f64,
+}
+
+/// Gap between two particles that were moved apart, divided by the deepest overlap. The pass over all pairs ends sooner
+/// with larger gaps.
+const GAP: f64 = 0.1;
+
+/// Maximum number of passes, and of corrections of pairs in all passes. A column of `n` particles needs about `n^2`
+/// passes.
+const MOST_PASSES: usize = 100_000;
+const MOST_CORRECTIONS: usize = 10_000_000_000;
+
+/// The separation fails if this number of passes does not reduce the deepest overlap by more than [`SLOW`].
+const PATIENCE: usize = 1_000;
+const SLOW: f64 = 0.95;
+
+struct Pair {
+    particles: [u32; 2],
+    contact: f64,
+    /// Smaller overlaps are round-off `[length]`.
+    rounding: f64,
+    /// Fraction of the distance by which the first particle moves. The second particle moves the rest.
+    share: f64,
+}
+
+impl Separation<'_> {
+    /// Moves particles apart. Returns the deepest remaining overlap as an error, if this needs moves beyond the limit.
+    pub(crate) fn apply(&self, particles: &mut [Particle]) -> Result<Separated, f64> {
+        let pairs = self.pairs(particles);
+        let mut found = Separated::default();
+        let mut note = |depth: f64| {
+            found.overlaps += 1;
+            found.deepest = found.deepest.max(depth);
+        };
+        pairs.iter().filter_map(|pair| self.overlap(pair, particles)).for_each(|(depth, _)| note(depth));
+        particles.iter().filter_map(|particle| self.deepest_in_surface(particle)).for_each(|(depth, _)| note(depth));
+        if found.overlaps == 0 {
+            return Ok(found);
+        }
+        let start: Vec<Vector> = particles.iter().map(|particle| particle.position).collect();
+        let (gap, mut deepest, mut reached) = (GAP * found.deepest, found.deepest, found.deepest);
+        for pass in 1..=MOST_PASSES.min(MOST_CORRECTIONS / (pairs.len() + particles.len()) + 1) {
+            deepest = self.pass(&pairs, particles, gap, pass.is_multiple_of(2));
+            let moved =
+                particles.iter().zip(&start).map(|(particle, start)| self.apart(&particle.position, start).norm());
+            found.farthest = moved.fold(0.0, f64::max);
+            if deepest == 0.0 {
+                return Ok(found);
+            }
+            if found.farthest > self.limit || (pass.is_multiple_of(PATIENCE) && deepest > SLOW * reached) {
+                break;
+            }
+            reached = if pass.is_multiple_of(PATIENCE) { deepest } else { reached };
+        }
+        Err(deepest)
+    }
+
+    /// Removes the overlaps of all pairs and surfaces, one after the other. Returns the deepest one.
+    ///
+    /// Passes in both directions carry a displacement quickly through a column.
+    fn pass(&self, pairs: &[Pair], particles: &mut [Particle], gap: f64, is_reversed: bool) -> f64 {
+        let mut deepest = 0.0_f64;
+        let mut separate = |pair: &Pair| {
+            if let Some((depth, line)) = self.overlap(pair, particles) {
+                let by = line * (depth + gap);
+                let [a, b] = pair.particles.map(|id| id as usize);
+                particles[a].position += by * pair.share;
+                particles[b].position -= by * (1.0 - pair.share);
+                deepest = deepest.max(depth);
+            }
+        };
+        if is_reversed {
+            pairs.iter().rev().for_each(&mut separate)
+        } else {
+            pairs.iter().for_each(&mut separate)
+        }
+        for particle in particles {
+            particle.position = self.space.wrapped(particle.position);
+            if let Some((depth, normal)) = self.deepest_in_surface(particle) {
+                particle.position += normal * (depth + gap);
+                deepest = deepest.max(depth);
+            }
+        }
+        deepest
+    }
+
+    /// Returns all pairs that can meet if no particle moves farther than the limit.
+    fn pairs(&self, particles: &[Particle]) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        let longest = self.contacts.largest();
+        if longest == 0.0 {
+            return pairs;
+        }
+        let range = (longest + 2.0 * self.limit).min(CellList::largest_range(self.space));
+        let points = (0..).zip(particles).map(|(id, particle)| (id, particle.position));
+        let cells = CellList::new(self.space, 0.0, range, points);
+        let side = self.space.farthest_side();
+        cells.for_each_pair(|a, b, _, squared| {
+            let both = [a, b].map(|id| &particles[id as usize]);
+            let [first, second] = both.map(|particle| particle.species.0 as usize);
+            let contact = self.contacts.get(first, second);
+            let weights = [first, second].map(|species| weight(&self.species[species]));
+            let reach = contact + 2.0 * self.limit;
+            if contact > 0.0 && squared < reach * reach && weights[0] + weights[1] > 0.0 {
+                let rounding = rounding(both.map(|particle| &particle.position), side, contact);
+                let share = weights[0] / (weights[0] + weights[1]);
+                pairs.push(Pair { particles: [a, b], contact, rounding, share });
+            }
+        });
+        pairs.sort_unstable_by_key(|pair| pair.particles);
+        pairs
+    }
+
+    fn apart(&self, a: &Vector, b: &Vector) -> Vector {
+        nearest_image(a - b, &self.space.periods(), 0.0)
+    }
+
+    /// Returns the depth of an overlap, and the direction from the second to the first particle.
+    fn overlap(&self, pair: &Pair, particles: &[Particle]) -> Option<(f64, Vector)> {
+        let [a, b] = pair.particles.map(|id| &particles[id as usize].position);
+        let apart = self.apart(a, b);
+        let (squared, least) = (apart.norm_squared(), pair.contact - pair.rounding);
+        if squared >= least * least {
+            return None;
+        }
+        let distance = squared.sqrt();
+        // Particles at the same place have no line of centres.
+        let axis = self.space.boundary.iter().position(|boundary| *boundary != Boundary::Flat).unwrap_or(0);
+        let line = if distance > 0.0 { apart / distance } else { Vector::ith(axis, 1.0) };
+        Some((pair.contact - distance, line))
+    }
+
+    /// Returns the depth of a moving particle in the surface at rest that it overlaps most, and the direction out of it.
+    fn deepest_in_surface(&self, particle: &Particle) -> Option<(f64, Vector)> {
+        let species = &self.species[particle.species.0 as usize];
+        if species.is_static() {
+            return None;
+        }
+        let radius = 0.5 * species.diameter;
+        let row = u16::try_from(particle.species.0).unwrap_or(u16::MAX);
+        let mut deepest: Option<(f64, Vector)> = None;
+        self.surfaces.for_each_near(
+            (&particle.position, radius),
+            row,
+            self.surfaces.start_time(),
+            |placed, position| {
+                let depth = -placed.shape.gap(position, radius);
+                let is_real = depth > ROUNDING * (placed.shape.terms(position) + radius);
+                if placed.is_at_rest() && is_real && deepest.is_none_or(|(other, _)| depth > other) {
+                    deepest = Some((depth, placed.shape.normal(position)));
+                }
+            },
+        );
+        deepest
+    }
+}
+
+/// Light particles move farther than heavy ones, and static particles stay.
+fn weight(species: &Species) -> f64 {
+    if species.is_static() { 0.0 } else { 1.0 / species.mass }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::Scene;
+
+    /// Grains of two sizes and masses in a box with walls along z, at the given heights along a column.
+    fn column(places: &[[f64; 3]], more: &str) -> Result<Scene, String> {
+        let mut toml = format!(
+            "
+            {more}
+            space = {{ size = [5.0, 5.0, 30.0], z = 'walls' }}
+            species = [
+                {{ name = 'small', mass = 1.3, diameter = 1.0 }},
+                {{ name = 'large', mass = 3.1, diameter = 1.5 }},
+                {{ name = 'fixed', diameter = 2.0, static = true }},
+            ]
+            interaction = [
+                {{ species = ['small', 'small'], potential = 'hard-sphere' }},
+                {{ species = ['small', 'large'], potential = 'hard-sphere' }},
+                {{ species = ['large', 'large'], potential = 'hard-sphere' }},
+                {{ species = ['small', 'fixed'], potential = 'hard-sphere' }},
+                {{ species = ['large', 'fixed'], potential = 'hard-sphere' }},
+            ]
+            run = {{ until_time = 1.0 }}
+            "
+        );
+        for (k, position) in places.iter().enumerate() {
+            let species = ["small", "large"][k % 2];
+            toml += &format!("[[particle]]\nspecies = '{species}'\nposition = {position:?}\n");
+        }
+        Scene::from_toml(&toml, "column.toml").map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn overlaps_disappear_and_the_centre_of_mass_stays_unless_a_wall_pushes() {
+        let places = [[1.0, 1.0, 9.0], [1.0, 1.0, 10.249], [1.0, 4.9, 20.0], [1.0, 1.0, 20.5]];
+        assert!(column(&places, "").unwrap_err().contains("overlap"));
+        let scene = column(&places, "separate_overlaps = 0.1").unwrap();
+        let separated = scene.separated();
+        // The first and second particles, and the third and the image of the fourth one.
+        assert_eq!(separated.overlaps, 2);
+        let deepest = 1.25 - libm::hypot(0.5, 1.1);
+        assert!((separated.deepest - deepest).abs() < 1e-12, "{separated:?} {deepest}");
+        let [a, b] = [0, 1].map(|k| scene.particles()[k].position.z);
+        assert!(b - a > 1.25 && b - a < 1.25 + 0.2 * deepest);
+        assert!((1.3 * a + 3.1 * b - 1.3 * 9.0 - 3.1 * 10.249).abs() < 1e-13);
+        assert!(separated.farthest < 0.1);
+        // In a column on the floor, all particles move up.
+        let places = [[1.0, 1.0, 0.499], [1.0, 1.0, 1.748], [1.0, 1.0, 2.997], [1.0, 1.0, 4.246]];
+        let scene = column(&places, "separate_overlaps = 0.1").unwrap();
+        assert_eq!(scene.separated().overlaps, 4);
+        let heights: Vec<f64> = scene.particles().iter().map(|particle| particle.position.z).collect();
+        assert!(heights[0] >= 0.5 && heights.windows(2).all(|two| two[1] - two[0] >= 1.25), "{heights:?}");
+        assert!(heights[3] < 4.26, "{heights:?}");
+    }
+
+    #[test]
+    fn particles_without_overlaps_keep_their_bits() {
+        let places = [[1.0, 1.0, 0.5], [1.0, 1.0, 1.75], [0.1 + 0.2, 3.0, 7.7]];
+        let [plain, separated] = ["", "separate_overlaps = 0.2"].map(|more| column(&places, more).unwrap());
+        assert_eq!(plain.particles(), separated.particles());
+        assert_eq!(separated.separated().overlaps, 0);
+    }
+
+    #[test]
+    fn particles_leave_static_particles_and_moves_are_limited() {
+        let fixed = |limit: f64| {
+            let more = format!("separate_overlaps = {limit}");
+            let mut scene = column(&[[2.5, 2.5, 11.4]], &more).unwrap().into_parts();
+            let fixed = crate::model::SpeciesId(2);
+            scene.particles.push(crate::model::Particle::new(
+                fixed,
+                crate::Vector::new(2.5, 2.5, 10.0),
+                crate::Vector::zeros(),
+            ));
+            Scene::new(scene)
+        };
+        let scene = fixed(0.2).unwrap();
+        assert_eq!(scene.particles()[1].position.z, 10.0);
+        assert!((1.5..1.52).contains(&(scene.particles()[0].position.z - 10.0)));
+        let refused = fixed(0.05).unwrap_err().to_string();
+        assert!(refused.contains("separate_overlaps") && refused.contains("0.05"), "{refused}");
+    }
+
+    #[test]
+    fn particles_at_the_same_place_move_along_an_axis_that_is_not_flat() {
+        let toml = "
+            separate_overlaps = 0.25
+            space = { size = [0.0, 9.0, 9.0], x = 'flat' }
+            species = [{ name = 'disk', mass = 1.3, diameter = 1.0 }]
+            interaction = [{ species = ['disk', 'disk'], potential = 'hard-sphere' }]
+            particle = [{ species = 'disk', position = [0.0, 4.0, 3.0] }, { species = 'disk', position = [0.0, 4.0, 3.9] }]
+            run = { until_time = 1.0 }";
+        let scene = Scene::from_toml(toml, "disks.toml").unwrap();
+        assert!(scene.particles()[1].position.z - scene.particles()[0].position.z >= 1.0);
+        let same = Scene::from_toml(toml.replace("3.9]", "3.0]"), "disks.toml").unwrap_err().to_string();
+        assert!(same.contains("moves of up to 0.25"), "{same}");
+    }
+
+    #[test]
+    fn spheres_in_a_slit_that_is_too_narrow_are_refused_soon() {
+        let places = [[1.0, 1.0, 0.5], [1.0, 1.0, 1.7], [1.0, 1.0, 2.9], [1.0, 1.0, 4.1], [1.0, 1.0, 5.3]];
+        let mut scene = column(&places, "separate_overlaps = 0.25").unwrap().into_parts();
+        // The column of three small and two large spheres is 6 high.
+        for upper in [6.2, 5.99] {
+            scene.space.size.z = upper;
+            let sizes = [0.5, 1.749, 2.998, 4.247, 5.496];
+            for (particle, z) in scene.particles.iter_mut().zip(sizes) {
+                particle.position = crate::Vector::new(1.0, 1.0, z - 0.02);
+            }
+            let result = Scene::new(scene.clone());
+            assert_eq!(result.is_ok(), upper > 6.0, "{result:?}");
+        }
+    }
+}
