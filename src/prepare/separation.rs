@@ -29,7 +29,7 @@ const GAP: f64 = 0.1;
 /// Maximum number of passes, and of corrections of pairs in all passes. A column of `n` particles needs about `n^2`
 /// passes.
 const MOST_PASSES: usize = 100_000;
-const MOST_CORRECTIONS: usize = 10_000_000_000;
+const MOST_CORRECTIONS: usize = 4_000_000_000;
 
 /// The separation fails if this number of passes does not reduce the deepest overlap by more than [`SLOW`].
 const PATIENCE: usize = 1_000;
