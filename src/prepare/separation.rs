@@ -31,10 +31,6 @@ const GAP: f64 = 0.1;
 const MOST_PASSES: usize = 100_000;
 const MOST_CORRECTIONS: usize = 4_000_000_000;
 
-/// The separation fails if this number of passes does not reduce the deepest overlap by more than [`SLOW`].
-const PATIENCE: usize = 1_000;
-const SLOW: f64 = 0.95;
-
 struct Pair {
     particles: [u32; 2],
     contact: f64,
@@ -59,7 +55,7 @@ impl Separation<'_> {
             return Ok(found);
         }
         let start: Vec<Vector> = particles.iter().map(|particle| particle.position).collect();
-        let (gap, mut deepest, mut reached) = (GAP * found.deepest, found.deepest, found.deepest);
+        let (gap, mut deepest) = (GAP * found.deepest, found.deepest);
         for pass in 1..=MOST_PASSES.min(MOST_CORRECTIONS / (pairs.len() + particles.len()) + 1) {
             deepest = self.pass(&pairs, particles, gap, pass.is_multiple_of(2));
             let moved =
@@ -68,10 +64,9 @@ impl Separation<'_> {
             if deepest == 0.0 {
                 return Ok(found);
             }
-            if found.farthest > self.limit || (pass.is_multiple_of(PATIENCE) && deepest > SLOW * reached) {
+            if found.farthest > self.limit {
                 break;
             }
-            reached = if pass.is_multiple_of(PATIENCE) { deepest } else { reached };
         }
         Err(deepest)
     }
