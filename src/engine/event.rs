@@ -157,7 +157,7 @@ pub struct EventCounts {
     pub tc_contacts: u64,
     /// Contacts in which the TC model reduced the dissipation.
     pub tc_altered: u64,
-    /// Contacts at rest to which the TC model supplied energy, so that they do not repeat without an advance of time.
+    /// Contacts of particles at rest to which the TC model supplied energy.
     pub tc_lifted: u64,
     /// Deepest overlap at any event, as a fraction of the distance of the discontinuity.
     pub deepest_overlap: f64,

@@ -195,7 +195,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Takes the working memory of predictions out of the engine. The caller puts it back into `self.scratch`.
     #[inline]
     pub(super) fn take_scratch(&mut self) -> Box<Scratch> {
-        self.scratch.take().unwrap_or_else(|| Box::new(Scratch::new(if TABLE { self.state.bodies.len() } else { 0 })))
+        self.scratch.take().unwrap_or_else(|| Self::new_scratch(&self.state))
+    }
+
+    pub(super) fn new_scratch(state: &State) -> Box<Scratch> {
+        Box::new(Scratch::new(if TABLE { state.bodies.len() } else { 0 }))
     }
 
     #[inline]

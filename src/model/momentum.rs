@@ -180,31 +180,6 @@ mod tests {
             .particle("A", Vector::repeat(7.0), Vector::zeros())
     }
 
-    #[test]
-    fn particles_that_enter_or_leave_change_the_velocities_on_a_line() {
-        let scene = |more: &str| {
-            let toml = format!(
-                "
-                space = {{ size = [20.0, 0.0, 0.0], x = 'walls', y = 'flat', z = 'flat' }}
-                species = [{{ name = 'A', mass = 1.3, diameter = 1.0 }}]
-                interaction = [{{ species = ['A', 'A'], potential = 'hard-sphere' }}]
-                particle = [
-                    {{ species = 'A', position = [3.0, 0.0, 0.0], velocity = [1.0, 0.0, 0.0] }},
-                    {{ species = 'A', position = [7.0, 0.0, 0.0] }},
-                ]
-                run = {{ until_time = 3 }}
-                {more}"
-            );
-            Scene::from_toml(&toml, "line.toml").unwrap()
-        };
-        assert!(scene("").only_exchanges_velocities_with(None));
-        let inlet =
-            "inlet = [{ species = 'A', region = { lower = [12.0, 0.0, 0.0], upper = [19.0, 0.0, 0.0] }, rate = 1.0 }]";
-        assert!(!scene(inlet).only_exchanges_velocities_with(None));
-        let outlet = "surface = [{ name = 'drain', shape = 'plane', point = [18.0, 0.0, 0.0], normal = [-1.0, 0.0, 0.0], outlet = true }]";
-        assert!(!scene(outlet).only_exchanges_velocities_with(None));
-    }
-
     fn conserved(scene: &SceneBuilder) -> [bool; 3] {
         scene.build().unwrap().conserved_axes()
     }

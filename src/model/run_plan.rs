@@ -51,8 +51,8 @@ impl RunPlan {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
-    /// Latest simulated time at which a run that begins at `start` ends `[time]`, if all its parts have a time limit.
-    /// An equilibration without a time limit is left out.
+    /// Simulated time `[time]` by which a run that begins at `start` has ended; `None` if a stage or the measurement has
+    /// no time limit. An equilibration without a time limit does not count.
     pub(crate) fn latest_end(&self, start: f64) -> Option<f64> {
         let measured = |limit: &Until, before: &Until| Some(limit.time? + before.time.unwrap_or(0.0));
         let of_stage = |stage: &StagePlan| measured(&stage.limit, &stage.measured.unwrap_or_default().limit);

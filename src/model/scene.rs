@@ -225,9 +225,9 @@ scene! {
     contact_time: Option<f64> => copy Option<f64>,
     /// Whether overlaps at the start are permitted. The stable rule resolves these overlaps.
     allow_invalid_start: bool => copy bool,
-    /// Distance by which particles may be moved at the start to remove overlaps `[length]`; `None` to keep the overlaps.
+    /// Distance by which particles may be moved at the start to remove overlaps `[length]`; `None` to move no particle.
     separate_overlaps: Option<f64> => copy Option<f64>,
-    /// The overlaps that were removed from the start.
+    /// What was moved to remove overlaps.
     separated: Separated => copy Separated,
     /// Limits of the audit of a run.
     audit: AuditPlan => copy AuditPlan,
@@ -321,12 +321,12 @@ impl Scene {
         self.inlets.iter().map(of_one).sum()
     }
 
-    /// Species of the particles that enter, inlet by inlet.
+    /// Species of the particles that enter. A species occurs once for each inlet that contains it.
     pub(crate) fn entering_species(&self) -> impl Iterator<Item = SpeciesId> + '_ {
         self.inlets.iter().flat_map(Inlet::species)
     }
 
-    /// Whether particles of each species are in the system at the start or enter later.
+    /// Tells for each species whether the scene contains such particles, at the start or later.
     pub(crate) fn occurring_species(&self) -> Vec<bool> {
         let mut occurs = vec![false; self.species.len()];
         let present = self.particles.iter().map(|particle| particle.species);

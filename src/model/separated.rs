@@ -1,8 +1,8 @@
-//! Overlaps that were removed from the start of a scene.
+//! How overlaps were removed from the start of a scene.
 
 use serde::{Deserialize, Serialize};
 
-/// What was done to remove the overlaps at the start.
+/// Overlaps that were removed from the start of a scene, and the moves that this needed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Separated {
     /// Number of overlaps: pairs of particles, and particles in walls and surfaces.

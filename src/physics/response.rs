@@ -90,7 +90,7 @@ pub struct Response {
     pub tangential_scale: f64,
     /// Whether the roughness of the contact law acts in this contact.
     pub is_rough: bool,
-    /// Whether the TC model lifted a pair at rest.
+    /// Whether the pair was at rest and gained energy, see [`tc_contact`].
     pub is_lifted: bool,
 }
 
@@ -145,8 +145,8 @@ pub struct Arrival {
     /// Relative acceleration towards the barrier, from gravity or the centrifugal force; negative if it drives the pair
     /// away `[length / time^2]`.
     pub closing: f64,
-    /// The part of `closing` that does not come from the curvature of the path or of the barrier: gravity, or the
-    /// acceleration of a surface.
+    /// The same without the centrifugal force: from gravity, or from the acceleration of a surface
+    /// `[length / time^2]`.
     pub closing_at_rest: f64,
 }
 
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn pair_at_rest_gets_the_speed_of_grains_at_rest() {
-        // The speed is that of a particle which returns after the contact time. Below 1 / 64 of it, a pair is at rest.
+        // A particle that leaves at 0.064 returns after one contact time. A pair slower than 0.001 counts as at rest.
         let lifted = Leaving { speed: 0.064, tangential_scale: 1.0, is_rough: false, is_lifted: true };
         for [approach, tangential] in [[0.0, 0.0], [1e-8, 0.0], [0.0, 0.0009], [0.0007, 0.0007]] {
             for is_recent in [false, true] {
@@ -310,7 +310,7 @@ mod tests {
         }
         let slides = left(0.3, true, [0.0008, 0.0008], 1.0, 0.128);
         assert!(slides.speed == 0.001 && slides.tangential_scale < 1.0, "{slides:?}");
-        // The curvature of the barrier does not act on a pair at rest, and would let its energy grow without limit.
+        // The centrifugal force lifts no pair. Otherwise, each lift would increase the force, and the energy without limit.
         let arrival = Arrival { approach: 0.0, tangential: 2.0, closing: 400.0, closing_at_rest: 0.0 };
         let along = tc_contact(&ContactLaw::smooth(0.3), true, &arrival, 1.0);
         assert_eq!(along, Leaving { speed: 2.0, tangential_scale: 0.0, is_rough: false, is_lifted: false });

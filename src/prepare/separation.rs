@@ -3,8 +3,8 @@
 //!
 //! In packings from programs with soft grains, neighbours overlap by 1e-6 to 1e-3 of a diameter. Here, overlapping
 //! particles move apart along the line of their centres, one pair after the other, until a pass over all pairs finds no
-//! overlap. This is the relaxation method for systems of linear inequalities (Agmon, Canad. J. Math. 6, 382, 1954): every
-//! pair that does not overlap is an inequality for the displacements.
+//! overlap. The distance of each pair must not be less than its contact distance. For small displacements, these
+//! conditions are linear inequalities, and the method is that of Agmon (Canad. J. Math. 6, 382, 1954).
 
 use crate::Vector;
 use crate::engine::CellList;
@@ -22,14 +22,20 @@ pub(crate) struct Separation<'a> {
     pub limit: f64,
 }
 
-/// Gap between two particles that were moved apart, divided by the deepest overlap. The pass over all pairs ends sooner
-/// with larger gaps.
+/// Largest ratio of contact distances. With more unlike sizes, the search for pairs would be slow.
+pub(crate) const UNLIKE: f64 = 10.0;
+
+/// Upper bound for the limit, in units of the shortest contact distance. Longer moves could reach too many pairs.
+pub(crate) const LONGEST_MOVE: f64 = 0.25;
+
+/// Gap between two particles after a move, divided by the deepest overlap at the start. Larger gaps need fewer passes.
 const GAP: f64 = 0.1;
 
-/// Maximum number of passes, and of corrections of pairs in all passes. A column of `n` particles needs about `n^2`
-/// passes.
+/// Maximum number of passes. A column of `n` particles needs about `n^2` passes.
 const MOST_PASSES: usize = 100_000;
-const MOST_CORRECTIONS: usize = 4_000_000_000;
+
+/// Maximum number of pairs and particles that all passes look at, which takes about a minute.
+const MOST_LOOKS: usize = 4_000_000_000;
 
 struct Pair {
     particles: [u32; 2],
@@ -56,7 +62,7 @@ impl Separation<'_> {
         }
         let start: Vec<Vector> = particles.iter().map(|particle| particle.position).collect();
         let (gap, mut deepest) = (GAP * found.deepest, found.deepest);
-        for pass in 1..=MOST_PASSES.min(MOST_CORRECTIONS / (pairs.len() + particles.len()) + 1) {
+        for pass in 1..=MOST_PASSES.min(MOST_LOOKS / (pairs.len() + particles.len()) + 1) {
             deepest = self.pass(&pairs, particles, gap, pass.is_multiple_of(2));
             let moved =
                 particles.iter().zip(&start).map(|(particle, start)| self.apart(&particle.position, start).norm());
@@ -180,12 +186,12 @@ fn weight(species: &Species) -> f64 {
 mod tests {
     use crate::model::Scene;
 
-    /// Grains of two sizes and masses in a box with walls along z, at the given heights along a column.
+    /// A box with walls along z. Small and large grains, which have different masses, are at the given places in turn.
     fn column(places: &[[f64; 3]], more: &str) -> Result<Scene, String> {
         let mut toml = format!(
             "
             {more}
-            space = {{ size = [5.0, 5.0, 30.0], z = 'walls' }}
+            space = {{ size = [5.0, 5.0, 130.0], z = 'walls' }}
             species = [
                 {{ name = 'small', mass = 1.3, diameter = 1.0 }},
                 {{ name = 'large', mass = 3.1, diameter = 1.5 }},
@@ -226,9 +232,27 @@ mod tests {
         let places = [[1.0, 1.0, 0.499], [1.0, 1.0, 1.748], [1.0, 1.0, 2.997], [1.0, 1.0, 4.246]];
         let scene = column(&places, "separate_overlaps = 0.1").unwrap();
         assert_eq!(scene.separated().overlaps, 4);
+        assert_eq!(
+            Scene::new(scene.clone().into_parts()).unwrap(),
+            scene,
+            "nothing more is moved, and the record stays"
+        );
         let heights: Vec<f64> = scene.particles().iter().map(|particle| particle.position.z).collect();
         assert!(heights[0] >= 0.5 && heights.windows(2).all(|two| two[1] - two[0] >= 1.25), "{heights:?}");
         assert!(heights[3] < 4.26, "{heights:?}");
+    }
+
+    #[test]
+    fn high_columns_need_thousands_of_passes() {
+        let spacing = 1.25 * 0.9999;
+        let places: Vec<[f64; 3]> = (0..100).map(|k| [1.0, 1.0, 0.5 + spacing * f64::from(k)]).collect();
+        let scene = column(&places, "separate_overlaps = 0.25").unwrap();
+        let (separated, overlap) = (scene.separated(), 1.25 * 1e-4);
+        assert_eq!(separated.overlaps, 99);
+        // The highest particle moves up by all overlaps, and by the gaps, each up to a tenth of an overlap.
+        assert!((99.0..99.0 * 1.1 + 1.0).contains(&(separated.farthest / overlap)), "{separated:?}");
+        let heights: Vec<f64> = scene.particles().iter().map(|particle| particle.position.z).collect();
+        assert!(heights.windows(2).all(|two| two[1] - two[0] > 1.25 - 1e-13));
     }
 
     #[test]

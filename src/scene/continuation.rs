@@ -162,11 +162,11 @@ impl SceneBuilder {
         let surfaces = with_surfaces.checked_surfaces(&species, &space)?;
         let is_as_it_was = is_as_it_was && surfaces.of_scene() == run.surfaces;
         let displacement = self.parts.displacement;
-        let mut start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
+        let start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
         self.check_plan(&start)?;
         // With the same interactions, walls and surfaces as in the run, the positions need no check.
         if !is_as_it_was {
-            self.check_places(&mut start)?;
+            self.check_places(&start)?;
         }
         let mut scene = self.assembled(start);
         scene.particles = particles;

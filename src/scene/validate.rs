@@ -68,7 +68,8 @@ impl SceneBuilder {
         };
         let mut start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
         self.check_plan(&start)?;
-        let separated = self.check_places(&mut start)?;
+        let separated = self.separate(&mut start)?;
+        self.check_places(&start)?;
         let drawn = start.groups.drawn(self);
         let mut scene = self.assembled(start);
         scene.separated = separated;
@@ -88,17 +89,21 @@ impl SceneBuilder {
         self.check_displacement()
     }
 
-    /// Removes overlaps if the scene asks for it, and rejects those that are left.
-    pub(super) fn check_places(&self, start: &mut Configuration<'_>) -> Result<Separated, SceneError> {
-        let separate = |limit| start::separate(start, limit);
-        let separated = self.parts.separate_overlaps.map(separate).transpose()?.unwrap_or_default();
+    /// Moves overlapping particles apart if the scene has `separate_overlaps`.
+    pub(super) fn separate(&self, start: &mut Configuration<'_>) -> Result<Separated, SceneError> {
+        let Some(limit) = self.parts.separate_overlaps else { return Ok(self.parts.separated) };
+        let found = start::separate(start, limit)?;
+        // If the particles come from a scene in which they were moved apart, there are no overlaps now.
+        Ok(if found.overlaps > 0 { found } else { self.parts.separated })
+    }
+
+    pub(super) fn check_places(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         if self.parts.allow_invalid_start {
-            return Ok(separated);
+            return Ok(());
         }
         start::check_surfaces(&start.groups, start.interactions.species, &start.surfaces)?;
         start::check_bonds(start)?;
-        start::check_overlaps(start)?;
-        Ok(separated)
+        start::check_overlaps(start)
     }
 
     /// Completes the gravity and the thermostats of the stages. Rejects a plan that does not fit the rest of the scene.

@@ -44,7 +44,7 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
         rows.push(Row::told("altered by the TC model", "contacts made elastic or slowed down", value));
     }
     if events.tc_lifted > 0 {
-        let how = "contacts at rest that got the speed g tc / 2, with which grains at rest bounce";
+        let how = "contacts of grains at rest, which left at the speed g tc / 2";
         rows.push(Row::told("lifted by the TC model", how, events.tc_lifted.to_string()));
     }
     if energy.dissipated > 0.0 {
@@ -99,7 +99,7 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
         let Separated { overlaps, deepest, farthest } = separated;
         let value =
             format!("{overlaps}, up to {}; particles were moved by up to {}", digits(deepest), digits(farthest));
-        rows.push(Row::told("overlaps removed at the start", "asked for by the scene", value));
+        rows.push(Row::told("overlaps removed at the start", "with separate_overlaps", value));
     }
     if overlap.initial > 0 {
         let end = overlap.resolved_after.map_or_else(

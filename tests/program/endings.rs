@@ -248,8 +248,22 @@ fn grain_resting_on_a_wall_gets_a_warning_and_arrests() {
 }
 
 #[test]
+fn rattling_in_a_narrow_slit_ends_in_a_storm() {
+    // The slit is wider than the ball by 1e-10, so that there are 1e7 contacts in one contact time.
+    let slit = at_rest(0.0, 1.0)
+        .replace("size = [6.0, 6.0, 6.0]", "size = [6.0, 6.0, 1.0000000001]")
+        .replace("upper = \"open\"", "upper = \"wall\"")
+        .replace("position = [4.0, 4.0, 3.5]", "position = [4.0, 4.0, 0.5]");
+    let output = Place::with(&slit).carom(&["run", "scene.toml", "-q"]);
+    assert_eq!(code(&output), 1, "{}", words(&output));
+    let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("1020000 events while time advances by"), "{told}");
+    assert!(told.contains("give the particles more room, or set a longer dynamics.contact_time"), "{told}");
+}
+
+#[test]
 fn grain_resting_on_a_wall_runs_with_a_contact_time() {
-    // The last of the heights is that of the bounces of a grain at rest, `g tc^2 / 8`.
+    // In the TC model, a grain at rest bounces to a height of `g tc^2 / 8`, which is 1.25e-7.
     for (height, speed) in [(0.0, 0.0), (0.0, 1e-12), (1.25e-7, 0.0)] {
         let place = Place::with(&at_rest(height, speed));
         assert!(words(&place.carom(&["check", "scene.toml"])).contains("The scene is valid.\n"));

@@ -6,8 +6,8 @@ use crate::analysis::statistics::Stationarity;
 use crate::engine::{Simulation, Until};
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{Scene, Thermostat};
-use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
+use crate::model::{FillRegion, Region, Scene, SurfaceShape, Thermostat};
+use crate::scene::{Arrangement, Fill, InletDraft, InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
 fn mixture(space: Space) -> SceneBuilder {
     let well = |diameter, depth| Potential::square_well(diameter, 1.4, depth).unwrap();
@@ -150,6 +150,18 @@ fn on_a_line(mass: f64, potential: &Potential) -> SceneBuilder {
         builder = builder.particle(name, Vector::new(x, 0.0, 0.0), Vector::new(v, 0.0, 0.0));
     }
     builder
+}
+
+#[test]
+fn particles_that_enter_or_leave_change_the_velocities_on_a_line() {
+    let line = || on_a_line(1.3, &Potential::hard_sphere(1.0).unwrap());
+    let only_exchanges = |scene: &SceneBuilder| scene.build().unwrap().only_exchanges_velocities_with(None);
+    assert!(only_exchanges(&line()));
+    let region = FillRegion::Box(Region { lower: Vector::zeros(), upper: Vector::x() * 9.0 });
+    let inlet = InletDraft::new("rain", region).species("A").rate(1.0);
+    assert!(!only_exchanges(&line().inlet(inlet)));
+    let drain = SurfaceShape::Sphere { centre: Vector::x() * 5.7, radius: 0.1, is_inside: false };
+    assert!(!only_exchanges(&line().surface(SurfaceDraft::new("drain", drain).outlet())));
 }
 
 #[test]

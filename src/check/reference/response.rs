@@ -119,8 +119,9 @@ impl TcModel {
     ///
     /// In the published model, a particle with a restitution near 0 almost stops. Here it keeps its approach speed, up
     /// to the speed `v = closing t_c / 2` with which it returns after `t_c`. The smallest speed is `v / 64`, or the
-    /// total speed of the particle if that is lower. The speed along the barrier decreases at constant energy. If the
-    /// total speed is below `v / 64` even without curvature, the particle is at rest, and its speed becomes `v`.
+    /// total speed of the particle if that is lower. The speed along the barrier decreases at constant energy.
+    ///
+    /// Let `v0 = closing_at_rest t_c / 2`. A particle with a total speed below `v0 / 64` is at rest, and leaves at `v0`.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing, closing_at_rest } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];

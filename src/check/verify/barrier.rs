@@ -79,8 +79,10 @@ impl ContactMemory {
     /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle slower than
     /// `v / SLIDING` slides: at constant energy, it leaves at `v / SLIDING`, or at its total speed if that is lower. A
     /// faster contact is elastic and smooth if a particle had a contact less than `t_c` ago. Otherwise, the particle
-    /// loses speed, but keeps its approach speed up to `v`. If the total speed is below `v / SLIDING` even without the
-    /// curvature, the particle is at rest, and leaves at the speed `v` without curvature.
+    /// loses speed, but keeps its approach speed up to `v`.
+    ///
+    /// Let `v0 = closing_at_rest t_c / 2`. A particle with a total speed below `v0 / SLIDING` is at rest, and leaves at
+    /// `v0`.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { law, approach, tangential, closing, closing_at_rest } = *arrival;
         let away = |closing: (f64, f64)| {

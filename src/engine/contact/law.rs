@@ -59,8 +59,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
     /// `velocity` is the relative velocity before the contact. `vn` is its component along the normal, which points
-    /// away from the surface. `closing` is the acceleration towards the surface, and `closing_at_rest` the part of it
-    /// that does not depend on the curvature of the surface.
+    /// away from the surface. `closing` is the acceleration towards the surface, and `closing_at_rest` the same without
+    /// the centrifugal force.
     #[inline]
     pub(in crate::engine) fn leave_surface(
         &mut self,

@@ -69,44 +69,35 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Rebuilds the list of a particle around its position at `time`, and updates the lists of its neighbours.
     fn move_centre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         let (to, _) = self.state_at(particle, time);
-        let mut scratch = self.take_scratch();
-        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else {
+        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, scratch, .. } = self else {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
+        let near = &mut scratch.get_or_insert_with(|| Self::new_scratch(state)).near;
         verlet.cells.lift(particle, &verlet.centres[particle as usize]);
         verlet.centres[particle as usize] = to;
-        Self::find_listed(verlet, pairs, state, particle, &mut scratch.near);
+        Self::find_listed(verlet, pairs, state, particle, near);
         verlet.cells.put(particle, &to);
-        verlet.lists.renew(particle, scratch.near.found(), |other| Self::keeps_no_list(pairs, state, other));
-        self.scratch = Some(scratch);
+        verlet.lists.renew(particle, near.found(), |other| Self::keeps_no_list(pairs, state, other));
         Ok(())
     }
 
     /// Captured pairs must be stored first, because the lists do not contain captured partners.
     pub(in crate::engine) fn fill_lists(&mut self) {
-        if self.neighbours.verlet().is_none() {
-            return;
-        }
-        let mut scratch = self.take_scratch();
-        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
+        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, scratch, .. } = self else { return };
+        let near = &mut scratch.get_or_insert_with(|| Self::new_scratch(state)).near;
         for particle in (0..).take(verlet.centres.len()) {
             if !Self::keeps_no_list(pairs, state, particle) {
-                Self::find_listed(verlet, pairs, state, particle, &mut scratch.near);
-                scratch.near.retain(|other| other != particle);
-                verlet.lists.set(particle, scratch.near.found());
+                Self::find_listed(verlet, pairs, state, particle, near);
+                near.retain(|other| other != particle);
+                verlet.lists.set(particle, near.found());
             }
         }
-        self.scratch = Some(scratch);
     }
 
     /// Builds the list of a new particle, and adds the particle to the lists of its neighbours.
     pub(in crate::engine) fn fill_list(&mut self, particle: u32) {
-        if self.neighbours.verlet().is_none() {
-            return;
-        }
-        let mut scratch = self.take_scratch();
-        let near = &mut scratch.near;
-        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
+        let Self { neighbours: Neighbours::Lists(verlet), pairs, state, scratch, .. } = self else { return };
+        let near = &mut scratch.get_or_insert_with(|| Self::new_scratch(state)).near;
         Self::find_listed(verlet, pairs, state, particle, near);
         near.retain(|other| other != particle);
         let keeps_none = |other| Self::keeps_no_list(pairs, state, other);
@@ -116,7 +107,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         } else {
             verlet.lists.renew(particle, near.found(), keeps_none);
         }
-        self.scratch = Some(scratch);
     }
 
     /// Finds the uncaptured particles within reach of the centre of a list. The result may include the particle itself.

@@ -62,12 +62,9 @@ impl Scene {
         let inlets = builder.checked_inlets(&species, &space)?;
         let mut start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
         builder.check_plan(&start)?;
-        let separated = builder.check_places(&mut start)?;
-        let mut scene = builder.assembled(start);
-        if separated.overlaps > 0 {
-            scene.separated = separated;
-        }
-        builder.settled(scene)
+        let separated = builder.separate(&mut start)?;
+        builder.check_places(&start)?;
+        builder.settled(Scene { separated, ..builder.assembled(start) })
     }
 
     /// Returns the scene with a different limit of the measurement.

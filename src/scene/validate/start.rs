@@ -7,7 +7,7 @@ use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{Bond, ParticleId, SpeciesId};
 use crate::model::{Separated, Species};
 use crate::prepare::packing::occupancy::first_overlap;
-use crate::prepare::separation::Separation;
+use crate::prepare::separation::{LONGEST_MOVE, Separation, UNLIKE};
 use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::groups::Groups;
@@ -102,11 +102,6 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     }
     Ok(())
 }
-
-/// Largest ratio of contact distances, and largest move relative to the shortest contact distance. They limit the number
-/// of pairs that may meet.
-const UNLIKE: f64 = 10.0;
-const LONGEST_MOVE: f64 = 0.25;
 
 /// Moves particles apart until none overlap.
 pub(crate) fn separate(start: &mut Configuration<'_>, limit: f64) -> Result<Separated, SceneError> {

@@ -60,7 +60,8 @@ fn energy_and_momentum_of_a_flow_are_in_the_ledger() {
     assert!(brought.norm() > 0.0);
 }
 
-/// Compares all events with those of the reference engine. Returns the simulation and the number of exits.
+/// Runs a scene in both engines, and asserts that their events agree. Returns the simulation at the end of the run, and
+/// the number of exits.
 fn compared_with_reference(scene: &Scene, until: f64) -> (Simulation, usize) {
     let (simulation, found) = events(scene, until);
     let mut alone = scene.clone();
@@ -105,7 +106,8 @@ fn flow_is_the_flow_of_the_reference_engine() {
 
 #[test]
 fn dense_flow_is_the_flow_of_the_reference_engine() {
-    // The other comparisons run with cells. The times are short because dense systems are chaotic.
+    // These systems use neighbour lists, and the other tests use cells. In a dense system, small differences grow fast.
+    // The runs are therefore short.
     for (potential, packing_fraction) in
         [("'hard-sphere'", 0.55), ("'square-well', lambda = 1.9, well_depth = 0.1", 0.3)]
     {
@@ -132,7 +134,7 @@ fn dense_flow_is_the_flow_of_the_reference_engine() {
 
 #[test]
 fn pairs_with_many_particles_that_enter_are_captured() {
-    // Cells are searched from the start, and no exit renews what the engine keeps per particle.
+    // The engine searches cells from the start. Nothing leaves, because an exit would create all tables anew.
     let toml = "
         space = { size = [12.0, 12.0, 12.0], x = 'walls', y = 'walls', z = 'walls' }
         species = [{ name = 'atom', mass = 1.3, diameter = 1.0 }]
