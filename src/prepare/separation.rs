@@ -9,7 +9,7 @@
 use crate::Vector;
 use crate::engine::CellList;
 use crate::engine::surfaces::{Surface, Surfaces};
-use crate::model::space::{Boundary, nearest_image};
+use crate::model::space::nearest_image;
 use crate::model::{Particle, Separated, Space, Species};
 use crate::prepare::packing::occupancy::{Contacts, ROUNDING, rounding};
 
@@ -59,6 +59,10 @@ impl Separation<'_> {
         particles.iter().filter_map(|particle| self.deepest_in_surface(particle)).for_each(|(depth, _)| note(depth));
         if found.overlaps == 0 {
             return Ok(found);
+        }
+        // At least one of the two particles would have to move by half of the overlap.
+        if found.deepest > 2.0 * self.limit {
+            return Err(found.deepest);
         }
         let start: Vec<Vector> = particles.iter().map(|particle| particle.position).collect();
         let (gap, mut deepest) = (GAP * found.deepest, found.deepest);
@@ -146,10 +150,7 @@ impl Separation<'_> {
             return None;
         }
         let distance = squared.sqrt();
-        // Particles at the same place have no line of centres.
-        let axis = self.space.boundary.iter().position(|boundary| *boundary != Boundary::Flat).unwrap_or(0);
-        let line = if distance > 0.0 { apart / distance } else { Vector::ith(axis, 1.0) };
-        Some((pair.contact - distance, line))
+        Some((pair.contact - distance, apart / distance.max(f64::MIN_POSITIVE)))
     }
 
     /// Returns the depth of a moving particle in the surface at rest that it overlaps most, and the direction out of it.
@@ -257,7 +258,8 @@ mod tests {
 
     #[test]
     fn particles_without_overlaps_keep_their_bits() {
-        let places = [[1.0, 1.0, 0.5], [1.0, 1.0, 1.75], [0.1 + 0.2, 3.0, 7.7]];
+        // The first two overlap by the last bit.
+        let places = [[1.0, 1.0, 0.5], [1.0, 1.0, 1.749_999_999_999_999_8], [0.1 + 0.2, 3.0, 7.7]];
         let [plain, separated] = ["", "separate_overlaps = 0.2"].map(|more| column(&places, more).unwrap());
         assert_eq!(plain.particles(), separated.particles());
         assert_eq!(separated.separated().overlaps, 0);
@@ -284,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn particles_at_the_same_place_move_along_an_axis_that_is_not_flat() {
+    fn disks_stay_in_their_plane_and_particles_at_the_same_place_are_refused() {
         let toml = "
             separate_overlaps = 0.25
             space = { size = [0.0, 9.0, 9.0], x = 'flat' }
