@@ -168,8 +168,8 @@ mod tests {
     use super::*;
     use crate::model::potential::Potential;
     use crate::model::space::{Face, Space};
-    use crate::model::{MotionKind, RunPlan, SpeciesPairs, SurfaceMotion, SurfaceShape};
-    use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
+    use crate::model::{FillRegion, MotionKind, Region, RunPlan, SpeciesPairs, SurfaceMotion, SurfaceShape};
+    use crate::scene::{InletDraft, InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
     fn pair() -> SceneBuilder {
         SceneBuilder::new("pair")
@@ -247,6 +247,10 @@ mod tests {
         assert!(!cools(&grains.clone().surface(shaken.clone())));
         let conserves = |scene: &SceneBuilder| scene.build().unwrap().conserves_heat_with(None);
         assert!(conserves(&pair()) && !conserves(&pair().surface(shaken)));
+        let region = FillRegion::Box(Region { lower: Vector::zeros(), upper: Vector::repeat(2.0) });
+        let entering = |species: &str| InletDraft::new("inlet", region).species(species).rate(1.0);
+        assert!(conserves(&soft("B", "B", two()).inlet(entering("A"))));
+        assert!(!conserves(&soft("B", "B", two()).inlet(entering("B"))));
         let thermostat = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] });
         assert!(!cools(&grains.run(RunPlan { thermostat, ..RunPlan::default() })));
     }

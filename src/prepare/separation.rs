@@ -125,7 +125,8 @@ impl Separation<'_> {
             let both = [a, b].map(|id| &particles[id as usize]);
             let [first, second] = both.map(|particle| particle.species.0 as usize);
             let contact = self.contacts.get(first, second);
-            let weights = [first, second].map(|species| weight(&self.species[species]));
+            // Light particles move farther than heavy ones, and static particles stay.
+            let weights = [first, second].map(|species| self.species[species].inverse_mass());
             let reach = contact + 2.0 * self.limit;
             if contact > 0.0 && squared < reach * reach && weights[0] + weights[1] > 0.0 {
                 let rounding = rounding(both.map(|particle| &particle.position), side, contact);
@@ -178,13 +179,9 @@ impl Separation<'_> {
     }
 }
 
-/// Light particles move farther than heavy ones, and static particles stay.
-fn weight(species: &Species) -> f64 {
-    if species.is_static() { 0.0 } else { 1.0 / species.mass }
-}
-
 #[cfg(test)]
 mod tests {
+    use crate::Vector;
     use crate::model::Scene;
 
     /// A box with walls along z. Small and large grains, which have different masses, are at the given places in turn.
@@ -217,7 +214,7 @@ mod tests {
 
     #[test]
     fn overlaps_disappear_and_the_centre_of_mass_stays_unless_a_wall_pushes() {
-        let places = [[1.0, 1.0, 9.0], [1.0, 1.0, 10.249], [1.0, 4.9, 20.0], [1.0, 1.0, 20.5]];
+        let places = [[1.0, 0.001, 9.0], [1.0, 1.2, 9.348], [1.0, 4.9, 20.0], [1.0, 1.0, 20.5]];
         assert!(column(&places, "").unwrap_err().contains("overlap"));
         let scene = column(&places, "separate_overlaps = 0.1").unwrap();
         let separated = scene.separated();
@@ -225,9 +222,14 @@ mod tests {
         assert_eq!(separated.overlaps, 2);
         let deepest = 1.25 - libm::hypot(0.5, 1.1);
         assert!((separated.deepest - deepest).abs() < 1e-12, "{separated:?} {deepest}");
-        let [a, b] = [0, 1].map(|k| scene.particles()[k].position.z);
-        assert!(b - a > 1.25 && b - a < 1.25 + 0.2 * deepest);
-        assert!((1.3 * a + 3.1 * b - 1.3 * 9.0 - 3.1 * 10.249).abs() < 1e-13);
+        let [a, b] = [0, 1].map(|k| scene.particles()[k].position);
+        // The first particle moves across a side of the box.
+        assert!(a.y > 4.99 && a.y < 5.0, "{a}");
+        let a = a - 5.0 * Vector::y();
+        let distance = (b - a).norm();
+        assert!(distance > 1.25 && distance < 1.25 + 0.2 * deepest);
+        let centre = 1.3 * Vector::new(1.0, 0.001, 9.0) + 3.1 * Vector::new(1.0, 1.2, 9.348);
+        assert!((1.3 * a + 3.1 * b - centre).norm() < 1e-13);
         assert!(separated.farthest < 0.1);
         // In a column on the floor, all particles move up.
         let places = [[1.0, 1.0, 0.499], [1.0, 1.0, 1.748], [1.0, 1.0, 2.997], [1.0, 1.0, 4.246]];
@@ -271,11 +273,7 @@ mod tests {
             let more = format!("separate_overlaps = {limit}");
             let mut scene = column(&[[2.5, 2.5, 11.4]], &more).unwrap().into_parts();
             let fixed = crate::model::SpeciesId(2);
-            scene.particles.push(crate::model::Particle::new(
-                fixed,
-                crate::Vector::new(2.5, 2.5, 10.0),
-                crate::Vector::zeros(),
-            ));
+            scene.particles.push(crate::model::Particle::new(fixed, Vector::new(2.5, 2.5, 10.0), Vector::zeros()));
             Scene::new(scene)
         };
         let scene = fixed(0.2).unwrap();
@@ -283,6 +281,18 @@ mod tests {
         assert!((1.5..1.52).contains(&(scene.particles()[0].position.z - 10.0)));
         let refused = fixed(0.05).unwrap_err().to_string();
         assert!(refused.contains("separate_overlaps") && refused.contains("0.05"), "{refused}");
+    }
+
+    #[test]
+    fn particles_leave_surfaces_at_rest_and_no_moving_ones() {
+        let with = |motion: &str| {
+            let plane = "name = 'floor', shape = 'plane', point = [0.0, 0.0, 3.0], normal = [0.0, 0.0, 1.0]";
+            column(&[[1.0, 1.0, 3.49]], &format!("separate_overlaps = 0.1\nsurface = [{{ {plane}{motion} }}]"))
+        };
+        assert!((3.5..3.502).contains(&with("").unwrap().particles()[0].position.z));
+        let motion = ", motion = [{ kind = 'translation', velocity = [0.0, 0.0, -0.05] }]";
+        let refused = with(motion).unwrap_err();
+        assert!(refused.contains("floor") && !refused.contains("moves of up to"), "{refused}");
     }
 
     #[test]
@@ -309,7 +319,7 @@ mod tests {
             scene.space.size.z = upper;
             let sizes = [0.5, 1.749, 2.998, 4.247, 5.496];
             for (particle, z) in scene.particles.iter_mut().zip(sizes) {
-                particle.position = crate::Vector::new(1.0, 1.0, z - 0.02);
+                particle.position = Vector::new(1.0, 1.0, z - 0.02);
             }
             let result = Scene::new(scene.clone());
             assert_eq!(result.is_ok(), upper > 6.0, "{result:?}");

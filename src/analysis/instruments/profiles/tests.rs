@@ -126,6 +126,10 @@ fn the_density_of_a_grid_adds_up_and_has_its_cells_in_order() {
     let other = plan::Profile { species: Some("B".to_owned()), ..plan([4, 1, 2]) };
     let (_, measured) = measure(&system, &other, frame);
     assert!(measured.curves[0].series[0].values.iter().all(|value| *value == Some(0.0)));
+    // Static particles, whose mass is infinite, are not counted.
+    system.species_masses[0] = f64::INFINITY;
+    let (_, measured) = measure(&system, &plan([4, 1, 2]), frame);
+    assert!(measured.curves[0].series[0].values.iter().all(|value| *value == Some(0.0)));
 }
 
 #[test]
