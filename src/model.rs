@@ -33,6 +33,7 @@ pub mod umbrella_plan;
 pub mod until;
 
 pub use crate::physics::response::ContactLaw;
+pub use crate::physics::restitution::{Restitution, RestitutionTable};
 pub use crate::physics::rough::Roughness;
 pub use barostat::{Barostat, BarostatError, VolumeMoves};
 pub use energy_weights::EnergyWeights;

@@ -4,4 +4,5 @@ pub mod detection;
 pub mod motion;
 pub mod overlap;
 pub mod response;
+pub mod restitution;
 pub mod rough;

@@ -5,7 +5,7 @@ mod cases;
 
 use std::path::{Path, PathBuf};
 
-use carom::model::Scene;
+use carom::model::{Restitution, Scene};
 use carom::scene::{
     ConfigPath, EXCLUSIONS, Exclusion, InteractionDraft, PathStep, SceneError, SceneErrorKind, SpeciesDraft,
 };
@@ -130,8 +130,11 @@ fn overrides_replace_and_add_values_by_index_or_name() {
     )
     .unwrap();
     assert_eq!((scene.seed(), scene.name(), scene.run().limit.events), (5, "swing", Some(1000)));
-    assert_eq!(scene.interactions()[0].law.restitution, 0.1);
-    assert_eq!(scene.interactions()[scene.bonds()[0].interaction.0 as usize].law.restitution, 1.0);
+    assert_eq!(scene.interactions()[0].law.restitution, Restitution::Constant(0.1));
+    assert_eq!(
+        scene.interactions()[scene.bonds()[0].interaction.0 as usize].law.restitution,
+        Restitution::Constant(1.0)
+    );
     assert_eq!(scene.species()[2].mass, 2.5);
     assert_eq!(scene.output().frame_interval, Some(0.5));
 }

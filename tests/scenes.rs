@@ -1,6 +1,6 @@
 //! Every scene in `configs/` is valid and agrees with its comments.
 
-use carom::model::Scene;
+use carom::model::{Restitution, Scene};
 
 #[test]
 fn every_scene_of_configs_loads() {
@@ -43,7 +43,7 @@ fn pendulum_is_straight_and_its_links_have_equal_slack() {
         let core = interaction.potential.core().unwrap();
         assert!((interaction.potential.range() / core - 1.06).abs() < 1e-15);
         assert!(((b.position - a.position).norm() / core - 1.05).abs() < 1e-12);
-        assert_eq!(interaction.law.restitution, 0.9);
+        assert_eq!(interaction.law.restitution, Restitution::Constant(0.9));
     }
     assert_eq!(scene.bonds()[0].interaction, scene.bonds()[8].interaction);
     assert_eq!(scene.interactions()[scene.bonds()[9].interaction.0 as usize].potential.core(), Some(1.5));
@@ -246,7 +246,7 @@ fn a_distribution_of_diameters_becomes_classes() {
         let contact = 0.5 * (scene.species()[a].diameter + scene.species()[b].diameter);
         assert_eq!(interaction.potential.core(), Some(contact));
         assert_eq!(interaction.potential.range(), range * contact);
-        assert_eq!(interaction.law.restitution, if a == 2 { 0.9 } else { 1.0 });
+        assert_eq!(interaction.law.restitution, Restitution::Constant(if a == 2 { 0.9 } else { 1.0 }));
     }
     assert_eq!(scene, Scene::from_toml(POLYDISPERSE, "polydisperse").unwrap());
 }

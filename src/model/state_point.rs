@@ -63,7 +63,7 @@ impl StatePoint {
     }
 
     fn with_law(self, law: &ContactLaw) -> Self {
-        let of_law = self.with(&[law.restitution]);
+        let of_law = self.with(&law.restitution.numbers());
         let add = |rough: Roughness| of_law.with(&[rough.tangential_restitution, rough.friction]);
         law.roughness.map_or(of_law, add)
     }

@@ -4,14 +4,15 @@
 //! the outcome of the event (Bannerman and Strobl, section 1).
 
 use crate::physics::overlap::Side;
+use crate::physics::restitution::Restitution;
 use crate::physics::rough::Roughness;
 use serde::{Deserialize, Serialize};
 
 /// Contact law of an infinite barrier: the core of a pair, the end of a bond, a wall or a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactLaw {
-    /// Coefficient of restitution in `[0, 1]`: normal relative speed after a contact, divided by the speed before.
-    pub restitution: f64,
+    /// Coefficient of restitution, which may depend on the speed of impact.
+    pub restitution: Restitution,
     /// Friction and tangential restitution; `None` for a smooth barrier, which exerts no tangential forces.
     pub roughness: Option<Roughness>,
 }
@@ -20,13 +21,13 @@ impl ContactLaw {
     /// Law of a smooth barrier, which leaves the tangential velocity unchanged.
     #[must_use]
     pub const fn smooth(restitution: f64) -> Self {
-        Self { restitution, roughness: None }
+        Self { restitution: Restitution::Constant(restitution), roughness: None }
     }
 
     /// Law of a rough barrier, which also acts on spins.
     #[must_use]
     pub const fn rough(restitution: f64, roughness: Roughness) -> Self {
-        Self { restitution, roughness: Some(roughness) }
+        Self { restitution: Restitution::Constant(restitution), roughness: Some(roughness) }
     }
 
     /// Makes the barrier rough, with a tangential restitution. Contacts never slide unless friction is set, too.
@@ -46,7 +47,7 @@ impl ContactLaw {
     /// Whether contacts dissipate kinetic energy.
     #[must_use]
     pub fn dissipates(&self) -> bool {
-        self.restitution < 1.0 || self.roughness.is_some_and(|roughness| roughness.dissipates())
+        !self.restitution.is_elastic() || self.roughness.is_some_and(|roughness| roughness.dissipates())
     }
 }
 
@@ -100,7 +101,7 @@ pub struct Response {
 ///
 /// | at | condition | outcome | `vn'` |
 /// |---|---|---|---|
-/// | an infinite step | | Core (inner), Bounce (outer) | `-e vn` |
+/// | an infinite step | | Core (inner), Bounce (outer) | `-e vn`, where `e` may depend on `vn` and `mu` |
 /// | a finite step | `mu/2 vn^2 > dU` | Capture (inner), Release (outer) | `vn'^2 = vn^2 - 2 dU / mu`, sign kept |
 /// | a finite step | `mu/2 vn^2 <= dU` | Bounce | `-vn` |
 #[inline]
@@ -115,7 +116,11 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactL
             Side::Positive => (Outcome::Core, law.roughness.is_some()),
             Side::Negative => (Outcome::Bounce, false),
         };
-        return Response { is_rough, ..smooth(outcome, reflect(side, radial, law.restitution)) };
+        let restitution = match law.restitution {
+            Restitution::Constant(restitution) => restitution,
+            ref varying => varying.at(radial.abs() / squared.sqrt(), reduced_mass),
+        };
+        return Response { is_rough, ..smooth(outcome, reflect(side, radial, restitution)) };
     }
     let beyond = radial * radial - 2.0 * energy_step / reduced_mass * squared;
     if beyond <= 0.0 {
@@ -140,6 +145,8 @@ fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
 pub struct Arrival {
     /// Normal speed of approach, at least 0 `[length / time]`.
     pub approach: f64,
+    /// Coefficient of restitution at this speed.
+    pub restitution: f64,
     /// Relative speed along the barrier `[length / time]`.
     pub tangential: f64,
     /// Relative acceleration towards the barrier, from gravity or the centrifugal force; negative if it drives the pair
@@ -180,7 +187,7 @@ const SLIDING: f64 = 64.0;
 #[inline]
 #[must_use]
 pub fn tc_contact(law: &ContactLaw, is_recent: bool, arrival: &Arrival, contact_time: f64) -> Leaving {
-    let &Arrival { approach, tangential, closing, closing_at_rest } = arrival;
+    let &Arrival { approach, restitution, tangential, closing, closing_at_rest } = arrival;
     let away_for_contact_time = (0.5 * closing * contact_time).max(0.0);
     let slowest = away_for_contact_time / SLIDING;
     if approach < slowest {
@@ -197,7 +204,7 @@ pub fn tc_contact(law: &ContactLaw, is_recent: bool, arrival: &Arrival, contact_
     if is_recent {
         return Leaving { speed: approach, tangential_scale: 1.0, is_rough: false, is_lifted: false };
     }
-    let speed = (law.restitution * approach).max(away_for_contact_time.min(approach));
+    let speed = (restitution * approach).max(away_for_contact_time.min(approach));
     Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some(), is_lifted: false }
 }
 
@@ -213,7 +220,7 @@ mod tests {
     /// Motion after a contact with the speeds `[approach, tangential]`.
     fn left(restitution: f64, is_recent: bool, speeds: [f64; 2], closing: f64, contact_time: f64) -> Leaving {
         let [approach, tangential] = speeds;
-        let arrival = Arrival { approach, tangential, closing, closing_at_rest: closing };
+        let arrival = Arrival { approach, restitution, tangential, closing, closing_at_rest: closing };
         tc_contact(&ContactLaw::smooth(restitution), is_recent, &arrival, contact_time)
     }
 
@@ -311,7 +318,8 @@ mod tests {
         let slides = left(0.3, true, [0.0008, 0.0008], 1.0, 0.128);
         assert!(slides.speed == 0.001 && slides.tangential_scale < 1.0, "{slides:?}");
         // The centrifugal force lifts no pair. Otherwise, each lift would increase the force, and the energy without limit.
-        let arrival = Arrival { approach: 0.0, tangential: 2.0, closing: 400.0, closing_at_rest: 0.0 };
+        let arrival =
+            Arrival { approach: 0.0, restitution: 0.3, tangential: 2.0, closing: 400.0, closing_at_rest: 0.0 };
         let along = tc_contact(&ContactLaw::smooth(0.3), true, &arrival, 1.0);
         assert_eq!(along, Leaving { speed: 2.0, tangential_scale: 0.0, is_rough: false, is_lifted: false });
         let apart = left(0.3, false, [0.0, 0.0], -1.0, 0.128);

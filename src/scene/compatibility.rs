@@ -6,8 +6,8 @@ use crate::Vector;
 use crate::base::text::shortest;
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{
-    Barostat, ContactLaw, ExchangeEnsemble, Growth, Interaction, Roughness, RunPlan, SceneParts, SurfaceLaw,
-    Thermostat, Threads,
+    Barostat, ContactLaw, ExchangeEnsemble, Growth, Interaction, Restitution, Roughness, RunPlan, SceneParts,
+    SurfaceLaw, Thermostat, Threads,
 };
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -312,10 +312,14 @@ fn laws(it: &Subject<'_>) -> impl Iterator<Item = (ConfigPath, SurfaceLaw)> {
 }
 
 fn losses(it: &Subject<'_>) -> Option<Found> {
-    let lossy = |at: &ConfigPath, law: &ContactLaw| {
-        (law.restitution < 1.0).then(|| (Some(at.key("restitution")), shortest(law.restitution)))
+    let value = |restitution: &Restitution| match *restitution {
+        Restitution::Constant(restitution) => shortest(restitution),
+        _ => "dependent on the speed".to_owned(),
     };
-    first_law(it, lossy, |law| format!("a run with an interaction of restitution {}", law.restitution))
+    let lossy = |at: &ConfigPath, law: &ContactLaw| {
+        (!law.restitution.is_elastic()).then(|| (Some(at.key("restitution")), value(&law.restitution)))
+    };
+    first_law(it, lossy, |law| format!("a run with an interaction of restitution {}", value(&law.restitution)))
 }
 
 fn roughness(it: &Subject<'_>) -> Option<Found> {

@@ -213,7 +213,7 @@ fn not_there(key: &str) -> Option<&'static str> {
         "spin" | "spins" | "angular_velocity" | "omega" => "`spin` is a key of a [[particle]]",
         "inertia" | "moment_of_inertia" => "`moment_of_inertia` is a key of a [[species]]",
         "material" | "materials" => {
-            "there are no materials: give `restitution` in each [[interaction]], side and [[surface]]"
+            "a [[material]] is the contact law of two materials; a [[species]], a wall and a [[surface]] name their `material`"
         }
         "unit" | "units" => {
             "numbers have no units: choose units of length, mass and time, and give all numbers in these units"

@@ -9,8 +9,10 @@ mod either;
 mod inlet;
 mod interaction;
 mod live;
+mod material;
 mod measure;
 mod particles;
+mod restitution;
 mod space;
 mod surface;
 
@@ -19,8 +21,10 @@ pub(crate) use drive::{BarostatFile, ExchangeFile, GrowthFile, StageFile, Thermo
 pub(crate) use inlet::InletFile;
 pub(crate) use interaction::InteractionFile;
 pub(crate) use live::{LiveFile, SliderFile};
+pub(crate) use material::MaterialFile;
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
+pub(crate) use restitution::{RestitutionFile, VaryingFile};
 pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile, WallFile};
 pub(crate) use surface::{MotionFile, RotationFile, SurfaceFile};
 
@@ -72,6 +76,8 @@ pub(crate) struct SceneFile {
     /// Species of particles, at least one. A scene with `start` takes them from the earlier run if none are given.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
+    /// Contact laws of materials, which species, walls and surfaces name.
+    pub material: Vec<MaterialFile>,
     /// Interactions of species and of bonds. A scene with `start` takes them from the earlier run if none are given.
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
@@ -151,6 +157,8 @@ pub(crate) struct SpeciesFile {
     /// Mass `[mass]`, required for moving species. If diameters are distributed, this is the mass at the mean diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
+    /// Material of the species. Interactions without keys of a contact law take that of the two materials.
+    pub material: Option<String>,
     /// Whether the particles of the species never move.
     #[serde(default, rename = "static")]
     pub is_static: bool,

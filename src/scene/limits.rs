@@ -6,7 +6,7 @@ use crate::base::text::shortest;
 use crate::model::limits::MOST_PARTICLES;
 use crate::model::limits::{LARGEST, is_positive};
 use crate::model::space::{Boundary, Space};
-use crate::model::{ContactLaw, Roughness, Species};
+use crate::model::{ContactLaw, Restitution, Roughness, Species};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
@@ -103,7 +103,15 @@ pub(crate) fn restitution(value: f64, at: ConfigPath) -> Result<f64, SceneError>
 
 /// Checks the numbers of a contact law.
 pub(crate) fn contact_law(law: &ContactLaw, at: &ConfigPath) -> Result<(), SceneError> {
-    restitution(law.restitution, at.key("restitution"))?;
+    let key = at.key("restitution");
+    match law.restitution {
+        Restitution::Constant(value) => restitution(value, key).map(drop)?,
+        Restitution::Viscoelastic { viscous_time, stiffness } => {
+            not_negative(viscous_time, key.key("viscous_time"))?;
+            positive(stiffness, key.key("stiffness"))?;
+        }
+        Restitution::Table(_) => {}
+    }
     let Some(Roughness { tangential_restitution: tangential, friction }) = law.roughness else { return Ok(()) };
     let key = at.key("tangential_restitution");
     check(tangential, (-1.0..=1.0).contains(&tangential), "a number from -1 to 1", key)?;

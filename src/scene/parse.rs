@@ -1,10 +1,12 @@
 //! Converts the tables of a scene file to an unvalidated scene.
 
+mod contact_law;
 mod count;
 pub(crate) mod diameter;
 mod inlet;
 pub(crate) mod interaction;
 pub(crate) mod live;
+mod materials;
 pub(crate) mod motion;
 pub(crate) mod particles;
 pub(crate) mod plan;
@@ -14,13 +16,14 @@ pub(crate) mod surface;
 
 use std::path::Path;
 
+use materials::Materials;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::Table;
 
 use crate::Vector;
 use crate::model::Format;
-use crate::model::{AuditPlan, ContactLaw, InputFile, OutputPlan};
+use crate::model::{AuditPlan, InputFile, OutputPlan};
 use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
@@ -128,15 +131,12 @@ pub(crate) fn parts(
     scene.parts.contact_time = dynamics.contact_time;
     scene.parts.live = live::parse_live(file.description, file.live)?;
     scene.parts.audit = parse_audit(&file.audit);
-    space::parse_space(&space, &mut scene)?;
-    let mut distributed = Vec::new();
-    for (index, species) in file.species.into_iter().enumerate() {
-        let (draft, classes) = parse_species(species, &ConfigPath::entry("species", index))?;
-        distributed.extend(classes.map(|classes| Distributed { index, name: draft.name.clone(), classes }));
-        scene.species.push(draft);
-    }
+    let materials = Materials::parse(file.material, &file.species)?;
+    space::parse_space(&space, &materials, &mut scene)?;
+    let distributed = add_species(file.species, &mut scene)?;
     for (index, file) in file.interaction.into_iter().enumerate() {
-        scene.interactions.push(interaction::parse_interaction(file, &ConfigPath::entry("interaction", index))?);
+        let at = ConfigPath::entry("interaction", index);
+        scene.interactions.push(interaction::parse_interaction(file, &materials, &at)?);
     }
     for particle in file.particle {
         let [position, velocity, spin] = [particle.position, particle.velocity, particle.spin].map(vector);
@@ -158,7 +158,7 @@ pub(crate) fn parts(
     }
     scene.has_surfaces = file.surface.is_some();
     for (index, surface) in file.surface.into_iter().flatten().enumerate() {
-        let (surface, input) = surface::parse_surface(surface, index, directory)?;
+        let (surface, input) = surface::parse_surface(surface, &materials, index, directory)?;
         scene.surfaces.push(surface);
         scene.parts.inputs.extend(input);
     }
@@ -178,6 +178,17 @@ pub(crate) fn parts(
     sizes.iter().try_for_each(|sizes| sizes.agree(&scene))?;
     sizes.iter().for_each(|sizes| sizes.set_velocities(&mut scene));
     Ok(scene)
+}
+
+/// Adds the species. Returns the size classes of those whose diameters have a distribution.
+fn add_species(files: Vec<SpeciesFile>, scene: &mut SceneBuilder) -> Result<Vec<Distributed>, SceneError> {
+    let mut distributed = Vec::new();
+    for (index, species) in files.into_iter().enumerate() {
+        let (draft, classes) = parse_species(species, &ConfigPath::entry("species", index))?;
+        distributed.extend(classes.map(|classes| Distributed { index, name: draft.name.clone(), classes }));
+        scene.species.push(draft);
+    }
+    Ok(distributed)
 }
 
 /// Parses `[output]`. Also returns the mesh files of the regions in which particles are counted.
@@ -205,16 +216,9 @@ fn parse_output(output: OutputFile, directory: &Path) -> Result<(OutputPlan, Vec
     Ok((plan, inputs))
 }
 
-/// Returns the contact law of a table. Contacts are smooth without the keys of rough contacts.
-fn contact_law(restitution: Option<f64>, tangential: Option<f64>, friction: Option<f64>) -> ContactLaw {
-    let law = ContactLaw::smooth(restitution.unwrap_or(1.0));
-    let law = tangential.map_or(law, |tangential| law.with_tangential_restitution(tangential));
-    friction.map_or(law, |friction| law.with_friction(friction))
-}
-
 /// Parses a species. Also returns the size classes if the diameter has a distribution.
 fn parse_species(species: SpeciesFile, at: &ConfigPath) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
-    let SpeciesFile { name, diameter, mass, is_static, acceleration, moment_of_inertia } = species;
+    let SpeciesFile { name, diameter, mass, is_static, acceleration, moment_of_inertia, material: _ } = species;
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
         // The classes replace this species, so its own diameter is never used.

@@ -1,6 +1,6 @@
 //! Surfaces of a scene before validation.
 
-use crate::model::{ContactLaw, SurfaceLaw, SurfaceMotion, SurfaceShape};
+use crate::model::{ContactLaw, Restitution, SurfaceLaw, SurfaceMotion, SurfaceShape};
 
 /// A surface that particles collide with.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,10 +22,10 @@ impl SurfaceDraft {
         Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
     }
 
-    /// Sets the ratio of the normal speeds after and before a contact, 0 to 1.
+    /// Sets the ratio of the normal speeds after and before a contact: a number from 0 to 1, or a function of the speed.
     #[must_use]
-    pub fn restitution(self, restitution: f64) -> Self {
-        self.with_law(|law| ContactLaw { restitution, ..law })
+    pub fn restitution(self, restitution: impl Into<Restitution>) -> Self {
+        self.with_law(|law| ContactLaw { restitution: restitution.into(), ..law })
     }
 
     /// Makes the surface rough, with a tangential restitution from -1 to 1. Without [`Self::friction`], contacts never

@@ -7,7 +7,7 @@ use crate::model::FillRegion;
 use crate::model::Region;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
-use crate::model::{ContactLaw, Particle, Species, SpeciesId};
+use crate::model::{ContactLaw, Particle, Restitution, Species, SpeciesId};
 pub use crate::prepare::lattice::Lattice;
 pub use crate::prepare::surface::Surface;
 use crate::scene::config_path::ConfigPath;
@@ -190,6 +190,15 @@ impl From<Potential> for Model {
 }
 
 impl Model {
+    /// Whether pairs have a hard core, at which they touch.
+    pub(crate) fn has_core(&self) -> bool {
+        match self {
+            Self::None | Self::Penetrable { .. } => false,
+            Self::Exact(potential) => potential.core().is_some(),
+            _ => true,
+        }
+    }
+
     /// Creates the potential of a pair with this diameter; `None` if particles pass through each other.
     pub(crate) fn potential(&self, diameter: f64) -> Result<Option<Potential>, PotentialError> {
         Ok(Some(match *self {
@@ -345,10 +354,11 @@ impl InteractionDraft {
         Self { diameter: Some(diameter), ..self }
     }
 
-    /// Sets the ratio of the normal speeds after and before a contact with an infinite barrier, 0 to 1.
+    /// Sets the ratio of the normal speeds after and before a contact with an infinite barrier: a number from 0 to 1, or a
+    /// function of the speed.
     #[must_use]
-    pub fn restitution(self, restitution: f64) -> Self {
-        Self { law: ContactLaw { restitution, ..self.law }, ..self }
+    pub fn restitution(self, restitution: impl Into<Restitution>) -> Self {
+        Self { law: ContactLaw { restitution: restitution.into(), ..self.law }, ..self }
     }
 
     /// Makes the cores rough. Contacts without sliding multiply the tangential velocity of the surfaces by `-b`, where

@@ -23,8 +23,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    ContactLaw, Equilibration, GrowthTarget, Influence, Interaction, Roughness, RunPlan, Scene, Species, SpeciesId,
-    StagePlan, Thermostat, Until,
+    ContactLaw, Equilibration, GrowthTarget, Influence, Interaction, Restitution, Roughness, RunPlan, Scene, Species,
+    SpeciesId, StagePlan, Thermostat, Until,
 };
 
 /// Returns the number of particles of each species.
@@ -138,9 +138,24 @@ pub fn interaction(interaction: &Interaction) -> String {
     format!("{}{law}", potential(&interaction.potential))
 }
 
+/// Describes a coefficient of restitution.
+pub(super) fn restitution(restitution: &Restitution) -> String {
+    match restitution {
+        Restitution::Constant(restitution) => format!("restitution {restitution}"),
+        Restitution::Viscoelastic { viscous_time, stiffness } => {
+            format!("restitution of viscoelastic spheres (A = {viscous_time}, rho = {stiffness})")
+        }
+        Restitution::Table(table) => {
+            let (speeds, values) = (table.speeds(), table.values());
+            let last = speeds.len() - 1;
+            format!("restitution {} at the speed {} to {} at {}", values[0], speeds[0], values[last], speeds[last])
+        }
+    }
+}
+
 /// Describes a contact law by its numbers.
 pub(super) fn contact_law(law: &ContactLaw) -> String {
-    let restitution = format!("restitution {}", law.restitution);
+    let restitution = restitution(&law.restitution);
     let Some(Roughness { tangential_restitution, friction }) = law.roughness else { return restitution };
     let sliding = if friction == f64::INFINITY { "no sliding".to_owned() } else { format!("friction {friction}") };
     format!("{restitution}, tangential restitution {tangential_restitution}, {sliding}")

@@ -17,21 +17,30 @@ struct Key {
 
 const HEAD: [&str; 5] = ["key", "type", "unit", "default", "meaning"];
 
-/// Returns the table names in a heading, which are formatted as code. A heading without code describes the top level.
-fn tables(heading: &str) -> Vec<String> {
-    let names: Vec<String> =
-        heading.split('`').skip(1).step_by(2).map(|name| name.trim_matches(['[', ']']).to_owned()).collect();
+/// Returns the table names in a heading, which are formatted as code. A heading without code describes the top level. A
+/// name such as `*.restitution` stands for the tables of this name everywhere, here `all`.
+fn tables(heading: &str, all: &[String]) -> Vec<String> {
+    let names = heading.split('`').skip(1).step_by(2).map(|name| name.trim_matches(['[', ']']).to_owned());
+    let names: Vec<String> = names
+        .flat_map(|name| match name.strip_prefix('*') {
+            Some(end) => all.iter().filter(|path| path.ends_with(end)).cloned().collect(),
+            None => vec![name],
+        })
+        .collect();
     if names.is_empty() { vec![String::new()] } else { names }
 }
 
 /// Returns the documented keys by path, each with its description and its line number.
 fn documented() -> BTreeMap<String, (Key, String, usize)> {
     let page = Page::of("docs/scene.md");
+    let mut of_schema = BTreeMap::new();
+    expected(&schema(), "", &mut of_schema);
+    let all: Vec<String> = of_schema.into_keys().collect();
     let mut keys = BTreeMap::new();
     let (mut places, mut is_of_keys) = (Vec::new(), false);
     for (line, text) in page.prose() {
         if let Some(heading) = heading(text) {
-            places = tables(heading);
+            places = tables(heading, &all);
         }
         let Some(row) = cells(text) else {
             is_of_keys &= text.starts_with('|');

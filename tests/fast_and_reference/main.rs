@@ -6,7 +6,7 @@ use carom::engine::event::{Event, EventKind, Other, Outcome};
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Scene};
+use carom::model::{ContactLaw, Restitution, RestitutionTable, Scene};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -36,7 +36,7 @@ struct Recipe {
     masses: [f64; 2],
     boundary: [usize; 3],
     gravity: bool,
-    restitution: f64,
+    restitution: Restitution,
     /// Tangential restitution and friction of all contacts with cores and walls.
     roughness: Option<[f64; 2]>,
     statics: usize,
@@ -56,7 +56,7 @@ const PLAIN: Recipe = Recipe {
     masses: [1.0, 3.0],
     boundary: [2; 3],
     gravity: false,
-    restitution: 1.0,
+    restitution: Restitution::Constant(1.0),
     roughness: None,
     statics: 0,
     bonds: 0,
@@ -72,7 +72,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
         // These numbers are not powers of two, so their products are rounded.
         (0.3..1.6_f64, prop::array::uniform2((-1.5..1.5_f64).prop_map(f64::exp))),
         (
-            (prop::sample::select(vec![1.0, 0.9, 0.5]), prop::option::weighted(0.4, roughness())),
+            (restitution(), prop::option::weighted(0.4, roughness())),
             0..4_usize,
             0..4_usize,
             0..6_usize,
@@ -105,6 +105,13 @@ fn recipe() -> impl Strategy<Value = Recipe> {
                 }
             },
         )
+}
+
+fn restitution() -> impl Strategy<Value = Restitution> {
+    let table = RestitutionTable::new(&[0.2, 1.3, 2.0], &[0.9, 0.4, 0.5]).expect("a valid table");
+    let viscoelastic = Restitution::Viscoelastic { viscous_time: 0.1, stiffness: 2.3 };
+    let constant = [1.0, 0.9, 0.5].map(Restitution::Constant);
+    prop::sample::select([constant.as_slice(), &[viscoelastic, Restitution::Table(table)]].concat())
 }
 
 fn roughness() -> impl Strategy<Value = [f64; 2]> {
@@ -198,7 +205,7 @@ impl Recipe {
     }
 
     fn wall(&self) -> Face {
-        let law = ContactLaw::smooth(self.restitution);
+        let law = ContactLaw { restitution: self.restitution, ..ContactLaw::smooth(1.0) };
         let rough =
             |[tangential, friction]: [f64; 2]| law.with_tangential_restitution(tangential).with_friction(friction);
         Face::Wall(self.roughness.map_or(law, rough))
@@ -337,7 +344,7 @@ fn both_engines_meet_walls() {
         potential: 1,
         boundary: [1, 1, 1],
         gravity: true,
-        restitution: 0.9,
+        restitution: Restitution::Constant(0.9),
         statics: 2,
         bonds: 2,
         ..PLAIN
@@ -360,7 +367,7 @@ fn both_engines_meet_surfaces_of_every_kind() {
                 count: 12,
                 masses: [0.7, 3.1],
                 gravity: seed % 3 == 0,
-                restitution: if seed % 2 == 0 { 1.0 } else { 0.8 },
+                restitution: Restitution::Constant(if seed % 2 == 0 { 1.0 } else { 0.8 }),
                 statics: 1,
                 bonds: (seed % 2) as usize,
                 contact_time: (seed % 5 == 0).then_some(1e-3),

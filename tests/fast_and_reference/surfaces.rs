@@ -1,5 +1,5 @@
 use carom::Vector;
-use carom::model::{MotionKind, SurfaceMotion, SurfaceShape, TriangleMesh};
+use carom::model::{MotionKind, Restitution, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::scene::SurfaceDraft;
 use nalgebra::Rotation3;
 
@@ -25,7 +25,7 @@ pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
 }
 
 /// Returns surfaces around the box, which stop particles that leave through open sides.
-pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft> {
+pub fn surfaces(kind: usize, length: f64, restitution: Restitution) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(0.5 * length);
     let sphere = |radius: f64, is_inside| SurfaceShape::Sphere { centre: middle, radius, is_inside };
     // All faces are tilted. Particles on a lattice would touch an axis-aligned face at the same time.

@@ -15,6 +15,7 @@ mod growth;
 mod hard_spheres;
 mod heat_flux;
 mod hopper;
+mod impact_speed;
 mod in_plane;
 mod invariance;
 mod isobaric;

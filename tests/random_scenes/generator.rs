@@ -69,7 +69,33 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
     let mut dice = Dice::new(seed ^ 0x00f0_71c7);
-    if dice.chance(0.35) { roughened(&text, &mut dice, dimensions) } else { text }
+    let text = if dice.chance(0.35) { roughened(&text, &mut dice, dimensions) } else { text };
+    let mut dice = Dice::new(seed ^ 0x0e0f_0001);
+    if dice.chance(0.3) { varied(&text, &mut dice) } else { text }
+}
+
+/// Restitutions that depend on the speed.
+const VARYING: [&str; 4] = [
+    "{ speeds = [0.1, 1.0, 2.5], values = [0.95, 0.6, 0.2] }",
+    "{ speeds = [0.0, 0.7], values = [0.3, 0.9] }",
+    "{ viscous_time = 0.05, stiffness = 3.7 }",
+    "{ viscous_time = 0.6, stiffness = 0.4 }",
+];
+
+/// Replaces most restitutions by functions of the speed.
+fn varied(text: &str, dice: &mut Dice) -> String {
+    let mut varied = String::new();
+    for line in text.lines() {
+        let found = line.find("restitution = ").filter(|at| !line[..*at].ends_with("tangential_"));
+        let Some(at) = found.filter(|_| dice.chance(0.8)) else {
+            let _ = writeln!(varied, "{line}");
+            continue;
+        };
+        let (before, after) = line.split_at(at);
+        let end = after.find([',', '}']).unwrap_or(after.len());
+        let _ = writeln!(varied, "{before}restitution = {}{}", dice.pick(&VARYING), &after[end..]);
+    }
+    varied
 }
 
 /// Potentials with a hard core. Contacts of cores may be rough.

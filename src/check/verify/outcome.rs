@@ -244,7 +244,14 @@ impl Encounter<'_> {
         arriving: &Bounds,
     ) -> Result<(), Fault> {
         let (approach, tangential, slack) = (motion.approach(), motion.tangential().norm(), arriving.normal_velocity);
-        let plain = || vec![Leaving { speed: (law.restitution * approach, slack), sliding: None, is_rough: true }];
+        let rebound = |slack: f64| {
+            let speed = law.restitution.at(approach, motion.reduced_mass) * approach;
+            (
+                speed,
+                law.restitution.steepness() * slack + if law.restitution.is_constant() { 0.0 } else { rounded(speed) },
+            )
+        };
+        let plain = || vec![Leaving { speed: rebound(slack), sliding: None, is_rough: true }];
         let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
             let Bend { radius, acceleration, .. } = *bend;
             let around = bend.along.map_or(motion.tangential(), |along| {
@@ -259,7 +266,7 @@ impl Encounter<'_> {
                 + rounded(bend.rounded_with);
             let (approach, tangential) = ((approach, slack), (tangential, slack));
             let arrival = Arrival {
-                law: *law,
+                rebound: rebound(slack),
                 approach,
                 tangential,
                 closing: (closing, bound),

@@ -27,7 +27,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if self.pairs.contact_times.is_none() {
             if law.dissipates() {
-                self.note_lost_speed(pair, law.restitution);
+                self.note_lost_speed(pair, law);
             }
             return response;
         }
@@ -45,12 +45,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             (_, true) => &[i],
             _ => &[i, j],
         };
-        let arrival = Arrival { approach: arriving, tangential: tangential.sqrt(), closing, closing_at_rest };
+        let restitution = law.restitution.at(arriving, approach.reduced_mass);
+        let arrival =
+            Arrival { approach: arriving, restitution, tangential: tangential.sqrt(), closing, closing_at_rest };
         let Some(leaving) = self.tc_model(moving, law, arrival, time) else { return response };
         // Elastic contacts, and contacts that the TC model does not alter, avoid the round-off of a square root.
         if leaving.speed == arriving {
             response = respond(side, seen.energy_step, approach, &ContactLaw::smooth(1.0));
-        } else if leaving.speed != law.restitution * arriving {
+        } else if leaving.speed != restitution * arriving {
             response.radial = side.sign() * leaving.speed * length;
         }
         let is_rough = leaving.is_rough && side == Side::Positive;
@@ -72,9 +74,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Leaving {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
-        let arrival = Arrival { approach: arriving, tangential, closing, closing_at_rest };
+        let restitution = law.restitution.at(arriving, self.inverse_mass(i).recip());
+        let arrival = Arrival { approach: arriving, restitution, tangential, closing, closing_at_rest };
         let Some(leaving) = self.tc_model(&[i], law, arrival, time) else {
-            let speed = if vn < 0.0 { -law.restitution * vn } else { vn };
+            let speed = if vn < 0.0 { -restitution * vn } else { vn };
             return Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some(), is_lifted: false };
         };
         // An elastic contact keeps the normal speed, even if the particle recedes because of round-off.
@@ -111,13 +114,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// contacts follow within a finite time. In floating-point numbers, the series ends when the relative speed falls
     /// below the round-off of the velocities. An ordinary contact is so slow with a probability of [`LOST`] squared.
     #[inline]
-    fn note_lost_speed(&mut self, pair: &Frame, restitution: f64) {
+    fn note_lost_speed(&mut self, pair: &Frame, law: &ContactLaw) {
         let approach = -pair.side.sign() * pair.approach.radial;
+        let speed = approach / pair.approach.squared.sqrt();
+        let restitution = law.restitution.at(speed, pair.approach.reduced_mass);
         let leaving = if restitution > 0.0 { restitution * approach } else { approach };
         let (a, b) = (&self.state.bodies[pair.i as usize].velocity, &self.state.bodies[pair.j as usize].velocity);
         let resolved = LOST * (a.amax() + b.amax());
         if approach > 0.0 && leaving * leaving < resolved * resolved * pair.approach.squared {
-            self.clock.standstill.lost_speed = Some(approach / pair.approach.squared.sqrt());
+            self.clock.standstill.lost_speed = Some(speed);
         }
     }
 
@@ -128,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let leaving = tc_contact(law, is_recent, &arrival, times.contact_time);
         self.counts.totals.tc_contacts += 1;
         self.counts.totals.tc_altered += u64::from(
-            leaving.speed != law.restitution * arrival.approach
+            leaving.speed != arrival.restitution * arrival.approach
                 || leaving.is_rough != law.roughness.is_some()
                 || leaving.tangential_scale != 1.0,
         );

@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::Potential;
+use crate::model::{Potential, Restitution};
 use crate::scene::{Lattice, Model};
 
 fn begun() -> (SceneBuilder, SpeciesId) {
@@ -36,7 +36,7 @@ fn inserted_items_get_the_ids_of_the_built_scene() {
     assert_eq!((scene.species_of(last).mass, scene.species_of(sphere).is_static()), (1.3, true));
     assert_eq!((scene.species()[bead.0 as usize].name.as_str(), scene.particles()[6].species), ("bead", wall));
     assert!(scene.bonds().iter().any(|bond| bond.pair == [first, last]));
-    assert_eq!(scene.interactions()[0].law.restitution, 0.9);
+    assert_eq!(scene.interactions()[0].law.restitution, Restitution::Constant(0.9));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 use super::*;
 use crate::engine::{Reason, Until};
+use crate::model::Restitution;
 use crate::model::space::minimum_image;
 
 const SPECIES: &str = "[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n[[species]]\nname = \"wall\"\nstatic = true\ndiameter = 1.0\n";
@@ -141,7 +142,7 @@ fn species_distributions_keep_their_common_name() {
     let before = Simulation::without_plan(first);
     let scene = next(&hard(0.5), &before).unwrap();
     assert_eq!(scene.interactions().len(), 6);
-    assert!(scene.interactions().iter().all(|interaction| interaction.law.restitution == 0.5));
+    assert!(scene.interactions().iter().all(|interaction| interaction.law.restitution == Restitution::Constant(0.5)));
     let radii = |scene: &Scene| scene.interactions().iter().map(|it| it.potential.radii().to_vec()).collect::<Vec<_>>();
     assert_eq!(radii(&scene), radii(before.scene()));
     let unknown = hard(0.5).replace("\"grain\", \"grain\"", "\"grain\", \"sand\"");

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::restitution::RestitutionFile;
 use crate::base::whole;
 use crate::scene::interactions::MOST_STEPS;
 use crate::scene::names::WORD;
@@ -59,8 +60,8 @@ pub(crate) struct InteractionFile {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub core_energy: Option<f64>,
     /// Ratio of the normal speeds after and before a contact with an infinite barrier.
-    #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
-    pub restitution: Option<f64>,
+    #[schemars(extend("default" = 1.0))]
+    pub restitution: Option<RestitutionFile>,
     /// Tangential restitution of rough cores: a contact without sliding multiplies the tangential velocity of
     /// the surfaces by minus this number. If not given, it is 0 with `friction`; without both keys, contacts are smooth.
     #[schemars(range(min = -1, max = 1))]

@@ -2,6 +2,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 
 use super::either::Either;
+use super::restitution::RestitutionFile;
 use crate::scene::parse::space::{BOUNDARIES, SIDES};
 use crate::scene::schema::words;
 
@@ -35,7 +36,7 @@ pub(crate) struct SpaceFile {
 #[schemars(untagged)]
 pub(crate) enum AxisFile {
     Word(#[schemars(extend("enum" = words(&BOUNDARIES)))] String),
-    Sides(SidesFile),
+    Sides(Box<SidesFile>),
 }
 
 /// The lower and the upper side of the box along an axis.
@@ -47,8 +48,8 @@ pub(crate) struct SidesFile {
     /// Side at the upper corner: a word, or a table for a wall with its own values.
     pub upper: SideFile,
     /// Ratio of the normal speeds after and before a contact with a side that is `"wall"`.
-    #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
-    pub restitution: Option<f64>,
+    #[schemars(extend("default" = 1.0))]
+    pub restitution: Option<RestitutionFile>,
     /// Tangential restitution of sides that are `"wall"`: a contact without sliding multiplies the tangential velocity of
     /// the surfaces by minus this number. If not given, it is 0 with `friction`; without both keys, contacts are smooth.
     #[schemars(range(min = -1, max = 1))]
@@ -57,6 +58,8 @@ pub(crate) struct SidesFile {
     /// given, contacts with a tangential restitution never slide.
     #[schemars(range(min = 0))]
     pub friction: Option<f64>,
+    /// Material of the sides that are `"wall"`, which determines the contact law with all species.
+    pub material: Option<String>,
     /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution. Particles leave such a wall
     /// with new velocities at this temperature.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -76,8 +79,8 @@ pub(crate) enum SideFile {
 #[serde(deny_unknown_fields)]
 pub(crate) struct WallFile {
     /// Ratio of the normal speeds after and before a contact with this wall.
-    #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
-    pub restitution: Option<f64>,
+    #[schemars(extend("default" = 1.0))]
+    pub restitution: Option<RestitutionFile>,
     /// Tangential restitution of this wall: a contact without sliding multiplies the tangential velocity of
     /// the surfaces by minus this number. If not given, it is 0 with `friction`; without both keys, contacts are smooth.
     #[schemars(range(min = -1, max = 1))]
@@ -86,6 +89,8 @@ pub(crate) struct WallFile {
     /// given, contacts with a tangential restitution never slide.
     #[schemars(range(min = 0))]
     pub friction: Option<f64>,
+    /// Material of this wall, which determines the contact law with all species.
+    pub material: Option<String>,
     /// Temperature of this wall `[energy]`, instead of a restitution. Particles leave the wall with new velocities.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
@@ -94,7 +99,8 @@ pub(crate) struct WallFile {
 impl<'de> Deserialize<'de> for AxisFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let expected = "\"periodic\", \"open\", \"walls\", \"flat\" or { lower = ..., upper = ... }";
-        Either { of_word: Some(Self::Word), ..Either::new(expected, Self::Sides) }.deserialize(deserializer)
+        Either { of_word: Some(Self::Word), ..Either::new(expected, |sides| Self::Sides(Box::new(sides))) }
+            .deserialize(deserializer)
     }
 }
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::restitution::RestitutionFile;
 use crate::scene::names::WORDS;
 use crate::scene::parse::motion::MOTIONS;
 use crate::scene::parse::surface::{SHAPES, SIDES};
@@ -32,8 +33,8 @@ pub(crate) struct SurfaceFile {
     #[schemars(length(min = 1))]
     pub motion: Option<Vec<MotionFile>>,
     /// Ratio of the normal speeds after and before a contact.
-    #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
-    pub restitution: Option<f64>,
+    #[schemars(extend("default" = 1.0))]
+    pub restitution: Option<RestitutionFile>,
     /// Tangential restitution of a rough surface: a contact without sliding multiplies the tangential velocity of
     /// the surfaces by minus this number. If not given, it is 0 with `friction`; without both keys, contacts are smooth.
     #[schemars(range(min = -1, max = 1))]
@@ -42,6 +43,8 @@ pub(crate) struct SurfaceFile {
     /// given, contacts with a tangential restitution never slide.
     #[schemars(range(min = 0))]
     pub friction: Option<f64>,
+    /// Material of the surface, which determines the contact law with the species that touch it.
+    pub material: Option<String>,
     /// Whether the surface is an outlet: particles that touch it leave the system. An outlet has no restitution and no
     /// temperature.
     pub outlet: Option<bool>,

@@ -1,6 +1,8 @@
 //! Parses `[[interaction]]`: named potentials, or lists of steps.
 
-use super::{Keys, contact_law};
+use super::Keys;
+use super::contact_law::contact_law;
+use super::materials::Materials;
 use crate::model::potential::Potential;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing};
@@ -18,7 +20,11 @@ pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
     ("none", &[]),
 ];
 
-pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<InteractionDraft, SceneError> {
+pub(super) fn parse_interaction(
+    file: InteractionFile,
+    materials: &Materials,
+    at: &ConfigPath,
+) -> Result<InteractionDraft, SceneError> {
     let (word, keys) = Keys::of_kind(&POTENTIALS, "potential", &file.potential, at, &file)?;
     if file.species.is_none() && file.name.is_none() {
         return Err(missing(at, "species", "give it, or give `name` to use the interaction for bonds"));
@@ -41,7 +47,12 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
         },
         _ => Model::None,
     };
-    let law = contact_law(file.restitution, file.tangential_restitution, file.friction);
+    let own = contact_law(file.restitution.as_ref(), file.tangential_restitution, file.friction, at)?;
+    let has_own = file.restitution.is_some() || own.roughness.is_some();
+    let law = match &file.species {
+        Some(species) if !has_own => materials.of_pair(species, &model, at)?.unwrap_or(own),
+        _ => own,
+    };
     Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, law })
 }
 

@@ -1,10 +1,12 @@
-use super::{contact_law, variant, vector};
+use super::contact_law::contact_law;
+use super::materials::Materials;
+use super::{variant, vector};
 use crate::model::ContactLaw;
 use crate::model::space::{Boundary, Face};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::file::{AxisFile, SideFile, SidesFile, SpaceFile, WallFile};
+use crate::scene::file::{AxisFile, RestitutionFile, SideFile, SidesFile, SpaceFile, WallFile};
 use crate::scene::limits;
 
 pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
@@ -16,7 +18,11 @@ pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
 
 pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face::Wall(ContactLaw::smooth(1.0)))];
 
-pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
+pub(super) fn parse_space(
+    space: &SpaceFile,
+    materials: &Materials,
+    scene: &mut SceneBuilder,
+) -> Result<(), SceneError> {
     scene.size = space.size.map(vector);
     scene.parts.space.lower = vector(space.lower.unwrap_or_default());
     scene.parts.shear_rate = space.shear_rate;
@@ -26,8 +32,9 @@ pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result
             None => Boundary::Periodic,
             Some(AxisFile::Word(word)) => *variant(&BOUNDARIES, "boundary", word, &at)?,
             Some(AxisFile::Sides(sides)) => {
-                let (lower, upper) = (parse_side(sides, "lower", &at)?, parse_side(sides, "upper", &at)?);
-                check_common(sides, &at)?;
+                let (lower, upper) =
+                    (parse_side(sides, "lower", materials, &at)?, parse_side(sides, "upper", materials, &at)?);
+                check_common(sides, materials, &at)?;
                 scene.parts.wall_temperatures[k] = [lower.1, upper.1];
                 Boundary::Bounded { lower: lower.0, upper: upper.0 }
             }
@@ -36,23 +43,28 @@ pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result
     Ok(())
 }
 
-fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(Face, Option<f64>), SceneError> {
+fn parse_side(
+    sides: &SidesFile,
+    key: &'static str,
+    materials: &Materials,
+    at: &ConfigPath,
+) -> Result<(Face, Option<f64>), SceneError> {
     let side = if key == "lower" { &sides.lower } else { &sides.upper };
     match side {
         SideFile::Word(word) => Ok(match variant(&SIDES, "side", word, &at.key(key))? {
             Face::Open => (Face::Open, None),
-            Face::Wall(_) => (Face::Wall(Given::of_sides(sides).law()), sides.temperature),
+            Face::Wall(_) => (Face::Wall(Given::of_sides(sides).law(materials, at)?), sides.temperature),
         }),
         SideFile::Wall(wall) => {
             let given = Given::of_wall(wall);
-            given.check(&at.key(key))?;
-            Ok((Face::Wall(given.law()), wall.temperature))
+            let law = given.check(materials, &at.key(key))?;
+            Ok((Face::Wall(law), wall.temperature))
         }
     }
 }
 
 /// Rejects a common restitution or temperature if all walls of the axis have their own tables.
-fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
+fn check_common(sides: &SidesFile, materials: &Materials, at: &ConfigPath) -> Result<(), SceneError> {
     let both = [&sides.lower, &sides.upper];
     let has_table = both.into_iter().any(|side| matches!(side, SideFile::Wall(_)));
     let has_word = both.into_iter().any(|side| matches!(side, SideFile::Word(word) if word == "wall"));
@@ -61,46 +73,58 @@ fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     if let Some(key) = first.filter(|_| has_table && !has_word) {
         return Err(misplaced(key, "an axis whose walls are all given as tables", &["lower", "upper"], at));
     }
-    given.check(at)
+    given.check(materials, at).map(drop)
 }
 
-struct Given {
-    restitution: Option<f64>,
+struct Given<'a> {
+    restitution: Option<&'a RestitutionFile>,
     tangential_restitution: Option<f64>,
     friction: Option<f64>,
+    material: Option<&'a str>,
     temperature: Option<f64>,
 }
 
-impl Given {
-    fn of_sides(sides: &SidesFile) -> Self {
-        let &SidesFile { restitution, tangential_restitution, friction, temperature, .. } = sides;
-        Self { restitution, tangential_restitution, friction, temperature }
+impl<'a> Given<'a> {
+    fn of_sides(sides: &'a SidesFile) -> Self {
+        let &SidesFile { ref restitution, tangential_restitution, friction, ref material, temperature, .. } = sides;
+        let (restitution, material) = (restitution.as_ref(), material.as_deref());
+        Self { restitution, tangential_restitution, friction, material, temperature }
     }
 
-    fn of_wall(wall: &WallFile) -> Self {
-        let &WallFile { restitution, tangential_restitution, friction, temperature } = wall;
-        Self { restitution, tangential_restitution, friction, temperature }
+    fn of_wall(wall: &'a WallFile) -> Self {
+        let &WallFile { ref restitution, tangential_restitution, friction, ref material, temperature } = wall;
+        let (restitution, material) = (restitution.as_ref(), material.as_deref());
+        Self { restitution, tangential_restitution, friction, material, temperature }
     }
 
-    fn law(&self) -> ContactLaw {
-        contact_law(self.restitution, self.tangential_restitution, self.friction)
+    fn law(&self, materials: &Materials, at: &ConfigPath) -> Result<ContactLaw, SceneError> {
+        match self.material {
+            Some(material) => materials.of_surface(material, &[], at),
+            None => contact_law(self.restitution, self.tangential_restitution, self.friction, at),
+        }
     }
 
     fn keys(&self) -> impl Iterator<Item = &'static str> {
         let values = [
-            (self.restitution, "restitution"),
-            (self.tangential_restitution, "tangential_restitution"),
-            (self.friction, "friction"),
+            (self.restitution.is_some(), "restitution"),
+            (self.tangential_restitution.is_some(), "tangential_restitution"),
+            (self.friction.is_some(), "friction"),
+            (self.material.is_some(), "material"),
         ];
-        values.into_iter().filter_map(|(value, key)| value.map(|_| key))
+        values.into_iter().filter_map(|(is_given, key)| is_given.then_some(key))
     }
 
-    fn check(&self, at: &ConfigPath) -> Result<(), SceneError> {
+    fn check(&self, materials: &Materials, at: &ConfigPath) -> Result<ContactLaw, SceneError> {
         if let (Some(key), Some(_)) = (self.keys().next(), self.temperature) {
             return Err(misplaced(key, "a wall with a temperature", &["temperature"], at));
         }
-        limits::contact_law(&self.law(), at)?;
-        limits::positive_if_given(self.temperature, at.key("temperature"))
+        if let (Some(key), Some(_)) = (self.keys().find(|key| *key != "material"), self.material) {
+            return Err(misplaced(key, "a wall with a material", &["material"], at));
+        }
+        let law = self.law(materials, at)?;
+        limits::contact_law(&law, at)?;
+        limits::positive_if_given(self.temperature, at.key("temperature"))?;
+        Ok(law)
     }
 }
 

@@ -4,8 +4,10 @@ use std::path::Path;
 
 use nalgebra::Rotation3;
 
+use super::contact_law::contact_law;
+use super::materials::Materials;
 use super::motion::parse_motions;
-use super::{Keys, contact_law, variant, vector};
+use super::{Keys, variant, vector};
 use crate::mesh::read::{MeshFileError, read_mesh, unread_bytes};
 use crate::mesh::report::{MeshReport, Orientation};
 use crate::mesh::revolution::revolution;
@@ -40,18 +42,29 @@ const TOLERANCE: f64 = 1e-3;
 
 pub(super) fn parse_surface(
     file: SurfaceFile,
+    materials: &Materials,
     index: usize,
     directory: &Path,
 ) -> Result<(SurfaceDraft, Option<InputFile>), SceneError> {
     let at = ConfigPath::entry("surface", index);
     let (word, keys) = Keys::of_kind(&SHAPES, "shape", &file.shape, &at, &file)?;
     let is_outlet = file.outlet == Some(true);
-    let rough = [("tangential_restitution", file.tangential_restitution), ("friction", file.friction)];
-    let given = [("restitution", file.restitution), ("temperature", file.temperature)].into_iter().chain(rough);
-    if let Some((key, _)) = given.into_iter().find(|(_, value)| is_outlet && value.is_some()) {
+    let given = [
+        ("restitution", file.restitution.is_some()),
+        ("temperature", file.temperature.is_some()),
+        ("tangential_restitution", file.tangential_restitution.is_some()),
+        ("friction", file.friction.is_some()),
+        ("material", file.material.is_some()),
+    ];
+    if let Some((key, _)) = given.into_iter().find(|(_, is_given)| is_outlet && *is_given) {
         return refuse(at.key(key), "given for an outlet", "none: particles leave at an outlet");
     }
-    let law = match (file.restitution, file.temperature) {
+    if let Some((key, _)) = given.into_iter().find(|(key, is_given)| *is_given && *key != "material")
+        && file.material.is_some()
+    {
+        return refuse(at.key(key), "given for a material", "either the material, or the keys of the contact law");
+    }
+    let law = match (&file.restitution, file.temperature) {
         _ if is_outlet => SurfaceLaw::Outlet,
         (Some(_), Some(_)) => {
             return refuse(at.key("temperature"), "given as well", "either temperature or restitution");
@@ -60,9 +73,10 @@ pub(super) fn parse_surface(
             return refuse(at.key("temperature"), "given for a rough surface", "none: thermal surfaces are smooth");
         }
         (_, Some(temperature)) => SurfaceLaw::Thermal { temperature },
-        (restitution, None) => {
-            SurfaceLaw::Reflecting(contact_law(restitution, file.tangential_restitution, file.friction))
-        }
+        (restitution, None) => SurfaceLaw::Reflecting(match &file.material {
+            Some(material) => materials.of_surface(material, file.species.as_deref().unwrap_or_default(), &at)?,
+            None => contact_law(restitution.as_ref(), file.tangential_restitution, file.friction, &at)?,
+        }),
     };
     let mut input = None;
     let shape = match word {

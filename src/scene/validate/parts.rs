@@ -185,7 +185,7 @@ mod tests {
             ("name", |p| p.name = "a/b".into(), "name"),
             ("diameter", |p| p.species[0].diameter = -1.0, "species[0].diameter"),
             ("no species", |p| p.species.clear(), ""),
-            ("restitution", |p| p.interactions[0].law.restitution = 1.5, "interaction[0].restitution"),
+            ("restitution", |p| p.interactions[0].law.restitution = 1.5.into(), "interaction[0].restitution"),
             ("no interaction", |p| drop(p.interactions.pop()), "bond[0].particles"),
             ("interactions", |p| p.interactions.clear(), "interaction"),
             ("box", |p| p.space.size.x = 2.9, "space.size[0]"),

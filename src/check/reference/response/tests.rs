@@ -178,7 +178,7 @@ fn reference_tc_model_matches_the_engine() {
             let arrival = Arrival { restitution, approach, tangential, closing, closing_at_rest };
             let (speed, scale) = ours.contact(&particles, time, &arrival);
             let is_recent = theirs.note(&particles, time);
-            let arrival = response::Arrival { approach, tangential, closing, closing_at_rest };
+            let arrival = response::Arrival { approach, restitution, tangential, closing, closing_at_rest };
             let leaving = response::tc_contact(&ContactLaw::smooth(restitution), is_recent, &arrival, contact_time);
             prop_assert!((leaving.speed - speed).abs() <= 4.0 * EPS * speed, "{leaving:?} {speed}");
             let squared = 8.0 * EPS * (approach * approach + tangential * tangential);
