@@ -7,6 +7,7 @@ mod chains;
 mod conservation;
 mod dense_starts;
 mod driven;
+mod enduring_contacts;
 mod errors;
 mod exchange;
 mod few_particles;

@@ -96,13 +96,13 @@ pub(super) struct Arrival {
     pub closing_at_rest: f64,
 }
 
-/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic and smooth if either particle
-/// had its previous contact less than `t_c` ago.
+/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic if either particle had its
+/// previous contact less than `t_c` ago. Unlike in the published model, it remains rough.
 #[derive(Debug)]
 pub(super) struct TcModel {
     contact_time: f64,
     last: Vec<f64>,
-    /// Whether the latest contact was smooth: another contact preceded it, or the particle slid.
+    /// Whether the latest contact was smooth, because the particle slid or was at rest.
     pub is_smooth: bool,
 }
 
@@ -119,8 +119,8 @@ impl TcModel {
     /// barrier.
     ///
     /// In the published model, a particle with a restitution near 0 almost stops. Here it keeps its approach speed, up
-    /// to the speed `v = closing t_c / 2` with which it returns after `t_c`. The smallest speed is `v / 64`, or the
-    /// total speed of the particle if that is lower. The speed along the barrier decreases at constant energy.
+    /// to the speed `v = closing t_c / 2` with which it returns after `t_c`. Slower than `v / 64`, it leaves at `v / 32`,
+    /// or at its total speed if that is lower. The speed along the barrier decreases at constant energy.
     ///
     /// Let `v0 = closing_at_rest t_c / 2`. A particle with a total speed below `v0 / 64` is at rest, and leaves at `v0`.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
@@ -131,14 +131,14 @@ impl TcModel {
 
         let back_after_contact_time = 0.5 * closing * self.contact_time;
         let slowest = back_after_contact_time / 64.0;
-        self.is_smooth = is_recent || approach < slowest;
+        self.is_smooth = approach < slowest;
         if approach < slowest {
             let total = libm::hypot(approach, tangential);
             let at_rest = 0.5 * closing_at_rest * self.contact_time;
             if total < at_rest / 64.0 {
                 return (at_rest, 1.0);
             }
-            let speed = slowest.min(total);
+            let speed = (2.0 * slowest).min(total);
             let along = ((total - speed) * (total + speed)).sqrt();
             return (speed, if tangential > 0.0 { along / tangential } else { 1.0 });
         }

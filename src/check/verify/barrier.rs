@@ -77,9 +77,9 @@ impl ContactMemory {
     /// Returns the possible motions after a contact. There are several if round-off leaves the case open.
     ///
     /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle slower than
-    /// `v / SLIDING` slides: at constant energy, it leaves at `v / SLIDING`, or at its total speed if that is lower. A
-    /// faster contact is elastic and smooth if a particle had a contact less than `t_c` ago. Otherwise, the particle
-    /// loses speed, but keeps its approach speed up to `v`.
+    /// `v / SLIDING` slides: at constant energy, it leaves at `2 v / SLIDING`, or at its total speed if that is lower. A
+    /// faster contact is elastic if a particle had a contact less than `t_c` ago. Otherwise, the particle loses speed, but
+    /// keeps its approach speed up to `v`.
     ///
     /// Let `v0 = closing_at_rest t_c / 2`. A particle with a total speed below `v0 / SLIDING` is at rest, and leaves at
     /// `v0`.
@@ -96,7 +96,7 @@ impl ContactMemory {
         let uncertain = slowest.1 + approach.1;
         if approach.0 >= slowest.0 - uncertain {
             if is_recent != Some(false) {
-                leavings.push(Leaving { speed: approach, sliding: None, is_rough: false });
+                leavings.push(Leaving { speed: approach, sliding: None, is_rough: true });
             }
             if is_recent != Some(true) {
                 let speed = rebound.0.max(away.0.min(approach.0));
@@ -119,10 +119,10 @@ impl ContactMemory {
     }
 }
 
-/// Motion after a sliding contact, with the normal speed `slowest` and constant kinetic energy.
+/// Motion after a sliding contact, with the normal speed `2 slowest` and constant kinetic energy.
 fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> Leaving {
     let energy = approach.0 * approach.0 + tangential.0 * tangential.0;
-    let speed = (slowest.0.min(energy.sqrt()), slowest.1 + approach.1 + tangential.1);
+    let speed = ((2.0 * slowest.0).min(energy.sqrt()), 2.0 * slowest.1 + approach.1 + tangential.1);
     let left = (energy - speed.0 * speed.0).max(0.0);
     // Uncertainty of the squared speed along the barrier. Its root is an upper bound for the uncertainty of the speed.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(speeds(&memory, &curved, 1.0), [0.003]);
         let slides = memory.leavings(&arrival(0.0, 0.0, 2.0, 1.0), &[0], &AT_ONE);
         let [Leaving { speed, sliding: Some((along, _)), .. }] = slides[..] else { panic!("{slides:?}") };
-        assert_eq!(speed.0, 0.25 / 64.0);
+        assert_eq!(speed.0, 0.25 / 32.0);
         assert!((along * along + speed.0 * speed.0 - 4.0).abs() < 1e-14);
     }
 }

@@ -1,0 +1,91 @@
+//! Bodies that stay in contact with a rough plane: friction and rolling as in the textbook.
+
+use carom::Vector;
+use carom::engine::{Simulation, Snapshot, Until};
+use carom::model::Scene;
+
+const CONTACT_TIME: f64 = 1e-3;
+
+/// State of a ball at some time. It starts in contact with a plane whose slope is given by the ratio of its height and
+/// length, and gravity is 1. The moment of inertia is in units of `m R^2`.
+fn moved(slope: f64, law: &str, inertia: f64, speed: f64, time: f64) -> Snapshot {
+    let (mass, radius) = (1.3, 0.7);
+    let cosine = 1.0 / libm::hypot(1.0, slope);
+    let gravity = [slope * cosine, 0.0, -cosine];
+    let text = format!(
+        "space = {{ size = [90.0, 9.0, 9.0], z = {{ lower = 'wall', upper = 'open', restitution = 0.5, {law} }} }}\n\
+         dynamics = {{ gravity = {gravity:?}, contact_time = {CONTACT_TIME:?} }}\n\
+         species = [{{ name = 'ball', mass = {mass:?}, diameter = {:?}, moment_of_inertia = {:?} }}]\n\
+         interaction = [{{ species = ['ball', 'ball'], potential = 'hard-sphere' }}]\n\
+         particle = [{{ species = 'ball', position = [45.0, 3.0, {radius:?}], velocity = [{speed:?}, 0.0, 0.0] }}]\n\
+         run = {{ until_time = 99.0 }}",
+        2.0 * radius,
+        inertia * mass * radius * radius
+    );
+    let scene = Scene::from_toml(text, "plane.toml").unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
+    let start = simulation.energy().total();
+    simulation.advance(Until::time(time)).unwrap();
+    let (end, counts) = (simulation.energy().total(), simulation.event_counts());
+    assert!((end + counts.dissipated.total() - counts.supplied.total() - start).abs() < 1e-10);
+    simulation.snapshot()
+}
+
+/// The acceleration of gravity times the contact time is the scale of the speeds with which bodies at rest bounce.
+fn assert_near(found: f64, exact: f64) {
+    assert!((found - exact).abs() < 2.0 * CONTACT_TIME, "{found} {exact}");
+}
+
+#[test]
+fn sliding_block_is_decelerated_by_friction_and_stops() {
+    for (time, speed) in [(1.0, 1.0 - 0.3), (2.0, 1.0 - 0.6), (5.0, 0.0)] {
+        let state = moved(0.0, "friction = 0.3", 1e9, 1.0, time);
+        assert_near(state.velocities[0].x, speed);
+        assert!(state.positions[0].z - 0.7 < CONTACT_TIME * CONTACT_TIME);
+    }
+    // The block stops after the distance v^2 / (2 mu g).
+    assert_near(moved(0.0, "friction = 0.3", 1e9, 1.0, 6.0).positions[0].x - 45.0, 1.0 / 0.6);
+}
+
+#[test]
+fn sliding_ball_ends_rolling_with_five_sevenths_of_its_speed() {
+    // It slides until the time 2 v / (7 mu g), which is 0.952.
+    let sliding = moved(0.0, "friction = 0.3", 0.4, 1.0, 0.5);
+    assert_near(sliding.velocities[0].x, 1.0 - 0.15);
+    assert_near(sliding.spins[0].y, 2.5 * 0.15 / 0.7);
+    let rolling = moved(0.0, "friction = 0.3", 0.4, 1.0, 3.0);
+    assert_near(rolling.velocities[0].x, 5.0 / 7.0);
+    assert_near(rolling.spins[0].y, 5.0 / 7.0 / 0.7);
+}
+
+#[test]
+fn balls_roll_or_slide_down_a_slope_and_blocks_slide_or_stay() {
+    let along = |slope: f64, friction: f64| {
+        let cosine = 1.0 / libm::hypot(1.0, slope);
+        (slope * cosine, friction * cosine)
+    };
+    for slope in [0.2, 1.0, 2.0] {
+        let (pull, hold) = along(slope, 0.4);
+        // A ball rolls if the slope is below 7/2 mu.
+        let rolls = slope < 1.4;
+        let expected = if rolls { 5.0 / 7.0 * pull } else { pull - hold };
+        let state = moved(slope, "friction = 0.4", 0.4, 0.0, 3.0);
+        assert_near(state.velocities[0].x / 3.0, expected);
+        assert_eq!((state.velocities[0].x - 0.7 * state.spins[0].y).abs() < 2.0 * CONTACT_TIME, rolls);
+        assert_near(moved(slope, "friction = 0.4", 1e9, 0.0, 3.0).velocities[0].x / 3.0, (pull - hold).max(0.0));
+    }
+}
+
+#[test]
+fn block_on_a_rough_slope_creeps_no_faster_than_it_gains_speed_between_two_contacts() {
+    let steep = 0.3;
+    let pull = steep / libm::hypot(1.0, steep);
+    for (law, fastest) in
+        [("friction = 0.5", 0.5 * pull * CONTACT_TIME), ("friction = 0.5, tangential_restitution = 1.0", 1e-6)]
+    {
+        let Snapshot { positions, .. } = moved(steep, law, 1e9, 0.0, 20.0);
+        let creep = (positions[0] - Vector::new(45.0, 3.0, 0.7)).x / 20.0;
+        println!("{law}: {creep:e}");
+        assert!(creep >= -1e-6 && creep <= 1.001 * fastest, "{law}: {creep:e}, {fastest:e}");
+    }
+}
