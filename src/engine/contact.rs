@@ -16,4 +16,4 @@
 pub(super) mod apply;
 pub(super) mod frame;
 pub(super) mod law;
-mod rough;
+pub(in crate::engine) mod rough;

@@ -93,6 +93,9 @@ pub struct Response {
     pub is_rough: bool,
     /// Whether the pair was at rest and gained energy, see [`tc_contact`].
     pub is_lifted: bool,
+    /// Normal speed up to which the energy lost to friction goes into the normal motion, see [`tc_contact`]
+    /// `[length / time]`; 0 without the TC model.
+    pub fastest: f64,
 }
 
 /// Decides the response of a pair at a discontinuity.
@@ -108,8 +111,14 @@ pub struct Response {
 #[must_use]
 pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactLaw) -> Response {
     let &Approach { radial, squared, reduced_mass } = approach;
-    let smooth =
-        |outcome, radial| Response { outcome, radial, tangential_scale: 1.0, is_rough: false, is_lifted: false };
+    let smooth = |outcome, radial| Response {
+        outcome,
+        radial,
+        tangential_scale: 1.0,
+        is_rough: false,
+        is_lifted: false,
+        fastest: 0.0,
+    };
     if energy_step == f64::INFINITY {
         // The particles do not touch at the end of a bond, so this barrier is smooth.
         let (outcome, is_rough) = match side {
@@ -168,15 +177,27 @@ pub struct Leaving {
     pub is_rough: bool,
     /// Whether the pair was at rest and gained energy.
     pub is_lifted: bool,
+    /// Normal speed up to which the energy lost to friction goes into the normal motion `[length / time]`.
+    pub fastest: f64,
+}
+
+impl Leaving {
+    /// Leaves with this normal speed, without friction.
+    fn smoothly(speed: f64) -> Self {
+        Self { speed, tangential_scale: 1.0, is_rough: false, is_lifted: false, fastest: 0.0 }
+    }
 }
 
 /// Maximum number of contacts within one contact time. A pair that would have more contacts slides. It then gets twice
 /// the limiting speed, so that its next contacts are not at the limit, where round-off would decide whether they slide.
 const SLIDING: f64 = 64.0;
 
+/// Largest factor by which the energy lost to friction may increase the normal speed in one contact.
+const FASTER: f64 = 16.0;
+
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
 ///
-/// A contact is elastic if either particle had a contact less than `contact_time` ago (`is_recent`). With a restitution
+/// A contact is elastic if either particle had a contact less than `contact_time` ago; `since` is this time. With a restitution
 /// near 0 this rule is not sufficient, and the events would never end. The speed after a contact is therefore at least
 /// `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides along the barrier with
 /// hardly any normal speed, a small part of the tangential velocity is turned into the normal direction. None of these
@@ -186,12 +207,16 @@ const SLIDING: f64 = 64.0;
 /// tangential impulses to the friction force of Coulomb's law. In the published model they are smooth, and a grain that
 /// has come to rest on a slope would slide without friction.
 ///
+/// In a packing under its weight, friction would also use up the energy with which the grains rattle, and the weaker they
+/// rattle, the more often they meet. The energy that friction takes from an elastic contact therefore goes into the normal
+/// motion, up to 16 times the normal speed, and up to the speed at which contacts would be one contact time apart.
+///
 /// A pair at rest has no energy to separate. It gets the speed `closing_at_rest * contact_time / 2`, with which grains
 /// at rest bounce in this model, and its contacts are then one contact time apart. This adds energy, which counts as
 /// supplied.
 #[inline]
 #[must_use]
-pub fn tc_contact(law: &ContactLaw, is_recent: bool, arrival: &Arrival, contact_time: f64) -> Leaving {
+pub fn tc_contact(law: &ContactLaw, since: f64, arrival: &Arrival, contact_time: f64) -> Leaving {
     let &Arrival { approach, restitution, tangential, closing, closing_at_rest } = arrival;
     let away_for_contact_time = (0.5 * closing * contact_time).max(0.0);
     let slowest = away_for_contact_time / SLIDING;
@@ -199,15 +224,19 @@ pub fn tc_contact(law: &ContactLaw, is_recent: bool, arrival: &Arrival, contact_
         let energy = approach * approach + tangential * tangential;
         let speed_at_rest = 0.5 * closing_at_rest * contact_time;
         if SLIDING * energy.sqrt() < speed_at_rest {
-            return Leaving { speed: speed_at_rest, tangential_scale: 1.0, is_rough: false, is_lifted: true };
+            return Leaving { is_lifted: true, ..Leaving::smoothly(speed_at_rest) };
         }
         let speed = (2.0 * slowest).min(energy.sqrt());
         let left = (energy - speed * speed).max(0.0).sqrt();
         let tangential_scale = if tangential > 0.0 { left / tangential } else { 1.0 };
-        return Leaving { speed, tangential_scale, is_rough: false, is_lifted: false };
+        return Leaving { tangential_scale, ..Leaving::smoothly(speed) };
     }
-    let speed = if is_recent { approach } else { (restitution * approach).max(away_for_contact_time.min(approach)) };
-    Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some(), is_lifted: false }
+    let (speed, fastest) = if since < contact_time {
+        (approach, approach * (contact_time / since).min(FASTER))
+    } else {
+        ((restitution * approach).max(away_for_contact_time.min(approach)), 0.0)
+    };
+    Leaving { is_rough: law.roughness.is_some(), fastest, ..Leaving::smoothly(speed) }
 }
 
 #[cfg(test)]
@@ -223,7 +252,7 @@ mod tests {
     fn left(restitution: f64, is_recent: bool, speeds: [f64; 2], closing: f64, contact_time: f64) -> Leaving {
         let [approach, tangential] = speeds;
         let arrival = Arrival { approach, restitution, tangential, closing, closing_at_rest: closing };
-        tc_contact(&ContactLaw::smooth(restitution), is_recent, &arrival, contact_time)
+        tc_contact(&ContactLaw::smooth(restitution), if is_recent { 0.0 } else { contact_time }, &arrival, contact_time)
     }
 
     fn outcome_and_normal_velocity(side: Side, energy_step: f64, vn: f64, restitution: f64) -> (Outcome, f64) {
@@ -285,22 +314,24 @@ mod tests {
 
     #[test]
     fn the_tc_model_makes_frequent_contacts_elastic() {
-        let leaving = |speed| Leaving { speed, tangential_scale: 1.0, is_rough: false, is_lifted: false };
         let contact = |e, is_recent, closing| left(e, is_recent, [3.0, 1.0], closing, 0.1);
-        assert_eq!(contact(0.5, true, 1.0), leaving(3.0));
-        assert_eq!(contact(0.5, false, 1.0), leaving(1.5));
-        assert_eq!(contact(0.0, false, -1.0), leaving(0.0), "the pair separates by itself");
+        assert_eq!(contact(0.5, true, 1.0), Leaving { fastest: 48.0, ..Leaving::smoothly(3.0) });
+        assert_eq!(contact(0.5, false, 1.0), Leaving::smoothly(1.5));
+        assert_eq!(contact(0.0, false, -1.0), Leaving::smoothly(0.0), "the pair separates by itself");
     }
 
     #[test]
     fn friction_acts_in_elastic_contacts() {
         let law = ContactLaw::smooth(0.5).with_friction(0.3);
         let arrival = Arrival { approach: 3.0, restitution: 0.5, tangential: 1.0, closing: 1.0, closing_at_rest: 1.0 };
-        let leaving = tc_contact(&law, true, &arrival, 0.1);
-        assert_eq!((leaving.speed, leaving.is_rough), (3.0, true));
+        for (since, fastest) in [(0.0, 48.0), (0.004, 48.0), (0.08, 3.75), (0.1, 0.0)] {
+            let leaving = tc_contact(&law, since, &arrival, 0.1);
+            assert_eq!((leaving.fastest, leaving.is_rough), (fastest, true));
+            assert_eq!(leaving.speed, if since < 0.1 { 3.0 } else { 1.5 });
+        }
         // A pair at the limit of sliding does not slide in its next contact.
-        let slow = tc_contact(&law, true, &Arrival { approach: 0.0, ..arrival }, 0.1);
-        let next = tc_contact(&law, true, &Arrival { approach: slow.speed, ..arrival }, 0.1);
+        let slow = tc_contact(&law, 0.05, &Arrival { approach: 0.0, ..arrival }, 0.1);
+        let next = tc_contact(&law, 0.05, &Arrival { approach: slow.speed, ..arrival }, 0.1);
         assert_eq!((next.speed, next.is_rough, next.tangential_scale), (slow.speed, true, 1.0));
     }
 
@@ -322,7 +353,7 @@ mod tests {
     #[test]
     fn pair_at_rest_gets_the_speed_of_grains_at_rest() {
         // A particle that leaves at 0.064 returns after one contact time. A pair slower than 0.001 counts as at rest.
-        let lifted = Leaving { speed: 0.064, tangential_scale: 1.0, is_rough: false, is_lifted: true };
+        let lifted = Leaving { is_lifted: true, ..Leaving::smoothly(0.064) };
         for [approach, tangential] in [[0.0, 0.0], [1e-8, 0.0], [0.0, 0.0009], [0.0007, 0.0007]] {
             for is_recent in [false, true] {
                 let leaving = left(0.3, is_recent, [approach, tangential], 1.0, 0.128);
@@ -334,8 +365,8 @@ mod tests {
         // The centrifugal force lifts no pair. Otherwise, each lift would increase the force, and the energy without limit.
         let arrival =
             Arrival { approach: 0.0, restitution: 0.3, tangential: 2.0, closing: 400.0, closing_at_rest: 0.0 };
-        let along = tc_contact(&ContactLaw::smooth(0.3), true, &arrival, 1.0);
-        assert_eq!(along, Leaving { speed: 2.0, tangential_scale: 0.0, is_rough: false, is_lifted: false });
+        let along = tc_contact(&ContactLaw::smooth(0.3), 0.0, &arrival, 1.0);
+        assert_eq!(along, Leaving { tangential_scale: 0.0, ..Leaving::smoothly(2.0) });
         let apart = left(0.3, false, [0.0, 0.0], -1.0, 0.128);
         assert_eq!(apart.speed, 0.0, "a pair that gravity separates is not lifted");
     }

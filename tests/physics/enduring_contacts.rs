@@ -5,6 +5,7 @@ use carom::engine::{Simulation, Snapshot, Until};
 use carom::model::Scene;
 
 const CONTACT_TIME: f64 = 1e-3;
+const CONTACT_TIME_OF_PACKING: f64 = 0.01;
 
 /// State of a ball at some time. It starts in contact with a plane whose slope is given by the ratio of its height and
 /// length, and gravity is 1. The moment of inertia is in units of `m R^2`.
@@ -87,5 +88,44 @@ fn block_on_a_rough_slope_creeps_no_faster_than_it_gains_speed_between_two_conta
         let creep = (positions[0] - Vector::new(45.0, 3.0, 0.7)).x / 20.0;
         println!("{law}: {creep:e}");
         assert!(creep >= -1e-6 && creep <= 1.001 * fastest, "{law}: {creep:e}, {fastest:e}");
+    }
+}
+
+#[test]
+fn packing_of_rough_grains_rattles_no_more_often_than_one_of_smooth_grains() {
+    let text = "
+        seed = 5
+        space = { size = [4.0, 4.0, 16.0], x = 'walls', y = 'walls', z = { lower = 'wall', upper = 'open', restitution = 0.5 } }
+        dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 0.01 }
+        species = [
+            { name = 'a', mass = 1.0, diameter = 0.95, material = 'stone' },
+            { name = 'b', mass = 1.3, diameter = 1.05, material = 'stone' },
+        ]
+        interaction = [
+            { species = ['a', 'a'], potential = 'hard-sphere' },
+            { species = ['a', 'b'], potential = 'hard-sphere' },
+            { species = ['b', 'b'], potential = 'hard-sphere' },
+        ]
+        material = [{ between = ['stone', 'stone'], restitution = 0.5 }]
+        fill = [
+            { species = 'a', arrangement = 'random', count = 40 },
+            { species = 'b', arrangement = 'random', count = 40 },
+        ]
+        run = { until_time = 60.0 }
+        ";
+    let contacts = |text: &str| {
+        let mut simulation = Simulation::new(Scene::from_toml(text, "packing.toml").unwrap()).unwrap();
+        simulation.advance(Until::time(40.0)).unwrap();
+        let before = simulation.event_counts().tc_contacts;
+        simulation.advance(Until::time(60.0)).unwrap();
+        // Contacts of a grain in one contact time.
+        (simulation.event_counts().tc_contacts - before) as f64 / (80.0 * 20.0 / CONTACT_TIME_OF_PACKING)
+    };
+    let smooth = contacts(text);
+    for friction in [0.1, 0.5] {
+        let rough =
+            contacts(&text.replace("restitution = 0.5 }]", &format!("restitution = 0.5, friction = {friction} }}]")));
+        println!("friction {friction}: {rough}, smooth {smooth}");
+        assert!(rough < 3.0 * smooth, "friction {friction}: {rough} {smooth}");
     }
 }

@@ -23,17 +23,18 @@ impl Reference {
         let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, law };
         // A static particle has no memory of its contacts in the TC model.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
-        let (outcome, after, roughness) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
+        let (outcome, after, rough) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
 
         let mut impulse = (after - velocity) * reduced_mass;
         let mut torques = [Vector::zeros(); 2];
         let mut lost = 0.5 * reduced_mass * (velocity.norm_squared() - after.norm_squared());
         // The end of a bond is smooth, because the particles do not touch there.
-        if let Some(roughness) = roughness.filter(|_| outcome == Outcome::Core) {
+        if let Some((roughness, fastest)) = rough.filter(|_| outcome == Outcome::Core) {
             let [a, b] = [i, j].map(|p| self.species(p).diameter);
             let radii = [a, b].map(|diameter| seen.distance * diameter / (a + b));
             let kick = (after - velocity).dot(&normal);
-            let rub = Rub { particle: i, partner: Some(j), radii, normal, velocity, turning: Vector::zeros(), kick };
+            let turning = Vector::zeros();
+            let rub = Rub { particle: i, partner: Some(j), radii, normal, velocity, turning, kick, fastest };
             let rubbed = self.rub(&rub, &roughness);
             impulse += rubbed.impulse;
             torques = rubbed.torques;
@@ -151,14 +152,14 @@ impl Reference {
     /// Executes the contact of a particle with a surface at rest. A moving surface is at rest in its own frame.
     fn reflect(&mut self, i: u32, encounter: &Encounter, turning: Vector, kind: EventKind) -> Event {
         let Encounter { velocity: before, normal, reduced_mass: mass, seen, side, .. } = *encounter;
-        let (_, mut after, roughness) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
+        let (_, mut after, rough) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
         let mut torques = [Vector::zeros(); 2];
         let mut dissipated = 0.5 * mass * (before.norm_squared() - after.norm_squared());
-        if let Some(roughness) = roughness {
+        if let Some((roughness, fastest)) = rough {
             let normal = normal * side.sign();
             let kick = (after - before).dot(&normal);
             let radii = [seen.distance, 0.0];
-            let rub = Rub { particle: i, partner: None, radii, normal, velocity: before, turning, kick };
+            let rub = Rub { particle: i, partner: None, radii, normal, velocity: before, turning, kick, fastest };
             let rubbed = self.rub(&rub, &roughness);
             after += rubbed.impulse / mass;
             torques = rubbed.torques;

@@ -50,21 +50,22 @@ pub(super) struct Encounter {
 }
 
 impl Encounter {
-    /// Returns the outcome, the velocity `v_ij` after the event, and the roughness if the contact is rough. `moving`
-    /// lists the particles that are not static.
+    /// Returns the outcome and the velocity `v_ij` after the event. If the contact is rough, also returns the roughness, and
+    /// the normal speed up to which the energy lost to friction goes into the normal motion. `moving` lists the particles
+    /// that are not static.
     pub fn leave(
         &self,
         tc_model: Option<&mut TcModel>,
         moving: &[u32],
         time: f64,
-    ) -> (Outcome, Vector, Option<Roughness>) {
+    ) -> (Outcome, Vector, Option<(Roughness, f64)>) {
         let Self { seen, side, normal, velocity, acceleration, .. } = self;
         let vn = velocity.dot(normal);
         let along = velocity - normal * vn;
         let (outcome, after) = respond(seen, *side, vn, self.reduced_mass, &self.law);
         let Some(tc_model) = tc_model.filter(|_| seen.energy_step == f64::INFINITY) else {
             let roughness = self.law.roughness.filter(|_| seen.energy_step == f64::INFINITY);
-            return (outcome, along + normal * after, roughness);
+            return (outcome, along + normal * after, roughness.map(|roughness| (roughness, 0.0)));
         };
         let approach = (-side.sign() * vn).max(0.0);
         let arrival = Arrival {
@@ -76,10 +77,10 @@ impl Encounter {
             closing_at_rest: -side.sign() * acceleration.dot(normal),
         };
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
-        let is_rough = !tc_model.is_smooth;
+        let (is_rough, fastest) = (!tc_model.is_smooth, tc_model.fastest);
         let recedes = arrival.approach == 0.0 && speed == 0.0;
         let after = along * scale + normal * if recedes { vn } else { side.sign() * speed };
-        (outcome, after, self.law.roughness.filter(|_| is_rough))
+        (outcome, after, self.law.roughness.filter(|_| is_rough).map(|roughness| (roughness, fastest)))
     }
 }
 
@@ -104,11 +105,14 @@ pub(super) struct TcModel {
     last: Vec<f64>,
     /// Whether the latest contact was smooth, because the particle slid or was at rest.
     pub is_smooth: bool,
+    /// Normal speed up to which the latest contact puts the energy lost to friction into the normal motion: 16 times the speed
+    /// of an elastic contact, but no more than the speed at which its contacts would be `t_c` apart.
+    pub fastest: f64,
 }
 
 impl TcModel {
     pub fn new(contact_time: f64, particles: usize) -> Self {
-        Self { contact_time, last: vec![f64::NEG_INFINITY; particles], is_smooth: false }
+        Self { contact_time, last: vec![f64::NEG_INFINITY; particles], is_smooth: false, fastest: 0.0 }
     }
 
     pub fn meet_newcomer(&mut self) {
@@ -126,12 +130,14 @@ impl TcModel {
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing, closing_at_rest } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];
-        let is_recent = particles.iter().map(last).any(|last| time - last < self.contact_time);
+        let since = particles.iter().map(|particle| time - last(particle)).fold(f64::INFINITY, f64::min);
+        let is_recent = since < self.contact_time;
         particles.iter().for_each(|&particle| self.last[particle as usize] = time);
 
         let back_after_contact_time = 0.5 * closing * self.contact_time;
         let slowest = back_after_contact_time / 64.0;
         self.is_smooth = approach < slowest;
+        self.fastest = if is_recent { approach * (self.contact_time / since).min(16.0) } else { 0.0 };
         if approach < slowest {
             let total = libm::hypot(approach, tangential);
             let at_rest = 0.5 * closing_at_rest * self.contact_time;

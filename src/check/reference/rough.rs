@@ -16,13 +16,15 @@ pub(super) struct Rub {
     pub velocity: Vector,
     /// Angular velocity of a rotating surface.
     pub turning: Vector,
-    /// Positive change of the normal component of `velocity` in the contact.
+    /// Positive change of the normal component of `velocity` in the contact, without the energy lost to friction.
     pub kick: f64,
+    /// Normal speed up to which this energy goes into the normal motion.
+    pub fastest: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rubbed {
-    /// Tangential momentum that the particle gains.
+    /// Momentum that the particle gains by friction: the tangential one, and the normal one from the energy lost.
     pub impulse: Vector,
     /// Angular momenta that the particle and its partner gain.
     pub torques: [Vector; 2],
@@ -36,7 +38,7 @@ impl Reference {
     }
 
     pub(super) fn rub(&mut self, rub: &Rub, roughness: &Roughness) -> Rubbed {
-        let Rub { particle, partner, radii: [ri, rj], normal, velocity, turning, kick } = *rub;
+        let Rub { particle, partner, radii: [ri, rj], normal, velocity, turning, kick, fastest } = *rub;
         let dimensions = self.scene.space.dimensions();
         let constants = |reference: &Self, i: u32| {
             let species = reference.scene.species_of(ParticleId(i));
@@ -73,6 +75,10 @@ impl Reference {
         }
         let along = velocity - normal * velocity.dot(&normal);
         let of_centres = impulse.dot(&along) + 0.5 * (mi + mj) * impulse.norm_squared();
-        Rubbed { impulse, torques, dissipated: before - energy(&spins) - of_centres }
+        let lost = before - energy(&spins) - of_centres;
+        let speed = velocity.dot(&normal) + kick;
+        let faster = libm::sqrt(speed * speed + 2.0 * (mi + mj) * lost.max(0.0)).min(fastest).max(speed);
+        let push = (faster - speed) / (mi + mj);
+        Rubbed { impulse: impulse + normal * push, torques, dissipated: lost - 0.5 * push * (faster + speed) }
     }
 }

@@ -26,6 +26,28 @@ pub(super) struct Leaving {
     pub sliding: Option<(f64, f64)>,
     /// Whether a rough barrier exerts a tangential impulse in this contact.
     pub is_rough: bool,
+    /// Normal speed up to which the energy lost to friction goes into the normal motion, with its uncertainty
+    /// `[length / time]`; 0 if this energy is lost.
+    pub fastest: (f64, f64),
+}
+
+impl Leaving {
+    /// Returns the normal speed, with its uncertainty, if friction takes the energy `lost`. `lost` is divided by the reduced
+    /// mass, and has an uncertainty, too.
+    pub fn speed_with(&self, lost: (f64, f64)) -> (f64, f64) {
+        let ((speed, bound), (fastest, uncertain)) = (self.speed, self.fastest);
+        if fastest == 0.0 {
+            return self.speed;
+        }
+        let faster = |speed: f64, lost: f64, fastest: f64| {
+            let speed = speed.max(0.0);
+            (speed * speed + 2.0 * lost.max(0.0)).sqrt().min(fastest).max(speed)
+        };
+        let lower = faster(speed - bound, lost.0 - lost.1, fastest - uncertain);
+        let upper = faster(speed + bound, lost.0 + lost.1, fastest + uncertain);
+        let value = faster(speed, lost.0, fastest);
+        (value, (upper - value).max(value - lower) + rounded(value))
+    }
 }
 
 #[derive(Debug)]
@@ -55,6 +77,21 @@ impl ContactMemory {
         for &particle in particles {
             self.last[particle as usize] = Last::At(*now);
         }
+    }
+
+    /// Time since the latest contact of one of the particles, with its uncertainty; infinity if there was none. A contact
+    /// that is not known may have been at any time since the start of the records.
+    fn since(&self, particles: &[u32], now: &Elapsed) -> (f64, f64) {
+        let of_this = |&particle: &u32| match self.last[particle as usize] {
+            Last::Never => (f64::INFINITY, 0.0),
+            Last::At(last) => {
+                let since = now.after(&last);
+                (since, rounded(since + now.since_epoch.abs().max(last.since_epoch.abs())))
+            }
+            Last::Before(start) => (now.after(&start), self.contact_time),
+        };
+        let earliest = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        particles.iter().map(of_this).fold((f64::INFINITY, 0.0), earliest)
     }
 
     /// Whether a particle had a contact less than `t_c` ago; `None` if round-off leaves the answer open.
@@ -96,12 +133,17 @@ impl ContactMemory {
         let uncertain = slowest.1 + approach.1;
         if approach.0 >= slowest.0 - uncertain {
             if is_recent != Some(false) {
-                leavings.push(Leaving { speed: approach, sliding: None, is_rough: true });
+                let (since, uncertain) = self.since(particles, now);
+                let factor = |since: f64| (self.contact_time / since.max(0.0)).clamp(1.0, 16.0);
+                let bound = (factor(since - uncertain) - factor(since + uncertain)) * approach.0 + 2.0 * approach.1;
+                let fastest = factor(since) * approach.0;
+                let fastest = (fastest, bound + rounded(fastest));
+                leavings.push(Leaving { speed: approach, sliding: None, is_rough: true, fastest });
             }
             if is_recent != Some(true) {
                 let speed = rebound.0.max(away.0.min(approach.0));
                 let bound = rebound.1.max(approach.1) + away.1;
-                leavings.push(Leaving { speed: (speed, bound), sliding: None, is_rough: true });
+                leavings.push(Leaving { speed: (speed, bound), sliding: None, is_rough: true, fastest: (0.0, 0.0) });
             }
         }
         if approach.0 <= slowest.0 + uncertain {
@@ -109,7 +151,7 @@ impl ContactMemory {
             let slowest_at_rest = at_rest.0 / SLIDING;
             let uncertain = at_rest.1 / SLIDING + approach.1 + tangential.1 + rounded(total);
             if total < slowest_at_rest + uncertain {
-                leavings.push(Leaving { speed: at_rest, sliding: None, is_rough: false });
+                leavings.push(Leaving { speed: at_rest, sliding: None, is_rough: false, fastest: (0.0, 0.0) });
             }
             if total > slowest_at_rest - uncertain {
                 leavings.push(slide(approach, tangential, slowest));
@@ -127,7 +169,7 @@ fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> L
     // Uncertainty of the squared speed along the barrier. Its root is an upper bound for the uncertainty of the speed.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
     let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
-    Leaving { speed, sliding: Some((left.sqrt(), left_bound)), is_rough: false }
+    Leaving { speed, sliding: Some((left.sqrt(), left_bound)), is_rough: false, fastest: (0.0, 0.0) }
 }
 
 #[cfg(test)]

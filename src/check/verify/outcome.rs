@@ -251,7 +251,7 @@ impl Encounter<'_> {
                 law.restitution.steepness() * slack + if law.restitution.is_constant() { 0.0 } else { rounded(speed) },
             )
         };
-        let plain = || vec![Leaving { speed: rebound(slack), sliding: None, is_rough: true }];
+        let plain = || vec![Leaving { speed: rebound(slack), sliding: None, is_rough: true, fastest: (0.0, 0.0) }];
         let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
             let Bend { radius, acceleration, .. } = *bend;
             let around = bend.along.map_or(motion.tangential(), |along| {
@@ -274,8 +274,10 @@ impl Encounter<'_> {
             };
             contacts.leavings(&arrival, motion.particles, &self.after.elapsed)
         });
-        if let Some(lifted) = leavings.iter().find(|leaving| leaving.sliding.is_none() && leaving.speed.0 > approach) {
-            self.expect_change(motion, lifted.speed.0 + approach);
+        let straight = leavings.iter().filter(|leaving| leaving.sliding.is_none());
+        let fastest = straight.map(|leaving| leaving.speed.0.max(leaving.fastest.0)).fold(0.0, f64::max);
+        if fastest > approach {
+            self.expect_change(motion, fastest + approach);
         }
         let mut fault = None;
         let margins = *self.margins;
@@ -306,6 +308,7 @@ impl Encounter<'_> {
             let kick = if approach > 0.0 { approach + speed } else { 0.0 };
             rub.rubbed((mu * kick, mu * (2.0 * self.bounds.normal_velocity + speed_bound)), &self.bounds)
         });
+        let (speed, speed_bound) = leaving.speed_with((rubbed.dissipated / mu, rubbed.dissipated_bound / mu));
         self.check_velocities(motion, &turned, turned_bound, &rubbed)?;
         self.check_spins(motion, &rubbed)?;
         let lost = if slides { 0.0 } else { 0.5 * mu * (approach * approach - speed * speed) };

@@ -56,7 +56,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             response.radial = side.sign() * leaving.speed * length;
         }
         let is_rough = leaving.is_rough && side == Side::Positive;
-        Response { tangential_scale: leaving.tangential_scale, is_rough, is_lifted: leaving.is_lifted, ..response }
+        let Leaving { tangential_scale, is_lifted, fastest, .. } = leaving;
+        Response { tangential_scale, is_rough, is_lifted, fastest, ..response }
     }
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
@@ -78,7 +79,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let arrival = Arrival { approach: arriving, restitution, tangential, closing, closing_at_rest };
         let Some(leaving) = self.tc_model(&[i], law, arrival, time) else {
             let speed = if vn < 0.0 { -restitution * vn } else { vn };
-            return Leaving { speed, tangential_scale: 1.0, is_rough: law.roughness.is_some(), is_lifted: false };
+            let is_rough = law.roughness.is_some();
+            return Leaving { speed, tangential_scale: 1.0, is_rough, is_lifted: false, fastest: 0.0 };
         };
         // An elastic contact keeps the normal speed, even if the particle recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
@@ -129,8 +131,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns `None` if the scene does not use the TC model.
     fn tc_model(&mut self, particles: &[u32], law: &ContactLaw, arrival: Arrival, time: f64) -> Option<Leaving> {
         let times = self.pairs.contact_times.as_mut()?;
-        let is_recent = times.note(particles, time);
-        let leaving = tc_contact(law, is_recent, &arrival, times.contact_time);
+        let since = times.note(particles, time);
+        let leaving = tc_contact(law, since, &arrival, times.contact_time);
         self.counts.totals.tc_contacts += 1;
         self.counts.totals.tc_altered += u64::from(
             leaving.speed != arrival.restitution * arrival.approach

@@ -13,6 +13,29 @@ use crate::engine::surfaces::Surface;
 use crate::physics::rough::{Roughness, Touch};
 use std::ops::ControlFlow;
 
+/// Push of a rough surface.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::engine) struct Push {
+    pub roughness: Roughness,
+    /// Normal impulse `[mass length / time]`.
+    pub impulse: f64,
+    /// Normal speed after the contact, without the energy lost to friction `[length / time]`.
+    pub speed: f64,
+    /// Normal speed up to which this energy goes into the normal motion `[length / time]`.
+    pub fastest: f64,
+}
+
+/// Increase of the normal speed by the energy that is lost to friction, up to the speed `fastest`. `lost` is this energy,
+/// divided by the reduced mass.
+fn gain(speed: f64, fastest: f64, lost: f64) -> f64 {
+    if fastest > speed && lost > 0.0 { (speed * speed + 2.0 * lost).sqrt().min(fastest) - speed } else { 0.0 }
+}
+
+/// Energy that this increase of the normal speed needs, divided by the reduced mass.
+fn recovered(speed: f64, gain: f64) -> f64 {
+    gain * (speed + 0.5 * gain)
+}
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Adds the tangential impulse between two particles.
     ///
@@ -24,7 +47,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         change: Change,
         pair: Frame,
-        roughness: Roughness,
+        (roughness, fastest): (Roughness, f64),
         observe: &mut Observe<'_>,
     ) -> ControlFlow<()> {
         let both = [pair.i, pair.j];
@@ -41,16 +64,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let normal_impulse = change.impulse.dot(&touch.normal);
         let grip = touch.grip(&roughness, normal_impulse);
+        let speed = normal_impulse * touch.inverse_mass + pair.approach.radial / length;
+        let gain = gain(speed, fastest, grip.dissipated * touch.inverse_mass);
+        let more = gain / touch.inverse_mass;
+        let impulse = if gain > 0.0 { grip.impulse + touch.normal * more } else { grip.impulse };
         let mut after = change.after;
-        self.change_relative_velocity(&pair, &(grip.impulse * touch.inverse_mass), &mut after);
+        self.change_relative_velocity(&pair, &(impulse * touch.inverse_mass), &mut after);
         self.separate(&pair, &mut after);
         let before = both.map(|particle| self.state.bodies[particle as usize].velocity);
         let change = Change {
             after,
-            impulse: change.impulse + grip.impulse,
+            impulse: change.impulse + impulse,
             torques: grip.torques,
-            dissipated: change.dissipated + grip.dissipated,
-            supplied: self.supplied(&pair, &before, &after[0], normal_impulse / length),
+            virial: change.virial + more * length / pair.stretch,
+            dissipated: change.dissipated + grip.dissipated - recovered(speed, gain) / touch.inverse_mass,
+            supplied: self.supplied(&pair, &before, &after[0], (normal_impulse + more) / length),
             ..change
         };
         self.apply(&change, observe)
@@ -63,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         change: Change,
         at: Touching,
-        (roughness, normal_impulse): (Roughness, f64),
+        push: Push,
         observe: &mut Observe<'_>,
     ) -> ControlFlow<()> {
         let (i, inverse_mass) = (change.particle, self.inverse_mass(change.particle));
@@ -75,13 +103,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             inverse_inertias: [self.inverse_inertia(i), 0.0],
             inverse_mass,
         };
-        let grip = touch.grip(&roughness, normal_impulse);
+        let grip = touch.grip(&push.roughness, push.impulse);
+        let gain = gain(push.speed, push.fastest, grip.dissipated * inverse_mass);
         let torque = at.in_space(&grip.torques[0]);
         let turning = torque.dot(&(self.spin(i) + torque * (0.5 * self.inverse_inertia(i))));
-        let after = at.away(change.after[0] + at.in_space(&grip.impulse) * inverse_mass);
+        let after = change.after[0] + at.in_space(&grip.impulse) * inverse_mass;
+        let after = at.away(if gain > 0.0 { after + at.in_space(&(touch.normal * gain)) } else { after });
         let Change { after, impulse, supplied: gained, .. } =
             Change::of_one(change.other, i, &self.state.bodies[i as usize].velocity, after, inverse_mass);
-        let dissipated = change.dissipated + grip.dissipated;
+        let dissipated = change.dissipated + grip.dissipated - recovered(push.speed, gain) / inverse_mass;
         // A surface at rest does no work.
         let supplied = if at.moment.is_none() { 0.0 } else { gained + turning + dissipated };
         let torques = [torque, Vector::zeros()];

@@ -14,15 +14,16 @@ impl ContactTimes {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// Records a contact. Returns true if a particle had its previous contact less than the contact time ago.
-    pub fn note(&mut self, particles: &[u32], time: f64) -> bool {
-        let mut is_recent = false;
+    /// Records a contact. Returns the time since the latest previous contact of one of the particles; infinity if there was
+    /// none.
+    pub fn note(&mut self, particles: &[u32], time: f64) -> f64 {
+        let mut since = f64::INFINITY;
         for &particle in particles {
             let last = &mut self.last[particle as usize];
-            is_recent |= time - *last < self.contact_time;
+            since = since.min(time - *last);
             *last = time;
         }
-        is_recent
+        since
     }
 }
 
@@ -32,13 +33,13 @@ mod tests {
     use crate::engine::columns::Column;
 
     #[test]
-    fn a_contact_is_recent_if_either_particle_had_one_within_the_contact_time() {
+    fn the_latest_contact_of_either_particle_counts() {
         let mut times = ContactTimes::new(0.5, 3);
-        assert!(!times.note(&[0, 1], 1.0));
-        assert!(!times.note(&[2], 1.25));
-        assert!(times.note(&[0, 2], 1.5), "2 had one a quarter ago");
+        assert_eq!(times.note(&[0, 1], 1.0), f64::INFINITY);
+        assert_eq!(times.note(&[2], 1.25), f64::INFINITY);
+        assert_eq!(times.note(&[0, 2], 1.5), 0.25);
         times.shift(1.0);
-        assert!(!times.note(&[1], 0.5), "a contact exactly one contact time ago is not recent");
-        assert!(times.note(&[1, 0], 0.75));
+        assert_eq!(times.note(&[1], 0.5), 0.5);
+        assert_eq!(times.note(&[1, 0], 0.75), 0.25);
     }
 }

@@ -44,11 +44,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.set_state_after(i, j, outcome, state, interaction)?;
         Ok(match roughness {
             None => self.apply(&change, observe),
-            Some(roughness) => self.apply_to_rough_pair(change, pair, roughness, observe),
+            Some(rough) => self.apply_to_rough_pair(change, pair, rough, observe),
         })
     }
 
-    /// Returns the outcome and the smooth part of the change, and the roughness if it acts in this contact.
+    /// Returns the outcome and the smooth part of the change. If the contact is rough, also returns its roughness, and the
+    /// speed up to which the energy lost to friction goes into the normal motion.
     #[inline(always)]
     fn respond(
         &mut self,
@@ -56,10 +57,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         seen: &Discontinuity,
         law: &ContactLaw,
         time: f64,
-    ) -> (Outcome, Change, Option<Roughness>) {
+    ) -> (Outcome, Change, Option<(Roughness, f64)>) {
         // In a multicanonical simulation, weights replace the energy step of the potential.
         let felt = self.weighted(seen);
-        let Response { outcome, radial: leaving, tangential_scale, is_rough, is_lifted } =
+        let Response { outcome, radial: leaving, tangential_scale, is_rough, is_lifted, fastest } =
             self.leave(pair, &felt, law, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // The relative velocity changes by `change` times the vector between the centres.
@@ -97,7 +98,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             supplied: self.supplied(pair, &before, &after[0], impulse) + by_weights,
             after,
         };
-        (outcome, change, law.roughness.filter(|_| is_rough))
+        (outcome, change, law.roughness.filter(|_| is_rough).map(|roughness| (roughness, fastest)))
     }
 
     /// Energy that sliding images and growing diameters supply in a contact.

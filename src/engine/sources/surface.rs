@@ -3,6 +3,7 @@
 use crate::Vector;
 use crate::engine::audit::unit_of_surface;
 use crate::engine::contact::apply::{Change, With};
+use crate::engine::contact::rough::Push;
 use crate::engine::event::CountedKind;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
@@ -13,7 +14,6 @@ use crate::model::state_point::StatePoint;
 use crate::model::surface_motion::Moment;
 use crate::model::{ContactLaw, Scene, SurfaceLaw};
 use crate::physics::response::Leaving;
-use crate::physics::rough::Roughness;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -93,9 +93,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Touching { moment, position, velocity, ..at }
     }
 
-    /// Returns the smooth part of the change, and the roughness and the normal impulse of a contact that is rough.
+    /// Returns the smooth part of the change, and the push of a surface that is rough in this contact.
     #[inline]
-    fn reflect(&mut self, i: u32, at: &Touching, vn: f64, law: &ContactLaw) -> (Change, Option<(Roughness, f64)>) {
+    fn reflect(&mut self, i: u32, at: &Touching, vn: f64, law: &ContactLaw) -> (Change, Option<Push>) {
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
         let (shape, normal) = (&at.shape, at.shape.normal(&at.position));
         let bend =
@@ -104,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let acceleration = at.acceleration(&before, self.acceleration(i));
         let closing_at_rest = -normal.dot(&acceleration);
         let closing = [closing_at_rest - bend, closing_at_rest];
-        let Leaving { speed, tangential_scale, is_rough, is_lifted } =
+        let Leaving { speed, tangential_scale, is_rough, is_lifted, fastest } =
             self.leave_surface(i, (&at.velocity, vn), closing, law, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let scaled = if tangential_scale == 1.0 { at.velocity } else { at.velocity * tangential_scale };
@@ -113,7 +113,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
         // A surface at rest does no work.
         let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
-        let rough = law.roughness.filter(|_| is_rough).map(|roughness| (roughness, (speed - vn) / inverse_mass));
+        let rough = law.roughness.filter(|_| is_rough);
+        let rough = rough.map(|roughness| Push { roughness, impulse: (speed - vn) / inverse_mass, speed, fastest });
         (Change { supplied, dissipated, is_lifted, ..change }, rough)
     }
 

@@ -177,9 +177,9 @@ fn reference_tc_model_matches_the_engine() {
             let closing_at_rest = at_rest * closing;
             let arrival = Arrival { restitution, approach, tangential, closing, closing_at_rest };
             let (speed, scale) = ours.contact(&particles, time, &arrival);
-            let is_recent = theirs.note(&particles, time);
+            let since = theirs.note(&particles, time);
             let arrival = response::Arrival { approach, restitution, tangential, closing, closing_at_rest };
-            let leaving = response::tc_contact(&ContactLaw::smooth(restitution), is_recent, &arrival, contact_time);
+            let leaving = response::tc_contact(&ContactLaw::smooth(restitution), since, &arrival, contact_time);
             prop_assert!((leaving.speed - speed).abs() <= 4.0 * EPS * speed, "{leaving:?} {speed}");
             let squared = 8.0 * EPS * (approach * approach + tangential * tangential);
             let (a, b) = (leaving.tangential_scale * tangential, scale * tangential);
