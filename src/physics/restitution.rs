@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub enum Restitution {
     /// The same number in `[0, 1]` at all speeds.
     Constant(f64),
-    /// Viscoelastic spheres, which are the more elastic the slower they collide:
+    /// Viscoelastic spheres. They lose less energy in slower collisions:
     ///
     /// ```text
     /// e = (1 + a x) / (1 + a x + b x^2 + c x^3 + d x^4),    x^2 = 3/2 A (rho / mu)^(2/5) v^(1/5)

@@ -3,8 +3,8 @@
 //!
 //! In packings from programs with soft grains, neighbours overlap by 1e-6 to 1e-3 of a diameter. Here, overlapping
 //! particles move apart along the line of their centres, one pair after the other, until a pass over all pairs finds no
-//! overlap. The distance of each pair must not be less than its contact distance. For small displacements, these
-//! conditions are linear inequalities, and the method is that of Agmon (Canad. J. Math. 6, 382, 1954).
+//! overlap. This is a relaxation method for linear inequalities (S. Agmon, Canad. J. Math. 6, 382, 1954). The inequalities
+//! say that no pair is closer than its contact distance; they are linear if the displacements are small.
 
 use crate::Vector;
 use crate::engine::CellList;

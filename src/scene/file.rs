@@ -157,7 +157,7 @@ pub(crate) struct SpeciesFile {
     /// Mass `[mass]`, required for moving species. If diameters are distributed, this is the mass at the mean diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
-    /// Material of the species. Interactions without keys of a contact law take that of the two materials.
+    /// Material of the species. It determines the contact laws of the species, except where an interaction has its own.
     pub material: Option<String>,
     /// Whether the particles of the species never move.
     #[serde(default, rename = "static")]
