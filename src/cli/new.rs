@@ -19,7 +19,7 @@ pub struct New {
     kind: Option<&'static str>,
 }
 
-const SCENES: [Choice<&str>; 27] = [
+const SCENES: [Choice<&str>; 28] = [
     ("fluid", Some("Hard spheres in a periodic box"), include_str!("../../configs/hard_sphere_fluid.toml")),
     (
         "equation-of-state",
@@ -80,7 +80,8 @@ const SCENES: [Choice<&str>; 27] = [
     ("outlet", Some("Grains that flow out of a silo with smooth walls"), include_str!("../../configs/outlet.toml")),
     ("funnel", Some("Grains of three sizes in a smooth funnel"), include_str!("../../configs/funnel.toml")),
     ("piston", Some("A gas below a moving piston"), include_str!("../../configs/piston.toml")),
-    ("drum", Some("Grains in a rotating drum"), include_str!("../../configs/rotating_drum.toml")),
+    ("drum", Some("Rough grains in a rotating drum"), include_str!("../../configs/rotating_drum.toml")),
+    ("conveyor", Some("Rough grains on a belt"), include_str!("../../configs/conveyor.toml")),
     ("shaker", Some("Grains in a box that vibrates"), include_str!("../../configs/vibrated_box.toml")),
     ("heat-flux", Some("A gas between a warm wall and a cold one"), include_str!("../../configs/heat_flux.toml")),
 ];

@@ -334,10 +334,10 @@ impl Scene {
         occurs
     }
 
-    /// Whether any surface moves at some time.
+    /// Whether any surface, or its material, moves at some time.
     #[must_use]
     pub fn has_moving_surfaces(&self) -> bool {
-        self.surfaces.iter().any(SceneSurface::moves)
+        self.surfaces.iter().any(|surface| surface.moves() || surface.surface_velocity.is_some())
     }
 
     /// Whether any wall or other surface has a temperature.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SpeciesId, SurfaceMotion, TriangleMesh};
+use super::{SpeciesId, SurfaceMotion, SurfaceVelocity, TriangleMesh};
 use crate::Vector;
 use crate::physics::response::ContactLaw;
 
@@ -22,13 +22,17 @@ pub struct SceneSurface {
     pub stages: Vec<String>,
     /// Motions of the surface, in order of time and without overlap. `shape` is the shape before the first motion.
     pub motions: Vec<SurfaceMotion>,
+    /// Velocity of the material along the surface, which friction passes on to particles; `None` if it is at rest in the
+    /// frame of the shape.
+    pub surface_velocity: Option<SurfaceVelocity>,
 }
 
 impl SceneSurface {
     /// Creates a surface that is present in all stages and collides with all species.
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape, law: SurfaceLaw) -> Self {
-        Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
+        let (species, stages, motions) = (Vec::new(), Vec::new(), Vec::new());
+        Self { name: name.to_owned(), shape, species, law, stages, motions, surface_velocity: None }
     }
 
     /// Whether the surface is present in the stage with this name.

@@ -15,6 +15,7 @@ mod particles;
 mod restitution;
 mod space;
 mod surface;
+mod surface_velocity;
 
 pub(crate) use diameter::{DiameterFile, DistributionFile};
 pub(crate) use drive::{BarostatFile, ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile};
@@ -27,6 +28,7 @@ pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshF
 pub(crate) use restitution::{RestitutionFile, VaryingFile};
 pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile, WallFile};
 pub(crate) use surface::{MotionFile, RotationFile, SurfaceFile};
+pub(crate) use surface_velocity::{SurfaceVelocityFile, TurningFile};
 
 use schemars::JsonSchema;
 use serde::Deserialize;

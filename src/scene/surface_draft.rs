@@ -1,6 +1,6 @@
 //! Surfaces of a scene before validation.
 
-use crate::model::{ContactLaw, Restitution, SurfaceLaw, SurfaceMotion, SurfaceShape};
+use crate::model::{ContactLaw, Restitution, SurfaceLaw, SurfaceMotion, SurfaceShape, SurfaceVelocity};
 
 /// A surface that particles collide with.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +12,7 @@ pub struct SurfaceDraft {
     pub(crate) stages: Vec<String>,
     /// Motions of the surface. The times of a motion with a stage are relative to the beginning of this stage.
     pub(crate) motions: Vec<(Option<String>, SurfaceMotion)>,
+    pub(crate) surface_velocity: Option<SurfaceVelocity>,
 }
 
 impl SurfaceDraft {
@@ -19,7 +20,8 @@ impl SurfaceDraft {
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape) -> Self {
         let law = SurfaceLaw::Reflecting(ContactLaw::smooth(1.0));
-        Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
+        let (species, stages, motions) = (Vec::new(), Vec::new(), Vec::new());
+        Self { name: name.to_owned(), shape, species, law, stages, motions, surface_velocity: None }
     }
 
     /// Sets the ratio of the normal speeds after and before a contact: a number from 0 to 1, or a function of the speed.
@@ -80,6 +82,13 @@ impl SurfaceDraft {
     pub fn motion_in(mut self, stage: &str, motion: SurfaceMotion) -> Self {
         self.motions.push((Some(stage.to_owned()), motion));
         self
+    }
+
+    /// Sets the velocity of the material along the surface, as of a belt or a turning drum. The shape does not move. The
+    /// surface must be rough or thermal, because smooth contacts do not depend on this velocity.
+    #[must_use]
+    pub fn surface_velocity(self, velocity: SurfaceVelocity) -> Self {
+        Self { surface_velocity: Some(velocity), ..self }
     }
 
     /// Adds a species on which the surface acts. The surface then acts only on added species.

@@ -6,7 +6,7 @@ use carom::engine::event::{Event, EventKind, Other, Outcome};
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Restitution, RestitutionTable, Scene};
+use carom::model::{ContactLaw, Restitution, RestitutionTable, Scene, SurfaceVelocity};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -199,9 +199,17 @@ impl Recipe {
 
 impl Recipe {
     fn roughened(&self, surface: SurfaceDraft) -> SurfaceDraft {
-        let rough =
-            |[tangential, friction]: [f64; 2]| surface.clone().tangential_restitution(tangential).friction(friction);
-        self.roughness.map_or_else(|| surface.clone(), rough)
+        let Some([tangential, friction]) = self.roughness else { return surface };
+        let rough = surface.tangential_restitution(tangential).friction(friction);
+        match self.seed % 3 {
+            0 => rough,
+            1 => rough.surface_velocity(SurfaceVelocity::Translation { velocity: Vector::new(0.4, -0.3, 0.7) }),
+            _ => rough.surface_velocity(SurfaceVelocity::Rotation {
+                point: Vector::new(3.0, 4.5, 2.0),
+                axis: Vector::new(0.3, -0.2, 1.0),
+                frequency: 0.03,
+            }),
+        }
     }
 
     fn wall(&self) -> Face {

@@ -127,6 +127,10 @@ fn roughened(text: &str, dice: &mut Dice, dimensions: usize) -> String {
         let _ = writeln!(rough, "{line}");
         if is_chosen && (has_core || is_surface && line.starts_with("restitution = ")) {
             let _ = writeln!(rough, "{}", keys.join("\n"));
+            if is_surface && dice.chance(0.4) {
+                let flat = if dimensions == 2 { 0.0 } else { dice.normal() };
+                let _ = writeln!(rough, "surface_velocity = {:?}", [dice.normal(), dice.normal(), flat]);
+            }
         }
         if line.starts_with("velocity = ") && is_particle(&rough) && dimensions > 1 && dice.chance(0.5) {
             let spin: [f64; 3] = std::array::from_fn(|k| if dimensions == 3 || k == 2 { dice.normal() } else { 0.0 });

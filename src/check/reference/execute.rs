@@ -8,6 +8,15 @@ use crate::Vector;
 use crate::model::space::{Boundary, Face};
 use crate::model::{ContactLaw, Interaction, ParticleId, Species, SurfaceLaw};
 
+/// Motion of the material of a surface in the frame of its shape.
+#[derive(Debug, Clone, Copy, Default)]
+struct Material {
+    /// Angular velocity of the shape, whose frame turns with it.
+    turning: Vector,
+    /// Velocity along the surface at the contact, relative to the shape.
+    sliding: Vector,
+}
+
 impl Reference {
     pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side) -> Option<Event> {
         let (interaction, state) = *self.pairs.get(&(i, j))?;
@@ -71,7 +80,7 @@ impl Reference {
         let mut normal = Vector::zeros();
         normal[k] = if is_upper { -1.0 } else { 1.0 };
         let encounter = self.encounter_at_rest(i, normal, law);
-        Some(self.reflect(i, &encounter, Vector::zeros(), EventKind::Wall { axis, is_upper }))
+        Some(self.reflect(i, &encounter, &Material::default(), EventKind::Wall { axis, is_upper }))
     }
 
     pub(super) fn execute_surface(&mut self, i: u32, feature: u32) -> Option<Event> {
@@ -93,23 +102,30 @@ impl Reference {
         let mass = encounter.reduced_mass;
         let to_shape = |vector: &Vector| moment.map_or(*vector, |moment| moment.pose.direction_of_shape(vector));
         let turning = moment.map_or(Vector::zeros(), |moment| moment.pose.direction_of_shape(&moment.spin));
+        // The event's normal points from the surface to the particle, even inside a sphere or cylinder.
+        let sign = contact.side.sign();
+        let outwards = contact.normal * sign;
+        let place_of_contact = position - outwards * encounter.seen.distance;
+        let sliding = self.scene.surfaces[feature.surface].surface_velocity;
+        let sliding = sliding.map(|velocity| velocity.at(&place_of_contact, &outwards));
+        let material = Material { turning, sliding: sliding.unwrap_or_default() };
         let spin = self.spins[i as usize];
         self.spins[i as usize] = to_shape(&spin);
-        let event = self.reflect(i, &encounter, turning, EventKind::Surface { number: feature.surface });
+        let event = self.reflect(i, &encounter, &material, EventKind::Surface { number: feature.surface });
         if let Some(moment) = &moment {
             self.spins[i as usize] = moment.pose.direction(&self.spins[i as usize]);
         }
         let gained = self.spins[i as usize] - spin;
-        // The event's normal points from the surface to the particle, even inside a sphere or cylinder.
-        let sign = contact.side.sign();
         let event = Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event };
+        let work = event.energy_step;
         let Some(moment) = moment else { return Some(event) };
         let after = moment.velocity_of(&place, &event.after[0]);
         self.velocities[i as usize] = after;
         Some(Event {
             normal: moment.pose.direction(&event.normal),
             torques: event.torques.map(|torque| moment.pose.direction(&torque)),
-            energy_step: mass * (after - before).dot(&moment.velocity_at(&place))
+            energy_step: work
+                + mass * (after - before).dot(&moment.velocity_at(&place))
                 + self.angular_momentum(i, &gained).dot(&moment.spin),
             before: [before, Vector::zeros()],
             after: [after, Vector::zeros()],
@@ -150,7 +166,7 @@ impl Reference {
     }
 
     /// Executes the contact of a particle with a surface at rest. A moving surface is at rest in its own frame.
-    fn reflect(&mut self, i: u32, encounter: &Encounter, turning: Vector, kind: EventKind) -> Event {
+    fn reflect(&mut self, i: u32, encounter: &Encounter, material: &Material, kind: EventKind) -> Event {
         let Encounter { velocity: before, normal, reduced_mass: mass, seen, side, .. } = *encounter;
         let (_, mut after, rough) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
         let mut torques = [Vector::zeros(); 2];
@@ -159,7 +175,8 @@ impl Reference {
             let normal = normal * side.sign();
             let kick = (after - before).dot(&normal);
             let radii = [seen.distance, 0.0];
-            let rub = Rub { particle: i, partner: None, radii, normal, velocity: before, turning, kick, fastest };
+            let (velocity, turning) = (before - material.sliding, material.turning);
+            let rub = Rub { particle: i, partner: None, radii, normal, velocity, turning, kick, fastest };
             let rubbed = self.rub(&rub, &roughness);
             after += rubbed.impulse / mass;
             torques = rubbed.torques;
@@ -174,7 +191,7 @@ impl Reference {
             normal,
             impulse: mass * (after - before).dot(&normal),
             torques,
-            energy_step: 0.0,
+            energy_step: mass * (after - before).dot(&material.sliding),
             dissipated,
             before: [before, Vector::zeros()],
             after: [after, Vector::zeros()],

@@ -193,7 +193,8 @@ impl Verifier {
             for (beside, _) in beside.iter().filter(|(beside, seen)| are_all || facet.is_near(seen, beside)) {
                 let approach = facet.approach_in(beside.piece, &beside.motion, beside.now, now);
                 let bounds = self.bounds(&contact, &approach, &flights);
-                on.push(Meeting { approach, bounds, touch: beside.contact(facet), carried: beside.carried() });
+                let carried = beside.carried(facet, self.world.velocity_of_surface(surface), &bounds);
+                on.push(Meeting { approach, bounds, touch: beside.contact(facet), carried });
             }
         }
         on.retain(Meeting::has_foot);

@@ -1,13 +1,13 @@
 //! Moving surfaces in the proof: the pieces of their motions, and the round-off that they cause.
 
-use super::bounds::rounded;
+use super::bounds::{Bounds, rounded};
 use super::facet::Facet;
 use super::window::{MARGIN, reach, reach_along};
 use crate::Vector;
 use crate::check::reference::{Motion, Touch};
 use crate::engine::Elapsed;
 use crate::model::surface_motion::{Piece, Timeline};
-use crate::model::{MotionKind, SceneSurface};
+use crate::model::{MotionKind, SceneSurface, SurfaceVelocity};
 use std::f64::consts::TAU;
 
 /// Rounding error of a simulated time, relative to its magnitude.
@@ -48,6 +48,8 @@ pub(super) struct Carried {
     pub spin: Vector,
     /// Acceleration of the particle in the frame of the surface, along the axes of the box `[length / time^2]`.
     pub acceleration: Vector,
+    /// Velocity of the material along the surface, relative to the shape, and its uncertainty `[length / time]`.
+    pub material: (Vector, f64),
     /// Magnitude of the terms of `acceleration`, which determines its rounding error `[length / time^2]`.
     pub rounded_with: f64,
 }
@@ -230,6 +232,14 @@ impl Sway {
     }
 }
 
+impl Carried {
+    /// A wall at rest, at which a particle has this acceleration.
+    pub fn at_rest(acceleration: Vector) -> Self {
+        let still = Vector::zeros();
+        Self { velocity: still, spin: still, acceleration, material: (still, 0.0), rounded_with: 0.0 }
+    }
+}
+
 impl Beside<'_> {
     pub fn seen(&self) -> Motion {
         self.piece.map_or(self.motion, |piece| self.motion.seen(piece, self.now))
@@ -244,11 +254,12 @@ impl Beside<'_> {
         Touch { normal: normal.unwrap_or(touch.normal), along, ..touch }
     }
 
-    pub fn carried(&self) -> Carried {
+    /// Returns the motion of a surface with this velocity of its material, where the particle touches `facet`.
+    pub fn carried(&self, facet: &Facet, velocity: Option<SurfaceVelocity>, bounds: &Bounds) -> Carried {
+        let material = velocity.map_or((Vector::zeros(), 0.0), |velocity| self.material(facet, &velocity, bounds));
         let Motion { position, velocity, acceleration, .. } = &self.motion;
         let Some(piece) = self.piece else {
-            let still = Vector::zeros();
-            return Carried { velocity: still, spin: still, acceleration: *acceleration, rounded_with: 0.0 };
+            return Carried { material, ..Carried::at_rest(*acceleration) };
         };
         let moment = piece.at(self.now);
         let seen = moment.acceleration_seen(position, velocity, acceleration);
@@ -256,7 +267,24 @@ impl Beside<'_> {
             velocity: moment.velocity_at(position),
             spin: moment.spin,
             acceleration: moment.pose.direction(&seen),
+            material,
             rounded_with: acceleration.norm() + self.sway.push,
         }
+    }
+
+    fn material(&self, facet: &Facet, velocity: &SurfaceVelocity, bounds: &Bounds) -> (Vector, f64) {
+        let Motion { position, radius, .. } = self.seen();
+        let touch = facet.feature.contact(&position);
+        let normal = touch.normal * touch.side.sign();
+        let material = velocity.at(&(position - normal * radius), &normal);
+        let (size, rate) = match *velocity {
+            SurfaceVelocity::Translation { velocity } => (velocity.norm(), 0.0),
+            SurfaceVelocity::Rotation { point, frequency, .. } => {
+                let rate = TAU * frequency.abs();
+                (rate * (position.norm() + point.norm() + radius), rate)
+            }
+        };
+        let turned = self.piece.map_or(material, |piece| piece.at(self.now).pose.direction(&material));
+        (turned, rounded(size) + size * bounds.direction + rate * (bounds.distance + rounded(self.sway.length)))
     }
 }

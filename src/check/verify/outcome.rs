@@ -54,6 +54,8 @@ struct Motion<'a> {
     surface: Vector,
     /// Angular velocity of the surface; zero for other contacts `[1 / time]`.
     surface_spin: Vector,
+    /// Velocity of the material along the surface, and its uncertainty; zero for other contacts `[length / time]`.
+    material: (Vector, f64),
     /// The rough contact; `None` at a smooth barrier.
     rub: Option<Rub>,
 }
@@ -94,9 +96,20 @@ impl Encounter<'_> {
             let arms = [a, b].map(|radius| radius / (a + b) * seen.distance);
             self.rub(roughness, &[Some(i), Some(j)], arms, [normal, velocity, Vector::zeros()])
         });
-        let surface_spin = Vector::zeros();
-        let motion =
-            Motion { particles, weights, reduced_mass, normal, outwards, velocity, radial, surface, surface_spin, rub };
+        let (surface_spin, material) = (Vector::zeros(), (Vector::zeros(), 0.0));
+        let motion = Motion {
+            particles,
+            weights,
+            reduced_mass,
+            normal,
+            outwards,
+            velocity,
+            radial,
+            surface,
+            surface_spin,
+            material,
+            rub,
+        };
 
         let (expected, crosses) = self.expected(side, seen, &motion, found);
         let contact = Contact::of(self.event);
@@ -127,7 +140,7 @@ impl Encounter<'_> {
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 0.0)?;
         let acceleration = self.world.accelerations[self.event.particle.0 as usize];
         let bend = Bend { radius: f64::INFINITY, along: None, acceleration, rounded_with: 0.0 };
-        self.check_reflection(&normal, &wall.law, &bend, [&Vector::zeros(), &Vector::zeros()])
+        self.check_reflection(&normal, &wall.law, &bend, &Carried::at_rest(acceleration))
     }
 
     /// Checks a reflection off a feature of a surface, in the frame of the surface.
@@ -135,9 +148,9 @@ impl Encounter<'_> {
         let sign = touch.side.sign();
         let normal = touch.normal * sign;
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 2.0 * self.bounds.direction)?;
-        let Carried { velocity, spin, acceleration, rounded_with } = *carried;
+        let Carried { acceleration, rounded_with, .. } = *carried;
         let bend = Bend { radius: sign / touch.curvature, along: touch.along, acceleration, rounded_with };
-        self.check_reflection(&normal, law, &bend, [&velocity, &spin])
+        self.check_reflection(&normal, law, &bend, carried)
     }
 
     /// Returns a rough contact. `bodies` contains the particle and, in a pair event, the partner.
@@ -158,18 +171,19 @@ impl Encounter<'_> {
             arms,
             inverse_inertias: all(&self.world.inverse_inertias),
             inverse_mass: all(&self.world.inverse_masses).iter().sum(),
+            material_bound: 0.0,
         }
     }
 
-    /// Checks a reflection. The normal points to the particle. `surface` contains the velocity of the surface at the
-    /// contact, and the angular velocity.
+    /// Checks a reflection. The normal points to the particle.
     fn check_reflection(
         &mut self,
         normal: &Vector,
         law: &ContactLaw,
         bend: &Bend,
-        [surface, surface_spin]: [&Vector; 2],
+        carried: &Carried,
     ) -> Result<(), Fault> {
+        let Carried { velocity: surface, spin: surface_spin, material, .. } = *carried;
         let i = self.event.particle.0;
         let leaving = normal.dot(&(self.after.velocities[i as usize] - surface));
         self.within(Quantity::Direction, -leaving, self.bounds.normal_velocity)?;
@@ -183,11 +197,13 @@ impl Encounter<'_> {
             outwards: 1.0,
             velocity,
             radial: normal.dot(&velocity),
-            surface: *surface,
-            surface_spin: *surface_spin,
+            surface,
+            surface_spin,
+            material,
             rub: law.roughness.map(|roughness| {
                 let arms = [self.world.radius(i), 0.0];
-                self.rub(roughness, &[Some(i), None], arms, [*normal, velocity, *surface_spin])
+                let rub = self.rub(roughness, &[Some(i), None], arms, [*normal, velocity - material.0, surface_spin]);
+                Rub { material_bound: material.1, ..rub }
             }),
         };
         let bounds = self.bounds;
@@ -205,7 +221,7 @@ impl Encounter<'_> {
         let speed = if turns { motion.velocity.norm() } else { motion.radial.abs() };
         let change = speed + (speed * speed + step).sqrt();
         // The tangential impulse is at most `2 m v`, with the tangential mass `m` and the velocity `v` of the surfaces.
-        let rubbing = motion.rub.map_or(0.0, |rub| 2.0 * (motion.velocity.norm() + rub.turning_speed()));
+        let rubbing = motion.rub.map_or(0.0, |rub| 2.0 * (rub.velocity.norm() + rub.turning_speed()));
         self.expect_change(motion, change + rubbing);
     }
 
@@ -375,7 +391,7 @@ impl Encounter<'_> {
     /// Checks that the kinetic energy changes only by the energy step and the dissipated energy, in the frame of a
     /// moving surface. `speed_bound` is the uncertainty of the speed after the contact.
     fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64, rubbed: &Rubbed) -> Result<(), Fault> {
-        let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
+        let (mut gained, mut scale, surface) = (0.0, 0.0, &(motion.surface + motion.material.0));
         let mut work = 0.0;
         for ((&p, &weight), flight) in motion.particles.iter().zip(motion.weights).zip(&self.flights) {
             if weight > 0.0 {
@@ -383,7 +399,8 @@ impl Encounter<'_> {
                 let change = new - old;
                 gained += 0.5 / weight * change.dot(&(new + old - surface * 2.0));
                 work += change.dot(surface) / weight;
-                scale += (flight.speed + new.norm()) * flight.velocity() / weight;
+                scale += (flight.speed + new.norm() + 2.0 * motion.material.0.norm()) * flight.velocity() / weight;
+                scale += 2.0 * change.norm() * motion.material.1 / weight;
             }
         }
         for (k, &p) in motion.particles.iter().enumerate() {

@@ -19,6 +19,8 @@ pub(super) struct Rub {
     pub arms: [f64; 2],
     pub inverse_inertias: [f64; 2],
     pub inverse_mass: f64,
+    /// Uncertainty of the velocity of the material of a surface `[length / time]`.
+    pub material_bound: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +57,7 @@ impl Rub {
         let turn = |k: usize| self.arms[k] * self.arms[k] * self.inverse_inertias[k];
         let mass = 1.0 / (self.inverse_mass + turn(0) + turn(1));
         let (slip, turning) = (self.slip(), self.turning_speed());
-        let slip_bound = bounds.normal_velocity + rounded(turning) + turning * bounds.direction;
+        let slip_bound = bounds.normal_velocity + rounded(turning) + turning * bounds.direction + self.material_bound;
         let Roughness { tangential_restitution, friction } = self.roughness;
         let stick = (1.0 + tangential_restitution) * mass;
         let sticking = stick * slip.norm();

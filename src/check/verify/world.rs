@@ -5,7 +5,9 @@ use crate::Vector;
 use crate::engine::States;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
-use crate::model::{ContactLaw, Interaction, InteractionId, ParticleId, Scene, Species, SpeciesId, SurfaceLaw};
+use crate::model::{
+    ContactLaw, Interaction, InteractionId, ParticleId, Scene, Species, SpeciesId, SurfaceLaw, SurfaceVelocity,
+};
 use std::collections::BTreeMap;
 
 #[derive(Debug, Clone, Copy)]
@@ -122,6 +124,10 @@ impl World {
             SurfaceLaw::Reflecting(law) => Some(law),
             SurfaceLaw::Thermal { .. } | SurfaceLaw::Outlet => None,
         }
+    }
+
+    pub fn velocity_of_surface(&self, surface: u32) -> Option<SurfaceVelocity> {
+        self.scene.surfaces.get(surface as usize)?.surface_velocity
     }
 
     pub fn is_static(&self, i: u32) -> bool {

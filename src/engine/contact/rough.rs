@@ -3,7 +3,7 @@
 //! The arguments are passed by value, and nothing is returned to smooth contacts, so that these keep all numbers in
 //! registers.
 
-use super::apply::Change;
+use super::apply::{Change, With};
 use super::frame::Frame;
 use crate::Vector;
 use crate::engine::observe::Observe;
@@ -95,9 +95,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         observe: &mut Observe<'_>,
     ) -> ControlFlow<()> {
         let (i, inverse_mass) = (change.particle, self.inverse_mass(change.particle));
+        let material = match change.other {
+            With::Surface(index) => self.sources.surfaces.material_velocity(index, &at.position, self.radius(i)),
+            _ => None,
+        };
         let touch = Touch {
             normal: at.shape.normal(&at.position),
-            velocity: at.velocity,
+            velocity: material.map_or(at.velocity, |material| at.velocity - material),
             spins: [at.spin_seen(&self.spin(i)), Vector::zeros()],
             arms: [self.radius(i), 0.0],
             inverse_inertias: [self.inverse_inertia(i), 0.0],
@@ -113,13 +117,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Change::of_one(change.other, i, &self.state.bodies[i as usize].velocity, after, inverse_mass);
         let dissipated = change.dissipated + grip.dissipated - recovered(push.speed, gain) / inverse_mass;
         // A surface at rest does no work.
-        let supplied = if at.moment.is_none() { 0.0 } else { gained + turning + dissipated };
+        let supplied = if at.moment.is_none() && material.is_none() { 0.0 } else { gained + turning + dissipated };
         let torques = [torque, Vector::zeros()];
         self.apply(&Change { after, impulse, torques, supplied, dissipated, ..change }, observe)
     }
 
     #[inline]
-    fn radius(&self, particle: u32) -> f64 {
+    pub(in crate::engine) fn radius(&self, particle: u32) -> f64 {
         self.pairs.rules.species[usize::from(self.row(particle))].radius
     }
 

@@ -70,7 +70,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (change, rough) = match law {
             SurfaceLaw::Outlet => return self.leave_at_outlet(i, index, &at, observe),
             SurfaceLaw::Reflecting(law) => self.reflect(i, &at, vn, &law),
-            SurfaceLaw::Thermal { temperature } => (self.draw_from_surface(i, &at, temperature)?, None),
+            SurfaceLaw::Thermal { temperature } => (self.draw_from_surface(i, index, &at, temperature)?, None),
         };
         let (counted, other, line) = (Some(CountedKind::Wall), With::Surface(index), at.in_space(&normal));
         let change = Change { counted, other, line, squared: 1.0, distance: radius, ..change };
@@ -120,7 +120,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Draws the velocity of a particle from the flux distribution of a gas. Along the normal, the density is
     /// `(m v / T) exp(- m v^2 / 2 T)`. The other components have a normal distribution.
-    fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
+    /// They are relative to the material of the surface.
+    fn draw_from_surface(
+        &mut self,
+        i: u32,
+        index: u32,
+        at: &Touching,
+        temperature: f64,
+    ) -> Result<Change, InvariantBroken> {
+        let material = self.sources.surfaces.material_velocity(index, &at.position, self.radius(i));
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
         let body = self.state.bodies[i as usize];
@@ -130,7 +138,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let random = random.next(i, body.name);
         let drawn = random.normal_vector(&self.state.space) * width;
         let speed = width * (2.0 * random.exponential()).sqrt();
-        let after = at.outwards(at.shape.with_normal_speed(&at.position, &drawn, speed));
+        let seen = at.shape.with_normal_speed(&at.position, &drawn, speed);
+        let after = at.outwards(material.map_or(seen, |material| seen + material));
         Ok(Change::of_one(With::Program, i, &body.velocity, after, inverse_mass))
     }
 }

@@ -214,6 +214,16 @@ impl Surfaces {
         self.all.is_empty()
     }
 
+    /// Velocity of the material along a surface, where a sphere with its centre at `position` touches it. Positions and
+    /// velocities are in the frame of the surface. `None` for a surface without such a velocity.
+    #[cold]
+    pub fn material_velocity(&self, index: u32, position: &Vector, radius: f64) -> Option<Vector> {
+        let placed = self.get(index)?;
+        let surface = self.origin.surfaces.get(placed.number.checked_sub(FIRST_SURFACE)? as usize)?;
+        let normal = placed.shape.normal(position);
+        surface.surface_velocity.map(|velocity| velocity.at(&(position - normal * radius), &normal))
+    }
+
     /// Whether contacts must be searched for, because there are bounded features or moving surfaces.
     #[inline]
     pub fn has_features(&self) -> bool {

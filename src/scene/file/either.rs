@@ -1,10 +1,10 @@
-//! Values of a scene file that may be written as a boolean, a number, a word or a table.
+//! Values of a scene file that may be written as a boolean, a number, a word, a vector or a table.
 
 use std::fmt;
 
 use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 
 /// Deserializer of a value with several possible types. Types without a function are rejected.
 pub(super) struct Either<T, V> {
@@ -13,6 +13,7 @@ pub(super) struct Either<T, V> {
     pub of_bool: Option<fn(bool) -> V>,
     pub of_number: Option<fn(f64) -> V>,
     pub of_word: Option<fn(String) -> V>,
+    pub of_vector: Option<fn([f64; 3]) -> V>,
     pub of_table: Option<fn(T) -> V>,
 }
 
@@ -22,7 +23,7 @@ impl<'de, T: Deserialize<'de>, V> Either<T, V> {
     }
 
     pub fn plain(expected: &'static str) -> Self {
-        Self { expected, of_bool: None, of_number: None, of_word: None, of_table: None }
+        Self { expected, of_bool: None, of_number: None, of_word: None, of_vector: None, of_table: None }
     }
 
     pub fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<V, D::Error> {
@@ -55,6 +56,13 @@ impl<'de, T: Deserialize<'de>, V> Visitor<'de> for Either<T, V> {
 
     fn visit_str<E: Error>(self, word: &str) -> Result<V, E> {
         self.of_word.map(|of| of(word.to_owned())).ok_or_else(|| E::invalid_type(Unexpected::Str(word), &self))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<V, A::Error> {
+        match self.of_vector {
+            Some(of) => <[f64; 3]>::deserialize(SeqAccessDeserializer::new(seq)).map(of),
+            None => Err(A::Error::invalid_type(Unexpected::Seq, &self)),
+        }
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<V, A::Error> {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::restitution::RestitutionFile;
+use super::surface_velocity::SurfaceVelocityFile;
 use crate::scene::names::WORDS;
 use crate::scene::parse::motion::MOTIONS;
 use crate::scene::parse::surface::{SHAPES, SIDES};
@@ -32,6 +33,9 @@ pub(crate) struct SurfaceFile {
     /// Motions of the surface in order of time. The surface is at rest before, between and after its motions.
     #[schemars(length(min = 1))]
     pub motion: Option<Vec<MotionFile>>,
+    /// Velocity of the material along a rough or thermal surface, as of a belt or a drum `[length / time]`. The shape of
+    /// the surface does not move with it.
+    pub surface_velocity: Option<SurfaceVelocityFile>,
     /// Ratio of the normal speeds after and before a contact.
     #[schemars(extend("default" = 1.0))]
     pub restitution: Option<RestitutionFile>,

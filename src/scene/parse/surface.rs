@@ -12,12 +12,12 @@ use crate::mesh::read::{MeshFileError, read_mesh, unread_bytes};
 use crate::mesh::report::{MeshReport, Orientation};
 use crate::mesh::revolution::revolution;
 use crate::model::surface_motion::{sine_and_cosine, turn};
-use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
+use crate::model::{InputFile, SurfaceLaw, SurfaceShape, SurfaceVelocity, TriangleMesh};
 use crate::scene::brought;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::unchanged;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
-use crate::scene::file::{RotationFile, SurfaceFile};
+use crate::scene::file::{RotationFile, SurfaceFile, SurfaceVelocityFile, TurningFile};
 use crate::scene::limits::{corners, finite, finite_vector, not_negative, positive};
 use crate::scene::surface_draft::SurfaceDraft;
 
@@ -103,8 +103,18 @@ pub(super) fn parse_surface(
         law,
         stages: file.stages.unwrap_or_default(),
         motions: parse_motions(file.motion.unwrap_or_default(), &at)?,
+        surface_velocity: file.surface_velocity.as_ref().map(surface_velocity),
     };
     Ok((draft, input))
+}
+
+fn surface_velocity(file: &SurfaceVelocityFile) -> SurfaceVelocity {
+    match *file {
+        SurfaceVelocityFile::Velocity(velocity) => SurfaceVelocity::Translation { velocity: vector(velocity) },
+        SurfaceVelocityFile::Turning(TurningFile { point, axis, frequency }) => {
+            SurfaceVelocity::Rotation { point: vector(point), axis: vector(axis), frequency }
+        }
+    }
 }
 
 fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<SurfaceShape, SceneError> {

@@ -1,4 +1,4 @@
-use super::motions::check_motions;
+use super::motions::{check_motions, check_surface_velocity};
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::base::text::shortest;
@@ -37,6 +37,7 @@ impl SceneBuilder {
             check_radii(surface, species, &at)?;
             self.check_stages(&surface.stages, &at)?;
             check_motions(surface, space, &at)?;
+            check_surface_velocity(surface, space, &at)?;
             if let SurfaceShape::Mesh(mesh) = &surface.shape {
                 features += mesh.triangles.len();
             }
@@ -67,7 +68,7 @@ impl SceneBuilder {
 
     /// Replaces names of species by ids. Converts times since the beginning of a stage to simulated times.
     fn resolved(&self, draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
-        let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
+        let SurfaceDraft { name, shape, species: named, law, stages, motions, surface_velocity } = draft.clone();
         let at = ConfigPath::entry("surface", index);
         let find = |name: String| {
             let found = species.iter().position(|species| species.name == name);
@@ -83,7 +84,7 @@ impl SceneBuilder {
             }
         };
         let motions = motions.into_iter().enumerate().map(moved).collect::<Result<Vec<_>, _>>()?;
-        Ok(SceneSurface { name, shape, species, law, stages, motions })
+        Ok(SceneSurface { name, shape, species, law, stages, motions, surface_velocity })
     }
 
     /// Simulated time at which a stage begins `[time]`. The durations of earlier stages must be known.

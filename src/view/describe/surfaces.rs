@@ -4,7 +4,9 @@ use crate::base::text::{digits, listed, plural};
 use crate::mesh::MeshReport;
 use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
 use crate::model::space::{AXES, Boundary, Face};
-use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
+use crate::model::{
+    MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, SurfaceVelocity, TriangleMesh,
+};
 
 /// If a mesh is smaller than the particles or larger than the box by this factor, its units are probably wrong.
 const OTHER_UNITS: f64 = 100.0;
@@ -46,7 +48,22 @@ pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
     };
     let motions: Vec<String> = surface.motions.iter().map(motion).collect();
     let moves = if motions.is_empty() { String::new() } else { format!(", {}", motions.join(", ")) };
-    format!("{}: {shape}, {law}{who}{when}{moves}", surface.name)
+    let material = surface.surface_velocity.as_ref().map(material).unwrap_or_default();
+    format!("{}: {shape}, {law}{who}{when}{moves}{material}", surface.name)
+}
+
+fn material(velocity: &SurfaceVelocity) -> String {
+    match velocity {
+        SurfaceVelocity::Translation { velocity } => {
+            format!(", its material moves with velocity {}", vector(velocity))
+        }
+        SurfaceVelocity::Rotation { point, axis, frequency } => format!(
+            ", its material turns about {} through {} with frequency {}",
+            vector(axis),
+            vector(point),
+            digits(*frequency)
+        ),
+    }
 }
 
 fn motion(motion: &SurfaceMotion) -> String {
@@ -126,7 +143,7 @@ pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
         if let Some(axis) = beyond_walls(scene, surface) {
             warnings.push(format!("surface `{}` is beyond the walls of {axis}: no particle meets it", surface.name));
         }
-        let is_smooth = surface.law.temperature().is_none() && !surface.motions.is_empty();
+        let is_smooth = surface.law.contact().is_some_and(|law| law.roughness.is_none()) && surface.moves();
         if is_smooth && surface.motions.iter().all(|motion| is_along_itself(&surface.shape, motion)) {
             warnings.push(format!(
                 "surface `{}` moves only along itself, which has no effect on smooth spheres",
