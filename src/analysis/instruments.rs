@@ -21,12 +21,14 @@ mod finite_size;
 mod flow;
 mod free_paths;
 mod free_time;
+mod grid;
 mod instrument;
 mod momentum_flow;
 mod near_pairs;
 mod pressure_tensor;
 mod slope;
 mod speeds;
+mod stress;
 mod structure_factor;
 mod surface_forces;
 #[cfg(test)]
@@ -83,6 +85,7 @@ instruments! {
     bond_order::BondOrder: bond_order,
     speeds::Speeds: speeds,
     profiles::Profile: profiles,
+    stress::Stress: stresses,
     surface_forces::SurfaceForces: surface_forces,
 }
 

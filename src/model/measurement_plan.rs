@@ -34,7 +34,7 @@ pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 ///
 /// - `positive`: the settings that must be positive. `interval`, `span` and `window` are times.
 /// - `bins`: the number of bins, up to [`MOST_BINS`].
-/// - `labels`: the name and the species, if there may be several instruments.
+/// - `labels`: the name, if there may be several instruments, and the species, if they can measure one species.
 /// - `at_one_time`: true if the instrument needs no events. An exchange requires this.
 /// - `any_volume`: true if the volume of the box may change. A barostat requires this.
 /// - `any_number`: true if particles may enter and leave. Inlets and outlets require this.
@@ -83,6 +83,10 @@ macro_rules! with_instruments {
             profile = profiles: Vec<Profile> {
                 positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false, any_number: true
             }
+            /// Stress and dissipated power on grids.
+            stress = stresses: Vec<Stress> {
+                positive: [interval], bins: [], labels: [name], at_one_time: false, any_volume: false, any_number: true
+            }
             /// Flow of particles through planes.
             flow = flows: Vec<Flow> {
                 positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false, any_number: false
@@ -130,7 +134,7 @@ macro_rules! kind {
 macro_rules! measurement_plan {
     ($(
         $(#[$doc:meta])* $key:ident = $field:ident: $container:ident<$settings:ident> {
-            positive: [$($positive:ident),*], bins: [$($bins:ident)?], labels: [$($name:ident, $species:ident)?],
+            positive: [$($positive:ident),*], bins: [$($bins:ident)?], labels: [$($name:ident $(, $species:ident)?)?],
             at_one_time: $at_one_time:literal, any_volume: $any_volume:literal, any_number: $any_number:literal
         }
     )*) => {
@@ -155,7 +159,7 @@ macro_rules! measurement_plan {
                         kind: kind!($key $at_one_time $any_volume $any_number),
                         index: name.map(|_| index),
                         name,
-                        species: [$(&it.$species)?].first().copied().and_then(Option::as_ref),
+                        species: <[&Option<String>]>::first(&[$($(&it.$species)?)?]).and_then(|species| species.as_ref()),
                         positive: vec![$((stringify!($positive), it.$positive)),*],
                         bins: [$(it.$bins)?].first().copied().flatten(),
                     }
@@ -343,7 +347,7 @@ pub struct BondOrder {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
+    /// Name, unique among profiles, stresses and flows: up to 50 letters, digits, `-` and `_`.
     #[schemars(regex(pattern = FILE_NAME))]
     pub name: String,
     /// Number of bins along x, y and z; 1 for an axis over which the profile is averaged.
@@ -361,11 +365,31 @@ pub struct Profile {
     pub interval: Option<f64>,
 }
 
+/// Kinetic and collisional stress, and the power that contacts dissipate, on a grid.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stress {
+    /// Name, unique among profiles, stresses and flows: up to 50 letters, digits, `-` and `_`.
+    #[schemars(regex(pattern = FILE_NAME))]
+    pub name: String,
+    /// Number of bins along x, y and z; 1 for an axis over which the stress is averaged.
+    #[schemars(inner(range(min = 1, max = MOST_CELLS)))]
+    #[serde(deserialize_with = "whole::several")]
+    pub bins: [u64; 3],
+    /// Lower corner `[length]`; the lower corner of the box if not given.
+    pub lower: Option<[f64; 3]>,
+    /// Upper corner `[length]`; the upper corner of the box if not given.
+    pub upper: Option<[f64; 3]>,
+    /// Length of the time intervals over which collisions are summed, and between samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
 /// Flow of particles through a plane, or through a rectangle in it, with its rate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Flow {
-    /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
+    /// Name, unique among profiles, stresses and flows: up to 50 letters, digits, `-` and `_`.
     #[schemars(regex(pattern = FILE_NAME))]
     pub name: String,
     /// Axis normal to the plane: `x`, `y` or `z`.

@@ -37,6 +37,8 @@ impl StatePoint {
         let walls = scene.space.boundary.iter().flat_map(Boundary::contact_laws).flatten();
         let walls = walls.map(|law| Self(1).with_law(&law));
         let of_surfaces = scene.surfaces.iter().filter_map(|surface| surface.law.temperature());
+        let belts = scene.surfaces.iter().filter_map(|surface| surface.surface_velocity);
+        let belts: Vec<Self> = belts.map(|velocity| Self(4).with(&velocity.numbers())).collect();
         let temperatures = scene.wall_temperatures.iter().flatten().flatten().copied().chain(of_surfaces);
         let temperatures = temperatures.map(|temperature| Self(2).with(&[temperature]));
         let inlets = scene.inlets.iter().map(|inlet| {
@@ -52,8 +54,11 @@ impl StatePoint {
             .and(sum(pairs))
             .and(sum(scene.bonds.iter().map(|bond| interaction(bond.interaction.0 as usize))))
             .and(sum(walls.chain(temperatures)));
-        // Scenes without inlets keep their random numbers.
-        if inlets.is_empty() { all } else { all.and(sum(inlets.into_iter())) }
+        // Scenes without these keep their random numbers.
+        [belts, inlets]
+            .into_iter()
+            .filter(|parts| !parts.is_empty())
+            .fold(all, |all, parts| all.and(sum(parts.into_iter())))
     }
 
     pub fn at_start(scene: &Scene) -> Self {

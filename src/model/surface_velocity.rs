@@ -34,6 +34,14 @@ impl SurfaceVelocity {
         }
     }
 
+    /// The numbers that define the velocity, for the state point of a scene.
+    pub(crate) fn numbers(&self) -> Vec<f64> {
+        match *self {
+            Self::Translation { velocity } => velocity.as_slice().to_vec(),
+            Self::Rotation { point, axis, frequency } => [point.as_slice(), axis.as_slice(), &[frequency]].concat(),
+        }
+    }
+
     /// Velocity of the material at a place of the surface with this unit normal, along the surface `[length / time]`.
     /// For a surface with motions, all arguments and the result are in the frame of its shape.
     #[must_use]

@@ -93,9 +93,8 @@ pub struct Response {
     pub is_rough: bool,
     /// Whether the pair was at rest and gained energy, see [`tc_contact`].
     pub is_lifted: bool,
-    /// Normal speed up to which the energy lost to friction goes into the normal motion, see [`tc_contact`]
-    /// `[length / time]`; 0 without the TC model.
-    pub fastest: f64,
+    /// What becomes of the energy lost to friction.
+    pub rattle: Rattle,
 }
 
 /// Decides the response of a pair at a discontinuity.
@@ -117,7 +116,7 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactL
         tangential_scale: 1.0,
         is_rough: false,
         is_lifted: false,
-        fastest: 0.0,
+        rattle: Rattle::NONE,
     };
     if energy_step == f64::INFINITY {
         // The particles do not touch at the end of a bond, so this barrier is smooth.
@@ -177,14 +176,14 @@ pub struct Leaving {
     pub is_rough: bool,
     /// Whether the pair was at rest and gained energy.
     pub is_lifted: bool,
-    /// Normal speed up to which the energy lost to friction goes into the normal motion `[length / time]`.
-    pub fastest: f64,
+    /// What becomes of the energy lost to friction.
+    pub rattle: Rattle,
 }
 
 impl Leaving {
     /// Leaves with this normal speed, without friction.
     fn smoothly(speed: f64) -> Self {
-        Self { speed, tangential_scale: 1.0, is_rough: false, is_lifted: false, fastest: 0.0 }
+        Self { speed, tangential_scale: 1.0, is_rough: false, is_lifted: false, rattle: Rattle::NONE }
     }
 }
 
@@ -194,6 +193,43 @@ const SLIDING: f64 = 64.0;
 
 /// Largest factor by which the energy lost to friction may increase the normal speed in one contact.
 const FASTER: f64 = 16.0;
+
+/// Largest ratio of the speed at which surfaces slip to the speed of [`Rattle`], for grains that only rattle.
+const SLIP: f64 = 4.0;
+
+/// What becomes of the energy that friction takes from an elastic contact under the TC model: it goes into the normal
+/// motion of grains that rattle. Bodies that slide lose it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rattle {
+    /// Normal speed at which contacts with the same mean force would be one contact time apart `[length / time]`.
+    speed: f64,
+    /// Normal speed up to which the normal motion gains energy `[length / time]`.
+    fastest: f64,
+}
+
+impl Rattle {
+    /// All energy lost to friction is dissipated.
+    pub const NONE: Self = Self { speed: 0.0, fastest: 0.0 };
+
+    /// A contact with the normal speed `approach`, and the time `since` after the previous contact.
+    fn new(approach: f64, since: f64, contact_time: f64) -> Self {
+        let [speed, fastest] = [f64::INFINITY, FASTER].map(|most| approach * (contact_time / since).min(most));
+        Self { speed, fastest }
+    }
+
+    /// Increase of the normal speed. `lost` is the energy that friction takes, divided by the reduced mass, and `slip` is
+    /// the speed at which the surfaces slip. All energy goes into the normal motion if the slip is at most 4 times the speed
+    /// of [`Rattle`], and none from 8 times on.
+    #[inline]
+    #[must_use]
+    pub fn gain(&self, speed: f64, slip: f64, lost: f64) -> f64 {
+        if self.fastest <= speed || lost <= 0.0 {
+            return 0.0;
+        }
+        let kept = lost * (2.0 - slip / (SLIP * self.speed)).clamp(0.0, 1.0);
+        (speed * speed + 2.0 * kept).sqrt().min(self.fastest) - speed
+    }
+}
 
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
 ///
@@ -209,7 +245,8 @@ const FASTER: f64 = 16.0;
 ///
 /// In a packing under its weight, friction would also use up the energy with which the grains rattle, and the weaker they
 /// rattle, the more often they meet. The energy that friction takes from an elastic contact therefore goes into the normal
-/// motion, up to 16 times the normal speed, and up to the speed at which contacts would be one contact time apart.
+/// motion, up to 16 times the normal speed, and up to the speed at which contacts would be one contact time apart. This
+/// holds for grains that rattle ([`Rattle`]). Bodies that slide lose the energy.
 ///
 /// A pair at rest has no energy to separate. It gets the speed `closing_at_rest * contact_time / 2`, with which grains
 /// at rest bounce in this model, and its contacts are then one contact time apart. This adds energy, which counts as
@@ -231,12 +268,12 @@ pub fn tc_contact(law: &ContactLaw, since: f64, arrival: &Arrival, contact_time:
         let tangential_scale = if tangential > 0.0 { left / tangential } else { 1.0 };
         return Leaving { tangential_scale, ..Leaving::smoothly(speed) };
     }
-    let (speed, fastest) = if since < contact_time {
-        (approach, approach * (contact_time / since).min(FASTER))
-    } else {
-        ((restitution * approach).max(away_for_contact_time.min(approach)), 0.0)
-    };
-    Leaving { is_rough: law.roughness.is_some(), fastest, ..Leaving::smoothly(speed) }
+    let is_rough = law.roughness.is_some();
+    if since < contact_time {
+        return Leaving { is_rough, rattle: Rattle::new(approach, since, contact_time), ..Leaving::smoothly(approach) };
+    }
+    let speed = (restitution * approach).max(away_for_contact_time.min(approach));
+    Leaving { is_rough, ..Leaving::smoothly(speed) }
 }
 
 #[cfg(test)]
@@ -315,7 +352,7 @@ mod tests {
     #[test]
     fn the_tc_model_makes_frequent_contacts_elastic() {
         let contact = |e, is_recent, closing| left(e, is_recent, [3.0, 1.0], closing, 0.1);
-        assert_eq!(contact(0.5, true, 1.0), Leaving { fastest: 48.0, ..Leaving::smoothly(3.0) });
+        assert_eq!(contact(0.5, true, 1.0), Leaving { rattle: Rattle::new(3.0, 0.0, 0.1), ..Leaving::smoothly(3.0) });
         assert_eq!(contact(0.5, false, 1.0), Leaving::smoothly(1.5));
         assert_eq!(contact(0.0, false, -1.0), Leaving::smoothly(0.0), "the pair separates by itself");
     }
@@ -326,13 +363,26 @@ mod tests {
         let arrival = Arrival { approach: 3.0, restitution: 0.5, tangential: 1.0, closing: 1.0, closing_at_rest: 1.0 };
         for (since, fastest) in [(0.0, 48.0), (0.004, 48.0), (0.08, 3.75), (0.1, 0.0)] {
             let leaving = tc_contact(&law, since, &arrival, 0.1);
-            assert_eq!((leaving.fastest, leaving.is_rough), (fastest, true));
+            assert_eq!((leaving.rattle.fastest, leaving.is_rough), (fastest, true));
             assert_eq!(leaving.speed, if since < 0.1 { 3.0 } else { 1.5 });
         }
         // A pair at the limit of sliding does not slide in its next contact.
         let slow = tc_contact(&law, 0.05, &Arrival { approach: 0.0, ..arrival }, 0.1);
         let next = tc_contact(&law, 0.05, &Arrival { approach: slow.speed, ..arrival }, 0.1);
         assert_eq!((next.speed, next.is_rough, next.tangential_scale), (slow.speed, true, 1.0));
+    }
+
+    #[test]
+    fn energy_of_friction_goes_into_the_normal_motion_of_grains_that_rattle() {
+        // Contacts with the same mean force and the speed 3 * 0.1 / 0.02 = 15 would be one contact time apart.
+        let rattle = Rattle::new(3.0, 0.02, 0.1);
+        let gain = |slip: f64, lost: f64| rattle.gain(3.0, slip, lost);
+        assert!((gain(1.0, 8.0) - 2.0).abs() < 1e-15, "3^2 + 2 * 8 = 5^2");
+        assert!((gain(90.0, 16.0) - 2.0).abs() < 1e-15, "half of the energy, at 6 times the speed 15");
+        assert_eq!([gain(120.0, 8.0), gain(500.0, 8.0), gain(1.0, -1.0), gain(1.0, 0.0)], [0.0; 4]);
+        assert_eq!(gain(1.0, 1e9), 12.0, "up to 15");
+        assert_eq!(Rattle::new(3.0, 0.0, 0.1).gain(3.0, 1e9, 1e9), 45.0, "up to 16 times");
+        assert_eq!(Rattle::NONE.gain(3.0, 1.0, 8.0), 0.0);
     }
 
     #[test]

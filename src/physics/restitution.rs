@@ -155,8 +155,9 @@ impl Restitution {
         }
     }
 
-    /// Upper bound for the change of the speed `e v` after a contact, divided by a small change of the speed `v`.
-    pub(crate) fn steepness(&self) -> f64 {
+    /// Upper bound for the change of the speed `e v` after a contact, divided by the change of the speed `v`, if the speed
+    /// is in the range `[from, to]`.
+    pub(crate) fn steepness(&self, [from, to]: [f64; 2]) -> f64 {
         match self {
             // The coefficient of viscoelastic spheres decreases more slowly than `1 / v`.
             Self::Constant(_) | Self::Viscoelastic { .. } => 1.0,
@@ -168,7 +169,8 @@ impl Restitution {
                     let [lower, upper] = [k - 1, k].map(|end| (values[end] + slope * speeds[end]).abs());
                     lower.max(upper)
                 };
-                (1..speeds.len()).map(of_part).fold(1.0, f64::max)
+                let is_met = |k: &usize| speeds[k - 1] <= to && speeds[*k] >= from;
+                (1..speeds.len()).filter(is_met).map(of_part).fold(1.0, f64::max)
             }
         }
     }
@@ -177,8 +179,9 @@ impl Restitution {
     pub(crate) fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Constant(restitution) => vec![*restitution],
-            Self::Viscoelastic { viscous_time, stiffness } => vec![*viscous_time, *stiffness],
-            Self::Table(table) => [table.speeds(), table.values()].concat(),
+            // No coefficient is negative, so different kinds of laws have different numbers.
+            Self::Viscoelastic { viscous_time, stiffness } => vec![-1.0, *viscous_time, *stiffness],
+            Self::Table(table) => [&[-2.0, table.speeds().len() as f64], table.speeds(), table.values()].concat(),
         }
     }
 }
@@ -239,7 +242,7 @@ mod tests {
         let [mut before, mut after] = [0.0, 0.0];
         for speed in speeds {
             let left = law.at(speed, 1.3) * speed;
-            assert!(left > after && left - after < law.steepness() * (speed - before), "{speed}");
+            assert!(left > after && left - after < law.steepness([before, speed]) * (speed - before), "{speed}");
             [before, after] = [speed, left];
         }
     }
@@ -254,12 +257,14 @@ mod tests {
             assert!((law.at(speed, f64::NAN) - value).abs() < 1e-15, "{speed}: {}", law.at(speed, f64::NAN));
         }
         // At 1.75, the derivative of `e v` is 0.8 + 0.4 * 1.75.
-        assert!((law.steepness() - 1.5).abs() < 1e-15);
+        assert!((law.steepness([0.0, 9.0]) - 1.5).abs() < 1e-15);
+        // Between 0.5 and 1.5, it is steepest at the lower end: 0.9 - 0.2 * 0.5.
+        assert_eq!([law.steepness([0.6, 0.7]), law.steepness([2.0, 9.0])], [1.0, 1.0]);
         assert!(std::ptr::eq(table.0, RestitutionTable::new(&[0.5, 1.5, 1.75], &[0.9, 0.7, 0.8]).unwrap().0));
         let text = serde_json::to_string(&law).unwrap();
         assert_eq!(serde_json::from_str::<Restitution>(&text).unwrap(), law);
         assert!(serde_json::from_str::<Restitution>(&text.replace("0.8", "1.8")).is_err());
-        assert_eq!(law.numbers(), [0.5, 1.5, 1.75, 0.9, 0.7, 0.8]);
+        assert_eq!(law.numbers(), [-2.0, 3.0, 0.5, 1.5, 1.75, 0.9, 0.7, 0.8]);
         for (speeds, values) in [
             (vec![], vec![]),
             (vec![1.0], vec![]),

@@ -78,7 +78,7 @@ pub(crate) struct SceneFile {
     /// Species of particles, at least one. A scene with `start` takes them from the earlier run if none are given.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// Contact laws of materials, which species, walls and surfaces name.
+    /// Contact laws of materials. Species, walls and surfaces refer to materials by name.
     pub material: Vec<MaterialFile>,
     /// Interactions of species and of bonds. A scene with `start` takes them from the earlier run if none are given.
     pub interaction: Vec<InteractionFile>,

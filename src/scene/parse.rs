@@ -162,6 +162,7 @@ pub(crate) fn parts(
         scene.surfaces.push(surface);
         scene.parts.inputs.extend(input);
     }
+    materials.check_use()?;
     let inlets = file.inlet.into_iter().enumerate().map(|(index, inlet)| inlet::parse_inlet(inlet, index));
     scene.inlets = inlets.collect::<Result<_, _>>()?;
     for (index, bond) in file.bond.into_iter().enumerate() {

@@ -148,7 +148,11 @@ pub(super) fn restitution(restitution: &Restitution) -> String {
         Restitution::Table(table) => {
             let (speeds, values) = (table.speeds(), table.values());
             let last = speeds.len() - 1;
-            format!("restitution {} at the speed {} to {} at {}", values[0], speeds[0], values[last], speeds[last])
+            let first = format!("restitution {}", values[0]);
+            match last {
+                0 => first,
+                _ => format!("{first} (at speed {}) to {} (at speed {})", speeds[0], values[last], speeds[last]),
+            }
         }
     }
 }

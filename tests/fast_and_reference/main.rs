@@ -379,6 +379,7 @@ fn both_engines_meet_surfaces_of_every_kind() {
                 statics: 1,
                 bonds: (seed % 2) as usize,
                 contact_time: (seed % 5 == 0).then_some(1e-3),
+                roughness: (seed % 4 < 2).then_some([0.3, 0.4]),
                 box_length: 6.0,
                 surfaces,
                 motion,

@@ -1,5 +1,6 @@
 //! Bodies that stay in contact with a rough plane: friction and rolling as in the textbook.
 
+use carom::Run;
 use carom::Vector;
 use carom::engine::{Simulation, Snapshot, Until};
 use carom::model::Scene;
@@ -128,4 +129,59 @@ fn packing_of_rough_grains_rattles_no_more_often_than_one_of_smooth_grains() {
         println!("friction {friction}: {rough}, smooth {smooth}");
         assert!(rough < 3.0 * smooth, "friction {friction}: {rough} {smooth}");
     }
+}
+
+#[test]
+fn column_on_a_belt_pushes_the_wall_with_the_friction_of_its_weight() {
+    // The column has room for 1e-4, so that its grains touch one wall or the other.
+    let text = "
+        seed = 6
+        space = { size = [1.0001, 0.0, 12.0], x = 'open', y = 'flat', z = 'open' }
+        dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 0.01 }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.0, moment_of_inertia = 1e9 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.5 }]
+        surface = [
+            { name = 'belt', shape = 'plane', point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0], restitution = 0.5,
+              friction = 0.3, surface_velocity = [1.0, 0.0, 0.0] },
+            { name = 'right', shape = 'plane', point = [1.0001, 0.0, 0.0], normal = [-1.0, 0.0, 0.0], restitution = 0.5 },
+            { name = 'left', shape = 'plane', point = [0.0, 0.0, 0.0], normal = [1.0, 0.0, 0.0], restitution = 0.5 },
+        ]
+        particle = [
+            { species = 'grain', position = [0.50005, 0.0, 0.5] },
+            { species = 'grain', position = [0.50005, 0.0, 1.5] },
+            { species = 'grain', position = [0.50005, 0.0, 2.5] },
+        ]
+        run = { equilibration_time = 3.0, until_time = 10.0 }
+        measure = { surface_forces = true }
+    ";
+    let finished = Run::new(Scene::from_toml(text, "column.toml").unwrap()).finish().unwrap();
+    let weight = 3.0 * 1.3;
+    for (name, expected) in [("belt", weight), ("right", 0.3 * weight), ("left", 0.0)] {
+        let force = finished.measured.number(&format!("force_{name}_normal")).unwrap().estimate().unwrap();
+        println!("{name}: {force:?}");
+        let error = force.standard_error.unwrap();
+        assert!((force.mean - expected).abs() < 5.0 * error + 1e-4, "{name}: {force:?} {expected}");
+        assert!(error < 5e-3, "{name}: {force:?}");
+    }
+}
+
+#[test]
+fn grain_that_slides_in_a_slit_rattles_no_more_than_before() {
+    // In a slit, contacts follow each other the faster, the more energy the normal motion has.
+    let text = "
+        space = { size = [6.0, 6.0, 1.01], z = { lower = 'wall', upper = 'wall', restitution = 0.8, friction = 0.3 } }
+        dynamics = { contact_time = 1.0 }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.0 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere' }]
+        particle = [{ species = 'grain', position = [3.0, 3.0, 0.503], velocity = [5.0, 0.0, 0.02] }]
+        run = { until_time = 20.0 }
+    ";
+    let mut simulation = Simulation::new(Scene::from_toml(text, "slit.toml").unwrap()).unwrap();
+    simulation.advance(Until::time(20.0)).unwrap();
+    let velocity = simulation.snapshot().velocities[0];
+    // The first contact has the restitution 0.8, and all others are elastic.
+    assert!((velocity.z.abs() - 0.016).abs() < 1e-12, "{velocity}");
+    // Each contact is at the limit of friction, which takes 2 mu v_z.
+    let contacts = simulation.event_counts().physical() as f64;
+    assert!((velocity.x - (5.0 - 0.3 * (1.8 * 0.02 + (contacts - 1.0) * 2.0 * 0.016))).abs() < 1e-9, "{velocity}");
 }

@@ -29,6 +29,7 @@ mod sheared;
 mod single_bodies;
 mod starts_in_contact;
 mod steps;
+mod stress;
 mod surface_velocity;
 mod umbrella;
 mod unbounded;

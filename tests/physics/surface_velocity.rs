@@ -76,6 +76,32 @@ fn ball_at_rest_on_a_belt_ends_rolling_with_two_sevenths_of_its_speed() {
     assert!((ledger - before).abs() < 1e-10, "{ledger} {before}");
 }
 
+#[test]
+fn ball_that_moves_with_its_belt_rattles_as_on_a_floor_at_rest() {
+    let events = |velocity: Vector, sliding: Vector| {
+        let surface = floor().restitution(0.5).friction(0.3);
+        let surface = surface.surface_velocity(SurfaceVelocity::Translation { velocity: sliding });
+        let scene = ball(Vector::new(4.0, 5.0, 0.7), velocity, Vector::zeros(), surface)
+            .gravity(-Vector::z())
+            .contact_time(0.013)
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::without_plan(scene.clone());
+        simulation.advance(Until::time(2.0)).unwrap();
+        let counts = *simulation.event_counts();
+        let proof = verify(scene, EventRange { from: 0, events: 400 }, &mut |_| ControlFlow::Continue(()));
+        assert!(proof.is_proven(), "{:?}", proof.end);
+        counts.physical()
+    };
+    let sliding = Vector::new(1.7, 0.3, 0.0);
+    let at_rest = events(Vector::zeros(), Vector::zeros());
+    // A ball at rest bounces once in a contact time.
+    assert_eq!(at_rest, 154);
+    assert!(events(sliding, sliding).abs_diff(at_rest) <= 1);
+    // A ball that starts without a normal speed slides first.
+    assert!(events(Vector::new(0.7, 0.0, 0.0), sliding) < 40 * at_rest);
+}
+
 /// A ball inside a cylinder that turns about its axis, by a motion of its shape or of its material.
 fn drum(with: impl Fn(SurfaceDraft, Vector, Vector, f64) -> SurfaceDraft) -> Scene {
     let (point, axis) = (Vector::new(0.2, 0.0, -0.1), Vector::new(0.1, 1.0, 0.2));

@@ -92,6 +92,7 @@ fn holds(
             }
             true
         }
+        "minProperties" => value.as_object().is_none_or(|table| table.len() as u64 >= rule.as_u64().unwrap()),
         "required" => value
             .as_object()
             .is_none_or(|table| rule.as_array().unwrap().iter().all(|key| table.contains_key(key.as_str().unwrap()))),

@@ -1,6 +1,7 @@
 //! The verifier proves correct runs and finds every error.
 
 mod broken_engines;
+mod contact_laws;
 mod endings;
 mod extremes;
 mod scenes;

@@ -1,17 +1,15 @@
 //! Density, flow velocity and temperature on a grid.
 
-use super::bins::Bins;
 use super::budgeted_times::budgeted_times;
+use super::grid::Grid;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Normalisation, Variable};
+use super::quantity::{Curve, Measured, Normalisation};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{CurveAverage, Estimate};
-use crate::base::numbers::{id, index};
+use crate::base::numbers::id;
 use crate::model::measurement_plan as plan;
-use crate::model::measurement_plan::MOST_CELLS;
-use crate::model::space::{Boundary, Space};
 use serde::{Deserialize, Serialize};
 
 /// Quantities averaged in each cell: number, mass and momentum along three axes, then `m |v|^2` and the momentum along
@@ -32,9 +30,7 @@ const ELEMENTS: usize = 7;
 pub(super) struct Profile {
     name: String,
     times: SamplingTimes,
-    lower: Vector,
-    size: Vector,
-    bins: [usize; 3],
+    grid: Grid,
     /// The species that counts; `None` for all species.
     species: Option<u32>,
     samples: u64,
@@ -44,68 +40,21 @@ pub(super) struct Profile {
 impl Profile {
     pub fn new(plan: &plan::Profile, setup: &Setup<'_>) -> Self {
         let system = setup.system;
-        let space = &system.space;
-        let lower = plan.lower.map_or(space.lower, Vector::from);
-        let upper = plan.upper.map_or(space.upper(), Vector::from);
         // An unknown species counts nothing. The reader of scenes rejects it.
         let named = |name: &String| system.species_names.iter().position(|other| other == name).map_or(u32::MAX, id);
         let species = plan.species.as_ref().map(named);
         let counts = |&&id: &&u32| species.is_none_or(|species| species == system.species[id as usize]);
         let count = system.moving.iter().filter(counts).count();
-        let bins = affordable(plan.bins);
+        let grid = Grid::new(plan.bins, plan.lower, plan.upper, &system.space);
         Self {
             name: plan.name.clone(),
             times: budgeted_times(setup, plan.interval, 10.0 * count as f64),
-            lower,
-            size: upper - lower,
-            curve: CurveAverage::new(bins.iter().product::<usize>() * ELEMENTS),
-            bins,
+            curve: CurveAverage::new(grid.cells() * ELEMENTS),
+            grid,
             species,
             samples: 0,
         }
     }
-
-    fn bins(&self, axis: usize) -> Bins {
-        Bins::over(self.lower[axis], self.size[axis], self.bins[axis])
-    }
-
-    fn cell_of(&self, position: &Vector, space: &Space) -> Option<usize> {
-        let mut cell = 0;
-        for k in (0..3).rev() {
-            let index = match space.boundary[k] {
-                Boundary::Flat => 0,
-                boundary => {
-                    let mut offset = position[k] - self.lower[k];
-                    // The position may be outside the box by round-off, or the grid may not start at the corner of the
-                    // box.
-                    if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
-                        // The result of `rem_euclid` may round up to the period.
-                        offset = offset.rem_euclid(space.size[k]).min(space.size[k].next_down());
-                    }
-                    if !(0.0..self.size[k]).contains(&offset) {
-                        return None;
-                    }
-                    Bins::over(0.0, self.size[k], self.bins[k]).nearest(offset)
-                }
-            };
-            cell = cell * self.bins[k] + index;
-        }
-        Some(cell)
-    }
-
-    fn cell_volume(&self, space: &Space) -> f64 {
-        (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(|k| self.bins(k).width()).product()
-    }
-}
-
-/// Reduces the numbers of bins to at most [`MOST_CELLS`] cells. The last axes are reduced first.
-fn affordable(bins: [u64; 3]) -> [usize; 3] {
-    let mut left = MOST_CELLS;
-    bins.map(|count| {
-        let count = count.clamp(1, left);
-        left /= count;
-        index(count)
-    })
 }
 
 impl Instrument for Profile {
@@ -123,7 +72,7 @@ impl Instrument for Profile {
             if !(mass.is_finite() && self.species.is_none_or(|counted| counted == species.0)) {
                 continue;
             }
-            let Some(cell) = self.cell_of(position, &system.space) else { continue };
+            let Some(cell) = self.grid.cell_of(position, &system.space) else { continue };
             let momentum = mass * velocity;
             let streaming = system.streaming_velocity(position);
             let peculiar = velocity - streaming;
@@ -138,8 +87,8 @@ impl Instrument for Profile {
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         let dimensions = system.space.dimensions();
-        let volume = self.cell_volume(&system.space);
-        let cells: Vec<Cell> = (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, system)).collect();
+        let volume = self.grid.cell_volume(&system.space);
+        let cells: Vec<Cell> = (0..self.grid.cells()).map(|cell| self.cell(cell, volume, system)).collect();
         let column = |value: &dyn Fn(&Cell) -> Option<Estimate>| cells.iter().map(value).collect::<Vec<_>>();
         let over = |sum: &str| Normalisation::of(sum).by("samples", "1", self.samples as f64);
         let particles = over("particles in the cell, over all samples");
@@ -160,7 +109,7 @@ impl Instrument for Profile {
             }
         );
         let mut curve = Curve::new(&format!("profile_{}", self.name), &format!("Profile {}", self.name), &method);
-        curve.variables = self.variables();
+        curve.variables = self.grid.variables();
         curve = curve
             .series("density", &format!("1 / length^{dimensions}"), &column(&|cell| cell.density))
             .normalised(density);
@@ -186,19 +135,6 @@ struct Cell {
 }
 
 impl Profile {
-    /// Returns the cell centres along each axis with more than one cell, or along x if there is only one cell.
-    fn variables(&self) -> Vec<Variable> {
-        let axes = (0..3).filter(|&k| self.bins[k] > 1 || (k == 0 && self.bins == [1; 3]));
-        let cells = self.bins.iter().product();
-        let variable = |k: usize| {
-            let stride: usize = self.bins[..k].iter().product();
-            let centre = |cell: usize| self.bins(k).centre(cell / stride % self.bins[k]);
-            let name = ["x", "y", "z"][k].to_owned();
-            Variable { name, unit: "length".to_owned(), values: (0..cells).map(centre).collect() }
-        };
-        axes.map(variable).collect()
-    }
-
     fn cell(&self, cell: usize, volume: f64, system: &SystemDescription) -> Cell {
         let dimensions = system.space.dimensions() as f64;
         let conserved = system.conserved_axes.iter().filter(|is_conserved| **is_conserved).count() as f64;

@@ -8,15 +8,6 @@ use crate::Vector;
 use crate::model::space::{Boundary, Face};
 use crate::model::{ContactLaw, Interaction, ParticleId, Species, SurfaceLaw};
 
-/// Motion of the material of a surface in the frame of its shape.
-#[derive(Debug, Clone, Copy, Default)]
-struct Material {
-    /// Angular velocity of the shape, whose frame turns with it.
-    turning: Vector,
-    /// Velocity along the surface at the contact, relative to the shape.
-    sliding: Vector,
-}
-
 impl Reference {
     pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side) -> Option<Event> {
         let (interaction, state) = *self.pairs.get(&(i, j))?;
@@ -29,7 +20,18 @@ impl Reference {
         let [wi, wj] = [i, j].map(|p| self.species(p).inverse_mass());
         let reduced_mass = 1.0 / (wi + wj);
         let curvature = 1.0 / apart.norm().max(f64::MIN_POSITIVE);
-        let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, law };
+        let encounter = Encounter {
+            seen,
+            side,
+            normal,
+            velocity,
+            acceleration,
+            curvature,
+            reduced_mass,
+            law,
+            sliding: Vector::zeros(),
+            works: false,
+        };
         // A static particle has no memory of its contacts in the TC model.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
         let (outcome, after, rough) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
@@ -38,12 +40,12 @@ impl Reference {
         let mut torques = [Vector::zeros(); 2];
         let mut lost = 0.5 * reduced_mass * (velocity.norm_squared() - after.norm_squared());
         // The end of a bond is smooth, because the particles do not touch there.
-        if let Some((roughness, fastest)) = rough.filter(|_| outcome == Outcome::Core) {
+        if let Some((roughness, rattle)) = rough.filter(|_| outcome == Outcome::Core) {
             let [a, b] = [i, j].map(|p| self.species(p).diameter);
             let radii = [a, b].map(|diameter| seen.distance * diameter / (a + b));
             let kick = (after - velocity).dot(&normal);
             let turning = Vector::zeros();
-            let rub = Rub { particle: i, partner: Some(j), radii, normal, velocity, turning, kick, fastest };
+            let rub = Rub { particle: i, partner: Some(j), radii, normal, velocity, turning, kick, rattle };
             let rubbed = self.rub(&rub, &roughness);
             impulse += rubbed.impulse;
             torques = rubbed.torques;
@@ -80,7 +82,7 @@ impl Reference {
         let mut normal = Vector::zeros();
         normal[k] = if is_upper { -1.0 } else { 1.0 };
         let encounter = self.encounter_at_rest(i, normal, law);
-        Some(self.reflect(i, &encounter, &Material::default(), EventKind::Wall { axis, is_upper }))
+        Some(self.reflect(i, &encounter, Vector::zeros(), EventKind::Wall { axis, is_upper }))
     }
 
     pub(super) fn execute_surface(&mut self, i: u32, feature: u32) -> Option<Event> {
@@ -108,10 +110,11 @@ impl Reference {
         let place_of_contact = position - outwards * encounter.seen.distance;
         let sliding = self.scene.surfaces[feature.surface].surface_velocity;
         let sliding = sliding.map(|velocity| velocity.at(&place_of_contact, &outwards));
-        let material = Material { turning, sliding: sliding.unwrap_or_default() };
+        let works = moment.is_some() || sliding.is_some();
+        let encounter = Encounter { sliding: sliding.unwrap_or_default(), works, ..encounter };
         let spin = self.spins[i as usize];
         self.spins[i as usize] = to_shape(&spin);
-        let event = self.reflect(i, &encounter, &material, EventKind::Surface { number: feature.surface });
+        let event = self.reflect(i, &encounter, turning, EventKind::Surface { number: feature.surface });
         if let Some(moment) = &moment {
             self.spins[i as usize] = moment.pose.direction(&self.spins[i as usize]);
         }
@@ -162,21 +165,23 @@ impl Reference {
             curvature: 0.0,
             reduced_mass: mass,
             law,
+            sliding: Vector::zeros(),
+            works: false,
         }
     }
 
     /// Executes the contact of a particle with a surface at rest. A moving surface is at rest in its own frame.
-    fn reflect(&mut self, i: u32, encounter: &Encounter, material: &Material, kind: EventKind) -> Event {
-        let Encounter { velocity: before, normal, reduced_mass: mass, seen, side, .. } = *encounter;
+    fn reflect(&mut self, i: u32, encounter: &Encounter, turning: Vector, kind: EventKind) -> Event {
+        let Encounter { velocity: before, normal, reduced_mass: mass, seen, side, sliding, .. } = *encounter;
         let (_, mut after, rough) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
         let mut torques = [Vector::zeros(); 2];
-        let mut dissipated = 0.5 * mass * (before.norm_squared() - after.norm_squared());
-        if let Some((roughness, fastest)) = rough {
+        let mut dissipated = 0.5 * mass * ((before - sliding).norm_squared() - (after - sliding).norm_squared());
+        if let Some((roughness, rattle)) = rough {
             let normal = normal * side.sign();
             let kick = (after - before).dot(&normal);
             let radii = [seen.distance, 0.0];
-            let (velocity, turning) = (before - material.sliding, material.turning);
-            let rub = Rub { particle: i, partner: None, radii, normal, velocity, turning, kick, fastest };
+            let velocity = before - sliding;
+            let rub = Rub { particle: i, partner: None, radii, normal, velocity, turning, kick, rattle };
             let rubbed = self.rub(&rub, &roughness);
             after += rubbed.impulse / mass;
             torques = rubbed.torques;
@@ -191,7 +196,7 @@ impl Reference {
             normal,
             impulse: mass * (after - before).dot(&normal),
             torques,
-            energy_step: mass * (after - before).dot(&material.sliding),
+            energy_step: mass * (after - before).dot(&sliding),
             dissipated,
             before: [before, Vector::zeros()],
             after: [after, Vector::zeros()],

@@ -47,40 +47,46 @@ pub(super) struct Encounter {
     /// `mu = 1 / (w_i + w_j)`, with the inverse masses `w_i` and `w_j` `[mass]`.
     pub reduced_mass: f64,
     pub law: ContactLaw,
+    /// Velocity of the material of a surface along it, relative to its shape; zero for other barriers.
+    pub sliding: Vector,
+    /// Whether the barrier is a surface that moves, or whose material does. It supplies energy, and grains at such a surface
+    /// do not keep the energy lost to friction.
+    pub works: bool,
 }
 
 impl Encounter {
     /// Returns the outcome and the velocity `v_ij` after the event. If the contact is rough, also returns the roughness, and
-    /// the normal speed up to which the energy lost to friction goes into the normal motion. `moving` lists the particles
+    /// [`TcModel::rattle`]. `moving` lists the particles
     /// that are not static.
     pub fn leave(
         &self,
         tc_model: Option<&mut TcModel>,
         moving: &[u32],
         time: f64,
-    ) -> (Outcome, Vector, Option<(Roughness, f64)>) {
-        let Self { seen, side, normal, velocity, acceleration, .. } = self;
+    ) -> (Outcome, Vector, Option<(Roughness, [f64; 2])>) {
+        let Self { seen, side, normal, velocity, acceleration, sliding, .. } = self;
         let vn = velocity.dot(normal);
         let along = velocity - normal * vn;
         let (outcome, after) = respond(seen, *side, vn, self.reduced_mass, &self.law);
         let Some(tc_model) = tc_model.filter(|_| seen.energy_step == f64::INFINITY) else {
             let roughness = self.law.roughness.filter(|_| seen.energy_step == f64::INFINITY);
-            return (outcome, along + normal * after, roughness.map(|roughness| (roughness, 0.0)));
+            return (outcome, along + normal * after, roughness.map(|roughness| (roughness, [0.0; 2])));
         };
         let approach = (-side.sign() * vn).max(0.0);
         let arrival = Arrival {
             restitution: self.law.restitution.at(approach, self.reduced_mass),
             approach,
-            tangential: along.norm(),
+            tangential: (along - sliding).norm(),
             // The second derivative of |r| is a . rhat + along^2 / |r|, with the tangential velocity `along`.
             closing: -side.sign() * (acceleration.dot(normal) + along.norm_squared() * self.curvature),
             closing_at_rest: -side.sign() * acceleration.dot(normal),
         };
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
-        let (is_rough, fastest) = (!tc_model.is_smooth, tc_model.fastest);
+        let (is_rough, rattle) = (!tc_model.is_smooth, if self.works { [0.0; 2] } else { tc_model.rattle });
         let recedes = arrival.approach == 0.0 && speed == 0.0;
-        let after = along * scale + normal * if recedes { vn } else { side.sign() * speed };
-        (outcome, after, self.law.roughness.filter(|_| is_rough).map(|roughness| (roughness, fastest)))
+        let along = sliding + (along - sliding) * scale;
+        let after = along + normal * if recedes { vn } else { side.sign() * speed };
+        (outcome, after, self.law.roughness.filter(|_| is_rough).map(|roughness| (roughness, rattle)))
     }
 }
 
@@ -106,13 +112,13 @@ pub(super) struct TcModel {
     /// Whether the latest contact was smooth, because the particle slid or was at rest.
     pub is_smooth: bool,
     /// Normal speed up to which the latest contact puts the energy lost to friction into the normal motion: 16 times the speed
-    /// of an elastic contact, but no more than the speed at which its contacts would be `t_c` apart.
-    pub fastest: f64,
+    /// of an elastic contact, but no more than the speed at which its contacts would be `t_c` apart. Then this speed itself.
+    pub rattle: [f64; 2],
 }
 
 impl TcModel {
     pub fn new(contact_time: f64, particles: usize) -> Self {
-        Self { contact_time, last: vec![f64::NEG_INFINITY; particles], is_smooth: false, fastest: 0.0 }
+        Self { contact_time, last: vec![f64::NEG_INFINITY; particles], is_smooth: false, rattle: [0.0; 2] }
     }
 
     pub fn meet_newcomer(&mut self) {
@@ -137,7 +143,8 @@ impl TcModel {
         let back_after_contact_time = 0.5 * closing * self.contact_time;
         let slowest = back_after_contact_time / 64.0;
         self.is_smooth = approach < slowest;
-        self.fastest = if is_recent { approach * (self.contact_time / since).min(16.0) } else { 0.0 };
+        let apart = |most: f64| if is_recent { approach * (self.contact_time / since).min(most) } else { 0.0 };
+        self.rattle = [apart(16.0), apart(f64::INFINITY)];
         if approach < slowest {
             let total = libm::hypot(approach, tangential);
             let at_rest = 0.5 * closing_at_rest * self.contact_time;

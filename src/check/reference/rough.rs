@@ -18,8 +18,8 @@ pub(super) struct Rub {
     pub turning: Vector,
     /// Positive change of the normal component of `velocity` in the contact, without the energy lost to friction.
     pub kick: f64,
-    /// Normal speed up to which this energy goes into the normal motion.
-    pub fastest: f64,
+    /// Normal speed up to which this energy goes into the normal motion, and a quarter of the slip up to which all of it does.
+    pub rattle: [f64; 2],
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -38,7 +38,8 @@ impl Reference {
     }
 
     pub(super) fn rub(&mut self, rub: &Rub, roughness: &Roughness) -> Rubbed {
-        let Rub { particle, partner, radii: [ri, rj], normal, velocity, turning, kick, fastest } = *rub;
+        let Rub { particle, partner, radii: [ri, rj], normal, velocity, turning, kick, rattle: [fastest, rattling] } =
+            *rub;
         let dimensions = self.scene.space.dimensions();
         let constants = |reference: &Self, i: u32| {
             let species = reference.scene.species_of(ParticleId(i));
@@ -77,7 +78,10 @@ impl Reference {
         let of_centres = impulse.dot(&along) + 0.5 * (mi + mj) * impulse.norm_squared();
         let lost = before - energy(&spins) - of_centres;
         let speed = velocity.dot(&normal) + kick;
-        let faster = libm::sqrt(speed * speed + 2.0 * (mi + mj) * lost.max(0.0)).min(fastest).max(speed);
+        // Grains that rattle keep this energy, and bodies that slide lose it.
+        let share = if rattling > 0.0 { (2.0 - slip.norm() / (4.0 * rattling)).clamp(0.0, 1.0) } else { 0.0 };
+        let kept = lost.max(0.0) * share;
+        let faster = libm::sqrt(speed * speed + 2.0 * (mi + mj) * kept).min(fastest).max(speed);
         let push = (faster - speed) / (mi + mj);
         Rubbed { impulse: impulse + normal * push, torques, dissipated: lost - 0.5 * push * (faster + speed) }
     }

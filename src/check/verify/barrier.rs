@@ -29,23 +29,34 @@ pub(super) struct Leaving {
     /// Normal speed up to which the energy lost to friction goes into the normal motion, with its uncertainty
     /// `[length / time]`; 0 if this energy is lost.
     pub fastest: (f64, f64),
+    /// Least, computed and largest normal speed at which contacts with the same mean force would be one contact time apart
+    /// `[length / time]`.
+    pub rattling: [f64; 3],
 }
 
 impl Leaving {
-    /// Returns the normal speed, with its uncertainty, if friction takes the energy `lost`. `lost` is divided by the reduced
-    /// mass, and has an uncertainty, too.
-    pub fn speed_with(&self, lost: (f64, f64)) -> (f64, f64) {
+    /// Leaves at this speed, without a gain from friction.
+    pub fn at(speed: (f64, f64), sliding: Option<(f64, f64)>, is_rough: bool) -> Self {
+        Self { speed, sliding, is_rough, fastest: (0.0, 0.0), rattling: [0.0; 3] }
+    }
+
+    /// Returns the normal speed, with its uncertainty, if friction takes the energy `lost` from surfaces that slip at the
+    /// speed `slip`. `lost` is divided by the reduced mass. Both have uncertainties, too.
+    pub fn speed_with(&self, lost: (f64, f64), slip: (f64, f64)) -> (f64, f64) {
         let ((speed, bound), (fastest, uncertain)) = (self.speed, self.fastest);
         if fastest == 0.0 {
             return self.speed;
         }
-        let faster = |speed: f64, lost: f64, fastest: f64| {
-            let speed = speed.max(0.0);
-            (speed * speed + 2.0 * lost.max(0.0)).sqrt().min(fastest).max(speed)
+        // Grains that slip at up to 4 times this speed keep the energy. From 8 times on, it is lost.
+        let [slowest, rattling, quickest] = self.rattling;
+        let faster = |speed: f64, lost: f64, fastest: f64, (slip, rattling): (f64, f64)| {
+            let (speed, slip) = (speed.max(0.0), slip.max(0.0));
+            let share = if rattling > 0.0 { (2.0 - slip / (4.0 * rattling)).clamp(0.0, 1.0) } else { 0.0 };
+            (speed * speed + 2.0 * share * lost.max(0.0)).sqrt().min(fastest).max(speed)
         };
-        let lower = faster(speed - bound, lost.0 - lost.1, fastest - uncertain);
-        let upper = faster(speed + bound, lost.0 + lost.1, fastest + uncertain);
-        let value = faster(speed, lost.0, fastest);
+        let lower = faster(speed - bound, lost.0 - lost.1, fastest - uncertain, (slip.0 + slip.1, slowest));
+        let upper = faster(speed + bound, lost.0 + lost.1, fastest + uncertain, (slip.0 - slip.1, quickest));
+        let value = faster(speed, lost.0, fastest, (slip.0, rattling));
         (value, (upper - value).max(value - lower) + rounded(value))
     }
 }
@@ -138,12 +149,16 @@ impl ContactMemory {
                 let bound = (factor(since - uncertain) - factor(since + uncertain)) * approach.0 + 2.0 * approach.1;
                 let fastest = factor(since) * approach.0;
                 let fastest = (fastest, bound + rounded(fastest));
-                leavings.push(Leaving { speed: approach, sliding: None, is_rough: true, fastest });
+                let rattling = [(-1.0, uncertain), (0.0, 0.0), (1.0, -uncertain)].map(|(sign, later)| {
+                    let speed = (approach.0 + sign * approach.1).max(0.0);
+                    speed * self.contact_time / (since + later).max(0.0)
+                });
+                leavings.push(Leaving { fastest, rattling, ..Leaving::at(approach, None, true) });
             }
             if is_recent != Some(true) {
                 let speed = rebound.0.max(away.0.min(approach.0));
                 let bound = rebound.1.max(approach.1) + away.1;
-                leavings.push(Leaving { speed: (speed, bound), sliding: None, is_rough: true, fastest: (0.0, 0.0) });
+                leavings.push(Leaving::at((speed, bound), None, true));
             }
         }
         if approach.0 <= slowest.0 + uncertain {
@@ -151,7 +166,7 @@ impl ContactMemory {
             let slowest_at_rest = at_rest.0 / SLIDING;
             let uncertain = at_rest.1 / SLIDING + approach.1 + tangential.1 + rounded(total);
             if total < slowest_at_rest + uncertain {
-                leavings.push(Leaving { speed: at_rest, sliding: None, is_rough: false, fastest: (0.0, 0.0) });
+                leavings.push(Leaving::at(at_rest, None, false));
             }
             if total > slowest_at_rest - uncertain {
                 leavings.push(slide(approach, tangential, slowest));
@@ -169,7 +184,7 @@ fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> L
     // Uncertainty of the squared speed along the barrier. Its root is an upper bound for the uncertainty of the speed.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
     let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
-    Leaving { speed, sliding: Some((left.sqrt(), left_bound)), is_rough: false, fastest: (0.0, 0.0) }
+    Leaving::at(speed, Some((left.sqrt(), left_bound)), false)
 }
 
 #[cfg(test)]

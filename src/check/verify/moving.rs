@@ -50,6 +50,8 @@ pub(super) struct Carried {
     pub acceleration: Vector,
     /// Velocity of the material along the surface, relative to the shape, and its uncertainty `[length / time]`.
     pub material: (Vector, f64),
+    /// Whether the surface has motions, or its material moves.
+    pub works: bool,
     /// Magnitude of the terms of `acceleration`, which determines its rounding error `[length / time^2]`.
     pub rounded_with: f64,
 }
@@ -236,7 +238,7 @@ impl Carried {
     /// A wall at rest, at which a particle has this acceleration.
     pub fn at_rest(acceleration: Vector) -> Self {
         let still = Vector::zeros();
-        Self { velocity: still, spin: still, acceleration, material: (still, 0.0), rounded_with: 0.0 }
+        Self { velocity: still, spin: still, acceleration, material: (still, 0.0), works: false, rounded_with: 0.0 }
     }
 }
 
@@ -257,9 +259,10 @@ impl Beside<'_> {
     /// Returns the motion of a surface with this velocity of its material, where the particle touches `facet`.
     pub fn carried(&self, facet: &Facet, velocity: Option<SurfaceVelocity>, bounds: &Bounds) -> Carried {
         let material = velocity.map_or((Vector::zeros(), 0.0), |velocity| self.material(facet, &velocity, bounds));
+        let slides = velocity.is_some();
         let Motion { position, velocity, acceleration, .. } = &self.motion;
         let Some(piece) = self.piece else {
-            return Carried { material, ..Carried::at_rest(*acceleration) };
+            return Carried { material, works: slides, ..Carried::at_rest(*acceleration) };
         };
         let moment = piece.at(self.now);
         let seen = moment.acceleration_seen(position, velocity, acceleration);
@@ -268,6 +271,7 @@ impl Beside<'_> {
             spin: moment.spin,
             acceleration: moment.pose.direction(&seen),
             material,
+            works: true,
             rounded_with: acceleration.norm() + self.sway.push,
         }
     }

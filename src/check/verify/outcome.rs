@@ -56,6 +56,8 @@ struct Motion<'a> {
     surface_spin: Vector,
     /// Velocity of the material along the surface, and its uncertainty; zero for other contacts `[length / time]`.
     material: (Vector, f64),
+    /// Whether a surface moves, or its material.
+    works: bool,
     /// The rough contact; `None` at a smooth barrier.
     rub: Option<Rub>,
 }
@@ -68,6 +70,11 @@ impl Motion<'_> {
 
     fn tangential(&self) -> Vector {
         self.velocity - self.normal * self.radial
+    }
+
+    /// Tangential velocity relative to the material of a surface.
+    fn slip_of_centre(&self) -> Vector {
+        self.tangential() - self.material.0
     }
 }
 
@@ -96,7 +103,7 @@ impl Encounter<'_> {
             let arms = [a, b].map(|radius| radius / (a + b) * seen.distance);
             self.rub(roughness, &[Some(i), Some(j)], arms, [normal, velocity, Vector::zeros()])
         });
-        let (surface_spin, material) = (Vector::zeros(), (Vector::zeros(), 0.0));
+        let (surface_spin, material, works) = (Vector::zeros(), (Vector::zeros(), 0.0), false);
         let motion = Motion {
             particles,
             weights,
@@ -108,6 +115,7 @@ impl Encounter<'_> {
             surface,
             surface_spin,
             material,
+            works,
             rub,
         };
 
@@ -126,7 +134,7 @@ impl Encounter<'_> {
         self.within(Quantity::Direction, wrong_way, self.bounds.normal_velocity)?;
         if !seen.is_barrier() {
             self.check_velocities(&motion, &Vector::zeros(), 0.0, &Rubbed::NONE)?;
-            return self.check_energy(&motion, 0.0, 0.0, &Rubbed::NONE);
+            return self.check_energy(&motion, (0.0, 0.0), &Rubbed::NONE);
         }
         let acceleration = self.world.accelerations[i as usize] - self.world.accelerations[j as usize];
         let radius = apart.norm().max(f64::MIN_POSITIVE);
@@ -183,7 +191,7 @@ impl Encounter<'_> {
         bend: &Bend,
         carried: &Carried,
     ) -> Result<(), Fault> {
-        let Carried { velocity: surface, spin: surface_spin, material, .. } = *carried;
+        let Carried { velocity: surface, spin: surface_spin, material, works, .. } = *carried;
         let i = self.event.particle.0;
         let leaving = normal.dot(&(self.after.velocities[i as usize] - surface));
         self.within(Quantity::Direction, -leaving, self.bounds.normal_velocity)?;
@@ -199,6 +207,7 @@ impl Encounter<'_> {
             radial: normal.dot(&velocity),
             surface,
             surface_spin,
+            works,
             material,
             rub: law.roughness.map(|roughness| {
                 let arms = [self.world.radius(i), 0.0];
@@ -259,15 +268,17 @@ impl Encounter<'_> {
         bend: &Bend,
         arriving: &Bounds,
     ) -> Result<(), Fault> {
-        let (approach, tangential, slack) = (motion.approach(), motion.tangential().norm(), arriving.normal_velocity);
+        let (approach, slack) = (motion.approach(), arriving.normal_velocity);
+        let (tangential, shifted) = (motion.slip_of_centre().norm(), motion.material.1);
         let rebound = |slack: f64| {
             let speed = law.restitution.at(approach, motion.reduced_mass) * approach;
             (
                 speed,
-                law.restitution.steepness() * slack + if law.restitution.is_constant() { 0.0 } else { rounded(speed) },
+                law.restitution.steepness([approach - slack, approach + slack]) * slack
+                    + if law.restitution.is_constant() { 0.0 } else { rounded(speed) },
             )
         };
-        let plain = || vec![Leaving { speed: rebound(slack), sliding: None, is_rough: true, fastest: (0.0, 0.0) }];
+        let plain = || vec![Leaving::at(rebound(slack), None, true)];
         let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
             let Bend { radius, acceleration, .. } = *bend;
             let around = bend.along.map_or(motion.tangential(), |along| {
@@ -277,10 +288,10 @@ impl Encounter<'_> {
             let centrifugal = around.norm_squared() / radius;
             let closing_at_rest = -motion.outwards * acceleration.dot(&motion.normal);
             let closing = closing_at_rest - motion.outwards * centrifugal;
-            let bound = 2.0 * tangential * slack / radius.abs()
+            let bound = 2.0 * around.norm() * slack / radius.abs()
                 + (acceleration.norm() + centrifugal.abs()) * (arriving.direction + rounded(1.0))
                 + rounded(bend.rounded_with);
-            let (approach, tangential) = ((approach, slack), (tangential, slack));
+            let (approach, tangential) = ((approach, slack), (tangential, slack + shifted));
             let arrival = Arrival {
                 rebound: rebound(slack),
                 approach,
@@ -288,7 +299,9 @@ impl Encounter<'_> {
                 closing: (closing, bound),
                 closing_at_rest: (closing_at_rest, bound),
             };
-            contacts.leavings(&arrival, motion.particles, &self.after.elapsed)
+            let leavings = contacts.leavings(&arrival, motion.particles, &self.after.elapsed);
+            let without_gain = |leaving: Leaving| Leaving { fastest: (0.0, 0.0), ..leaving };
+            if motion.works { leavings.into_iter().map(without_gain).collect() } else { leavings }
         });
         let straight = leavings.iter().filter(|leaving| leaving.sliding.is_none());
         let fastest = straight.map(|leaving| leaving.speed.0.max(leaving.fastest.0)).fold(0.0, f64::max);
@@ -314,7 +327,7 @@ impl Encounter<'_> {
 
     /// Checks whether the velocities after a contact agree with `leaving`, one of the possible motions.
     fn check_leaving(&mut self, motion: &Motion, leaving: &Leaving) -> Result<(), Fault> {
-        let (along, mu, approach) = (motion.tangential(), motion.reduced_mass, motion.approach());
+        let (along, mu, approach) = (motion.slip_of_centre(), motion.reduced_mass, motion.approach());
         let (speed, speed_bound) = leaving.speed;
         let slides = leaving.sliding.is_some();
         let (turned, turned_bound) = leaving.sliding.map_or((Vector::zeros(), 0.0), |(left, bound)| {
@@ -324,11 +337,13 @@ impl Encounter<'_> {
             let kick = if approach > 0.0 { approach + speed } else { 0.0 };
             rub.rubbed((mu * kick, mu * (2.0 * self.bounds.normal_velocity + speed_bound)), &self.bounds)
         });
-        let (speed, speed_bound) = leaving.speed_with((rubbed.dissipated / mu, rubbed.dissipated_bound / mu));
+        let (speed, speed_bound) =
+            leaving.speed_with((rubbed.dissipated / mu, rubbed.dissipated_bound / mu), rubbed.slip);
         self.check_velocities(motion, &turned, turned_bound, &rubbed)?;
         self.check_spins(motion, &rubbed)?;
         let lost = if slides { 0.0 } else { 0.5 * mu * (approach * approach - speed * speed) };
-        self.check_energy(motion, lost, speed_bound, &rubbed)?;
+        let lost_bound = 2.0 * mu * approach.max(speed) * (self.bounds.normal_velocity + speed_bound);
+        self.check_energy(motion, (lost, lost_bound), &rubbed)?;
         // If the particles already recede, and neither slide nor are at rest, the normal velocity does not change.
         let after = if approach > 0.0 || slides || speed > approach { motion.outwards * speed } else { motion.radial };
         let by = (self.event.normal_impulse() / mu - (after - motion.radial)).abs();
@@ -389,8 +404,8 @@ impl Encounter<'_> {
     }
 
     /// Checks that the kinetic energy changes only by the energy step and the dissipated energy, in the frame of a
-    /// moving surface. `speed_bound` is the uncertainty of the speed after the contact.
-    fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64, rubbed: &Rubbed) -> Result<(), Fault> {
+    /// moving surface. `lost` is the energy that the normal motion loses, with its uncertainty.
+    fn check_energy(&mut self, motion: &Motion, lost: (f64, f64), rubbed: &Rubbed) -> Result<(), Fault> {
         let (mut gained, mut scale, surface) = (0.0, 0.0, &(motion.surface + motion.material.0));
         let mut work = 0.0;
         for ((&p, &weight), flight) in motion.particles.iter().zip(motion.weights).zip(&self.flights) {
@@ -423,8 +438,8 @@ impl Encounter<'_> {
             + rounded(self.event.energy_step.abs())
             + mu * receding * receding;
         self.within(Quantity::Energy, (gained + (self.event.energy_step - work) + self.event.dissipated).abs(), bound)?;
-        let bound = bound + 2.0 * mu * approach * (self.bounds.normal_velocity + speed_bound);
-        let lost = lost + rubbed.dissipated;
+        let bound = bound + 2.0 * mu * approach * self.bounds.normal_velocity + lost.1;
+        let lost = lost.0 + rubbed.dissipated;
         self.within(Quantity::Dissipation, (self.event.dissipated - lost).abs(), bound + rubbed.dissipated_bound)
     }
 

@@ -31,11 +31,18 @@ pub(super) struct Rubbed {
     pub dissipated: f64,
     /// Uncertainty of the dissipated energy `[energy]`.
     pub dissipated_bound: f64,
+    /// Speed at which the surfaces slip, and its uncertainty `[length / time]`.
+    pub slip: (f64, f64),
 }
 
 impl Rubbed {
-    pub const NONE: Self =
-        Self { impulse: Vector::new(0.0, 0.0, 0.0), bound: 0.0, dissipated: 0.0, dissipated_bound: 0.0 };
+    pub const NONE: Self = Self {
+        impulse: Vector::new(0.0, 0.0, 0.0),
+        bound: 0.0,
+        dissipated: 0.0,
+        dissipated_bound: 0.0,
+        slip: (0.0, 0.0),
+    };
 }
 
 impl Rub {
@@ -72,6 +79,7 @@ impl Rub {
         let bound = stick * slip_bound + rounded(size) + of_limit + of_touch;
         let dissipated = -impulse.dot(&slip) - impulse.norm_squared() / (2.0 * mass);
         let dissipated_bound = 2.0 * bound * (slip.norm() + (size + bound) / mass) + size * slip_bound;
-        Rubbed { impulse, bound, dissipated, dissipated_bound: dissipated_bound + rounded(size * slip.norm()) }
+        let dissipated_bound = dissipated_bound + rounded(size * slip.norm());
+        Rubbed { impulse, bound, dissipated, dissipated_bound, slip: (slip.norm(), slip_bound) }
     }
 }

@@ -5,7 +5,7 @@ use crate::Vector;
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
-use crate::physics::response::{Arrival, ContactLaw, Leaving, Response, respond, tc_contact};
+use crate::physics::response::{Arrival, ContactLaw, Leaving, Rattle, Response, respond, tc_contact};
 
 /// Uncertainty of a relative velocity, divided by the sum of the two speeds.
 const LOST: f64 = 2.0 * f64::EPSILON;
@@ -56,8 +56,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             response.radial = side.sign() * leaving.speed * length;
         }
         let is_rough = leaving.is_rough && side == Side::Positive;
-        let Leaving { tangential_scale, is_lifted, fastest, .. } = leaving;
-        Response { tangential_scale, is_rough, is_lifted, fastest, ..response }
+        let Leaving { tangential_scale, is_lifted, rattle, .. } = leaving;
+        Response { tangential_scale, is_rough, is_lifted, rattle, ..response }
     }
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
@@ -80,7 +80,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(leaving) = self.tc_model(&[i], law, arrival, time) else {
             let speed = if vn < 0.0 { -restitution * vn } else { vn };
             let is_rough = law.roughness.is_some();
-            return Leaving { speed, tangential_scale: 1.0, is_rough, is_lifted: false, fastest: 0.0 };
+            return Leaving { speed, tangential_scale: 1.0, is_rough, is_lifted: false, rattle: Rattle::NONE };
         };
         // An elastic contact keeps the normal speed, even if the particle recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }

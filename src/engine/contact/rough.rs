@@ -3,13 +3,14 @@
 //! The arguments are passed by value, and nothing is returned to smooth contacts, so that these keep all numbers in
 //! registers.
 
-use super::apply::{Change, With};
+use super::apply::Change;
 use super::frame::Frame;
 use crate::Vector;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::sources::surface::Touching;
 use crate::engine::surfaces::Surface;
+use crate::physics::response::Rattle;
 use crate::physics::rough::{Roughness, Touch};
 use std::ops::ControlFlow;
 
@@ -21,14 +22,8 @@ pub(in crate::engine) struct Push {
     pub impulse: f64,
     /// Normal speed after the contact, without the energy lost to friction `[length / time]`.
     pub speed: f64,
-    /// Normal speed up to which this energy goes into the normal motion `[length / time]`.
-    pub fastest: f64,
-}
-
-/// Increase of the normal speed by the energy that is lost to friction, up to the speed `fastest`. `lost` is this energy,
-/// divided by the reduced mass.
-fn gain(speed: f64, fastest: f64, lost: f64) -> f64 {
-    if fastest > speed && lost > 0.0 { (speed * speed + 2.0 * lost).sqrt().min(fastest) - speed } else { 0.0 }
+    /// What becomes of this energy.
+    pub rattle: Rattle,
 }
 
 /// Energy that this increase of the normal speed needs, divided by the reduced mass.
@@ -47,7 +42,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         change: Change,
         pair: Frame,
-        (roughness, fastest): (Roughness, f64),
+        (roughness, rattle): (Roughness, Rattle),
         observe: &mut Observe<'_>,
     ) -> ControlFlow<()> {
         let both = [pair.i, pair.j];
@@ -65,7 +60,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let normal_impulse = change.impulse.dot(&touch.normal);
         let grip = touch.grip(&roughness, normal_impulse);
         let speed = normal_impulse * touch.inverse_mass + pair.approach.radial / length;
-        let gain = gain(speed, fastest, grip.dissipated * touch.inverse_mass);
+        let gain = rattle.gain(speed, touch.slip().norm(), grip.dissipated * touch.inverse_mass);
         let more = gain / touch.inverse_mass;
         let impulse = if gain > 0.0 { grip.impulse + touch.normal * more } else { grip.impulse };
         let mut after = change.after;
@@ -95,20 +90,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         observe: &mut Observe<'_>,
     ) -> ControlFlow<()> {
         let (i, inverse_mass) = (change.particle, self.inverse_mass(change.particle));
-        let material = match change.other {
-            With::Surface(index) => self.sources.surfaces.material_velocity(index, &at.position, self.radius(i)),
-            _ => None,
-        };
         let touch = Touch {
             normal: at.shape.normal(&at.position),
-            velocity: material.map_or(at.velocity, |material| at.velocity - material),
+            velocity: at.material.map_or(at.velocity, |material| at.velocity - material),
             spins: [at.spin_seen(&self.spin(i)), Vector::zeros()],
             arms: [self.radius(i), 0.0],
             inverse_inertias: [self.inverse_inertia(i), 0.0],
             inverse_mass,
         };
         let grip = touch.grip(&push.roughness, push.impulse);
-        let gain = gain(push.speed, push.fastest, grip.dissipated * inverse_mass);
+        // A surface that moves supplies energy without end, so that grains would rattle ever more.
+        let rattle = if at.does_no_work() { push.rattle } else { Rattle::NONE };
+        let gain = rattle.gain(push.speed, touch.slip().norm(), grip.dissipated * inverse_mass);
         let torque = at.in_space(&grip.torques[0]);
         let turning = torque.dot(&(self.spin(i) + torque * (0.5 * self.inverse_inertia(i))));
         let after = change.after[0] + at.in_space(&grip.impulse) * inverse_mass;
@@ -116,8 +109,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Change { after, impulse, supplied: gained, .. } =
             Change::of_one(change.other, i, &self.state.bodies[i as usize].velocity, after, inverse_mass);
         let dissipated = change.dissipated + grip.dissipated - recovered(push.speed, gain) / inverse_mass;
-        // A surface at rest does no work.
-        let supplied = if at.moment.is_none() && material.is_none() { 0.0 } else { gained + turning + dissipated };
+        let supplied = if at.does_no_work() { 0.0 } else { gained + turning + dissipated };
         let torques = [torque, Vector::zeros()];
         self.apply(&Change { after, impulse, torques, supplied, dissipated, ..change }, observe)
     }

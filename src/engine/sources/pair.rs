@@ -10,7 +10,7 @@ use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::physics::overlap::Side;
-use crate::physics::response::{Approach, ContactLaw, Outcome, Response};
+use crate::physics::response::{Approach, ContactLaw, Outcome, Rattle, Response};
 use crate::physics::rough::Roughness;
 use std::ops::ControlFlow;
 
@@ -48,8 +48,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Returns the outcome and the smooth part of the change. If the contact is rough, also returns its roughness, and the
-    /// speed up to which the energy lost to friction goes into the normal motion.
+    /// Returns the outcome and the smooth part of the change. If the contact is rough, also returns its roughness, and
+    /// what becomes of the energy lost to friction.
     #[inline(always)]
     fn respond(
         &mut self,
@@ -57,10 +57,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         seen: &Discontinuity,
         law: &ContactLaw,
         time: f64,
-    ) -> (Outcome, Change, Option<(Roughness, f64)>) {
+    ) -> (Outcome, Change, Option<(Roughness, Rattle)>) {
         // In a multicanonical simulation, weights replace the energy step of the potential.
         let felt = self.weighted(seen);
-        let Response { outcome, radial: leaving, tangential_scale, is_rough, is_lifted, fastest } =
+        let Response { outcome, radial: leaving, tangential_scale, is_rough, is_lifted, rattle } =
             self.leave(pair, &felt, law, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // The relative velocity changes by `change` times the vector between the centres.
@@ -98,7 +98,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             supplied: self.supplied(pair, &before, &after[0], impulse) + by_weights,
             after,
         };
-        (outcome, change, law.roughness.filter(|_| is_rough).map(|roughness| (roughness, fastest)))
+        (outcome, change, law.roughness.filter(|_| is_rough).map(|roughness| (roughness, rattle)))
     }
 
     /// Energy that sliding images and growing diameters supply in a contact.

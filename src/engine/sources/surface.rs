@@ -70,7 +70,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (change, rough) = match law {
             SurfaceLaw::Outlet => return self.leave_at_outlet(i, index, &at, observe),
             SurfaceLaw::Reflecting(law) => self.reflect(i, &at, vn, &law),
-            SurfaceLaw::Thermal { temperature } => (self.draw_from_surface(i, index, &at, temperature)?, None),
+            SurfaceLaw::Thermal { temperature } => (self.draw_from_surface(i, &at, temperature)?, None),
         };
         let (counted, other, line) = (Some(CountedKind::Wall), With::Surface(index), at.in_space(&normal));
         let change = Change { counted, other, line, squared: 1.0, distance: radius, ..change };
@@ -84,13 +84,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(in crate::engine) fn touching(&self, i: u32, placed: &Placed, time: f64) -> Touching {
         let (position, velocity) = self.state_at(i, time);
-        let at = Touching { shape: placed.shape, moment: None, position, velocity, place: position };
-        if placed.is_at_rest() {
-            return at;
+        let mut at =
+            Touching { shape: placed.shape, moment: None, position, velocity, place: position, material: None };
+        if !placed.is_at_rest() {
+            at.moment = self.sources.surfaces.moment(placed, self.simulated(time));
+            (at.position, at.velocity) =
+                at.moment.map_or((position, velocity), |moment| moment.seen(&position, &velocity));
         }
-        let moment = self.sources.surfaces.moment(placed, self.simulated(time));
-        let (position, velocity) = moment.map_or((position, velocity), |moment| moment.seen(&position, &velocity));
-        Touching { moment, position, velocity, ..at }
+        if placed.has_velocity {
+            at.material = self.sources.surfaces.material_velocity(placed, &at.position, self.radius(i));
+        }
+        at
     }
 
     /// Returns the smooth part of the change, and the push of a surface that is rough in this contact.
@@ -104,31 +108,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let acceleration = at.acceleration(&before, self.acceleration(i));
         let closing_at_rest = -normal.dot(&acceleration);
         let closing = [closing_at_rest - bend, closing_at_rest];
-        let Leaving { speed, tangential_scale, is_rough, is_lifted, fastest } =
-            self.leave_surface(i, (&at.velocity, vn), closing, law, self.clock.now);
+        // A rough surface with a material acts on the velocity relative to the material.
+        let material = at.material.filter(|_| law.roughness.is_some());
+        let along = material.map_or(at.velocity, |material| at.velocity - material);
+        let Leaving { speed, tangential_scale, is_rough, is_lifted, rattle } =
+            self.leave_surface(i, (&along, vn), closing, law, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
-        let scaled = if tangential_scale == 1.0 { at.velocity } else { at.velocity * tangential_scale };
+        let scaled = match material {
+            _ if tangential_scale == 1.0 => at.velocity,
+            None => along * tangential_scale,
+            Some(material) => along * tangential_scale + material,
+        };
         let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
-        // A surface at rest does no work.
-        let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
+        let supplied = if at.does_no_work() { 0.0 } else { change.supplied + dissipated };
         let rough = law.roughness.filter(|_| is_rough);
-        let rough = rough.map(|roughness| Push { roughness, impulse: (speed - vn) / inverse_mass, speed, fastest });
+        let rough = rough.map(|roughness| Push { roughness, impulse: (speed - vn) / inverse_mass, speed, rattle });
         (Change { supplied, dissipated, is_lifted, ..change }, rough)
     }
 
     /// Draws the velocity of a particle from the flux distribution of a gas. Along the normal, the density is
     /// `(m v / T) exp(- m v^2 / 2 T)`. The other components have a normal distribution.
     /// They are relative to the material of the surface.
-    fn draw_from_surface(
-        &mut self,
-        i: u32,
-        index: u32,
-        at: &Touching,
-        temperature: f64,
-    ) -> Result<Change, InvariantBroken> {
-        let material = self.sources.surfaces.material_velocity(index, &at.position, self.radius(i));
+    fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
         let body = self.state.bodies[i as usize];
@@ -139,7 +142,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let drawn = random.normal_vector(&self.state.space) * width;
         let speed = width * (2.0 * random.exponential()).sqrt();
         let seen = at.shape.with_normal_speed(&at.position, &drawn, speed);
-        let after = at.outwards(material.map_or(seen, |material| seen + material));
+        let after = at.outwards(at.material.map_or(seen, |material| seen + material));
         Ok(Change::of_one(With::Program, i, &body.velocity, after, inverse_mass))
     }
 }
@@ -154,6 +157,8 @@ pub(in crate::engine) struct Touching {
     pub velocity: Vector,
     /// Position of the particle in the laboratory frame.
     pub place: Vector,
+    /// Velocity of the material along the surface, if it has one.
+    pub material: Option<Vector>,
 }
 
 impl Touching {
@@ -165,6 +170,12 @@ impl Touching {
     /// Converts the spin of the particle to the frame of the surface, which may rotate.
     pub(in crate::engine) fn spin_seen(&self, spin: &Vector) -> Vector {
         self.moment.as_ref().map_or(*spin, |moment| moment.pose.direction_of_shape(&(spin - moment.spin)))
+    }
+
+    /// Whether the surface and its material are at rest.
+    #[inline]
+    pub fn does_no_work(&self) -> bool {
+        self.moment.is_none() && self.material.is_none()
     }
 
     #[inline]

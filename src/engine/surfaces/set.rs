@@ -25,6 +25,8 @@ pub(crate) struct Placed {
     pub law: SurfaceLaw,
     /// Index among the moving surfaces, or [`AT_REST`].
     pub moving: u32,
+    /// Whether the material moves along the surface.
+    pub has_velocity: bool,
 }
 
 impl Placed {
@@ -217,8 +219,7 @@ impl Surfaces {
     /// Velocity of the material along a surface, where a sphere with its centre at `position` touches it. Positions and
     /// velocities are in the frame of the surface. `None` for a surface without such a velocity.
     #[cold]
-    pub fn material_velocity(&self, index: u32, position: &Vector, radius: f64) -> Option<Vector> {
-        let placed = self.get(index)?;
+    pub fn material_velocity(&self, placed: &Placed, position: &Vector, radius: f64) -> Option<Vector> {
         let surface = self.origin.surfaces.get(placed.number.checked_sub(FIRST_SURFACE)? as usize)?;
         let normal = placed.shape.normal(position);
         surface.surface_velocity.map(|velocity| velocity.at(&(position - normal * radius), &normal))
@@ -330,9 +331,9 @@ fn sort(
     unlimited: &mut Vec<Placed>,
     limited: &mut Vec<Placed>,
 ) {
-    let law = surface.law;
+    let (law, has_velocity) = (surface.law, surface.surface_velocity.is_some());
     features::for_each_within(space, &surface.shape, |shape, feature| {
-        let placed = Placed { number, feature, shape, law, moving };
+        let placed = Placed { number, feature, shape, law, moving, has_velocity };
         if placed.shape.extent().is_some() { limited.push(placed) } else { unlimited.push(placed) }
     });
 }
@@ -354,6 +355,7 @@ fn walls(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
                     shape: Shape::Wall(wall),
                     law,
                     moving: AT_REST,
+                    has_velocity: false,
                 });
             }
         }

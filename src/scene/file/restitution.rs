@@ -18,7 +18,7 @@ pub(crate) enum RestitutionFile {
 /// Ratio of the normal speeds after and before a contact, which depends on the speed before.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("allOf" = [
+#[schemars(extend("minProperties" = 1, "allOf" = [
     pair("speeds", "values"), pair("values", "speeds"), pair("viscous_time", "stiffness"), pair("stiffness", "viscous_time"),
 ]))]
 pub(crate) struct VaryingFile {

@@ -49,8 +49,8 @@ pub(crate) struct SurfaceFile {
     pub friction: Option<f64>,
     /// Material of the surface, which determines the contact law with the species that touch it.
     pub material: Option<String>,
-    /// Whether the surface is an outlet: particles that touch it leave the system. An outlet has no restitution and no
-    /// temperature.
+    /// Whether the surface is an outlet: particles that touch it leave the system. An outlet has no contact law, no
+    /// temperature and no surface velocity.
     pub outlet: Option<bool>,
     /// Temperature of a thermal surface `[energy]`, instead of a restitution.
     #[schemars(extend("exclusiveMinimum" = 0))]

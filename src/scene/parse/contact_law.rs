@@ -1,5 +1,6 @@
 //! Parses the keys of a contact law, which interactions, walls and surfaces share.
 
+use crate::base::text::plural;
 use crate::model::{ContactLaw, Restitution, RestitutionTable};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -33,7 +34,9 @@ fn parse_restitution(file: &RestitutionFile, at: &ConfigPath) -> Result<Restitut
         (None, None, None, Some(_)) => Err(missing(at, "viscous_time", "viscoelastic spheres need it")),
         (Some(_), None, None, None) => Err(missing(at, "values", "give the coefficient of restitution at each speed")),
         (None, Some(_), None, None) => Err(missing(at, "speeds", "give the speed of impact for each value")),
-        (None, None, None, None) => Err(missing(at, "speeds", "or `viscous_time` and `stiffness`")),
+        (None, None, None, None) => {
+            Err(missing(at, "speeds", "give `speeds` and `values`, or `viscous_time` and `stiffness`"))
+        }
         _ => {
             let key = if viscous_time.is_some() { "viscous_time" } else { "stiffness" };
             refuse(at.key(key), "given for a table", "either speeds and values, or viscous_time and stiffness")
@@ -46,8 +49,8 @@ fn table(speeds: &[f64], values: &[f64], at: &ConfigPath) -> Result<Restitution,
         return refuse(at.key("speeds"), "empty", "at least one speed");
     }
     if values.len() != speeds.len() {
-        let expected = format!("one for each of the {} speeds", speeds.len());
-        return refuse(at.key("values"), format!("{} values", values.len()), expected);
+        let expected = format!("one for each of {}", plural(speeds.len(), "speed"));
+        return refuse(at.key("values"), plural(values.len(), "value"), expected);
     }
     for (k, (&speed, &value)) in speeds.iter().zip(values).enumerate() {
         limits::not_negative(speed, at.key("speeds").index(k))?;

@@ -1,4 +1,4 @@
-//! Parses `[[material]]`: contact laws for pairs of materials, which species, walls and surfaces name.
+//! Parses `[[material]]`: contact laws for pairs of materials. Species, walls and surfaces refer to materials by name.
 
 use super::contact_law::contact_law;
 use crate::model::ContactLaw;
@@ -7,11 +7,15 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::{MaterialFile, SpeciesFile};
 use crate::scene::limits;
 use crate::scene::unvalidated::Model;
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 
 #[derive(Debug, Default)]
 pub(super) struct Materials {
     laws: Vec<([String; 2], ContactLaw)>,
     species: Vec<Made>,
+    /// Materials of species, walls and surfaces.
+    named: RefCell<BTreeSet<String>>,
 }
 
 #[derive(Debug)]
@@ -55,6 +59,7 @@ impl Materials {
 
     /// Rejects a material that occurs in no `[[material]]`.
     fn check_name(&self, name: &str, at: &ConfigPath) -> Result<(), SceneError> {
+        self.named.borrow_mut().insert(name.to_owned());
         let mut known: Vec<&str> = self.laws.iter().flat_map(|(between, _)| between).map(String::as_str).collect();
         if known.contains(&name) {
             return Ok(());
@@ -66,6 +71,19 @@ impl Materials {
             known => format!("a material in a [[material]]: {}", known.join(", ")),
         };
         refuse(at.key("material"), format!("\"{name}\""), expected)
+    }
+
+    /// Rejects a `[[material]]` that has no effect, because no species, wall or surface has one of its materials.
+    pub fn check_use(&self) -> Result<(), SceneError> {
+        let named = self.named.borrow();
+        for (index, (between, _)) in self.laws.iter().enumerate() {
+            if let Some(unused) = between.iter().find(|name| !named.contains(*name)) {
+                let at = ConfigPath::entry("material", index).key("between");
+                let expected = "the `material` of a species, wall or surface in this scene";
+                return refuse(at, format!("\"{unused}\""), expected);
+            }
+        }
+        Ok(())
     }
 
     fn between(&self, a: &str, b: &str, what: &str, at: ConfigPath) -> Result<ContactLaw, SceneError> {

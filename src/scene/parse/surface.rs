@@ -48,36 +48,7 @@ pub(super) fn parse_surface(
 ) -> Result<(SurfaceDraft, Option<InputFile>), SceneError> {
     let at = ConfigPath::entry("surface", index);
     let (word, keys) = Keys::of_kind(&SHAPES, "shape", &file.shape, &at, &file)?;
-    let is_outlet = file.outlet == Some(true);
-    let given = [
-        ("restitution", file.restitution.is_some()),
-        ("temperature", file.temperature.is_some()),
-        ("tangential_restitution", file.tangential_restitution.is_some()),
-        ("friction", file.friction.is_some()),
-        ("material", file.material.is_some()),
-    ];
-    if let Some((key, _)) = given.into_iter().find(|(_, is_given)| is_outlet && *is_given) {
-        return refuse(at.key(key), "given for an outlet", "none: particles leave at an outlet");
-    }
-    if let Some((key, _)) = given.into_iter().find(|(key, is_given)| *is_given && *key != "material")
-        && file.material.is_some()
-    {
-        return refuse(at.key(key), "given for a material", "either the material, or the keys of the contact law");
-    }
-    let law = match (&file.restitution, file.temperature) {
-        _ if is_outlet => SurfaceLaw::Outlet,
-        (Some(_), Some(_)) => {
-            return refuse(at.key("temperature"), "given as well", "either temperature or restitution");
-        }
-        (_, Some(_)) if file.tangential_restitution.is_some() || file.friction.is_some() => {
-            return refuse(at.key("temperature"), "given for a rough surface", "none: thermal surfaces are smooth");
-        }
-        (_, Some(temperature)) => SurfaceLaw::Thermal { temperature },
-        (restitution, None) => SurfaceLaw::Reflecting(match &file.material {
-            Some(material) => materials.of_surface(material, file.species.as_deref().unwrap_or_default(), &at)?,
-            None => contact_law(restitution.as_ref(), file.tangential_restitution, file.friction, &at)?,
-        }),
-    };
+    let law = surface_law(&file, materials, &at)?;
     let mut input = None;
     let shape = match word {
         "mesh" => {
@@ -106,6 +77,44 @@ pub(super) fn parse_surface(
         surface_velocity: file.surface_velocity.as_ref().map(surface_velocity),
     };
     Ok((draft, input))
+}
+
+/// Returns the law of a surface: an outlet, a temperature, a material, or a contact law of its own.
+fn surface_law(file: &SurfaceFile, materials: &Materials, at: &ConfigPath) -> Result<SurfaceLaw, SceneError> {
+    let is_outlet = file.outlet == Some(true);
+    let given = [
+        ("restitution", file.restitution.is_some()),
+        ("temperature", file.temperature.is_some()),
+        ("tangential_restitution", file.tangential_restitution.is_some()),
+        ("friction", file.friction.is_some()),
+        ("material", file.material.is_some()),
+    ];
+    if let Some((key, _)) = given.into_iter().find(|(_, is_given)| is_outlet && *is_given) {
+        return refuse(at.key(key), "given for an outlet", "none: particles leave at an outlet");
+    }
+    if let Some((key, _)) = given.into_iter().find(|(key, is_given)| *is_given && *key != "material")
+        && file.material.is_some()
+    {
+        let expected = match key {
+            "temperature" => "either the material or the temperature",
+            _ => "either the material, or the keys of the contact law",
+        };
+        return refuse(at.key(key), "given for a material", expected);
+    }
+    Ok(match (&file.restitution, file.temperature) {
+        _ if is_outlet => SurfaceLaw::Outlet,
+        (Some(_), Some(_)) => {
+            return refuse(at.key("temperature"), "given as well", "either temperature or restitution");
+        }
+        (_, Some(_)) if file.tangential_restitution.is_some() || file.friction.is_some() => {
+            return refuse(at.key("temperature"), "given for a rough surface", "none: thermal surfaces are smooth");
+        }
+        (_, Some(temperature)) => SurfaceLaw::Thermal { temperature },
+        (restitution, None) => SurfaceLaw::Reflecting(match &file.material {
+            Some(material) => materials.of_surface(material, file.species.as_deref().unwrap_or_default(), at)?,
+            None => contact_law(restitution.as_ref(), file.tangential_restitution, file.friction, at)?,
+        }),
+    })
 }
 
 fn surface_velocity(file: &SurfaceVelocityFile) -> SurfaceVelocity {

@@ -1,6 +1,5 @@
 use crate::model::measurement_plan::{
-    DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Outlet, Profile,
-    Requested,
+    DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Outlet, Requested,
 };
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{MeasurementPlan, SceneParts, Species};
@@ -31,18 +30,11 @@ impl SceneParts {
                 species_named(species, word, &at.key("species"))?;
             }
         }
-        for (index, profile) in self.measure.profiles.iter().enumerate() {
-            let at = at.key("profile").index(index);
-            let cells = profile.bins.iter().try_fold(1_u64, |cells, &bins| cells.checked_mul(bins));
-            if !cells.is_some_and(|cells| (1..=MOST_CELLS).contains(&cells)) {
-                return refuse(
-                    at.key("bins"),
-                    format!("{:?}", profile.bins),
-                    format!("1 to {MOST_CELLS} cells in all"),
-                );
-            }
-            check_box(profile.lower, profile.upper, space, &at)?;
-            check_cells(profile, space, &at)?;
+        for (index, it) in self.measure.profiles.iter().enumerate() {
+            check_grid(&it.bins, (it.lower, it.upper), space, &at.key("profile").index(index))?;
+        }
+        for (index, it) in self.measure.stresses.iter().enumerate() {
+            check_grid(&it.bins, (it.lower, it.upper), space, &at.key("stress").index(index))?;
         }
         check_flows(&self.measure, space, &at)
     }
@@ -136,16 +128,27 @@ fn check_box(
     }
 }
 
-fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
-    let lower = profile.lower.map_or(space.lower, Into::into);
-    let upper: crate::Vector = profile.upper.map_or(space.upper(), Into::into);
-    let side = |axis: usize| at.key(if profile.upper.is_some() { "upper" } else { "lower" }).index(axis);
+fn check_grid(
+    bins: &[u64; 3],
+    (lower, upper): (Option<[f64; 3]>, Option<[f64; 3]>),
+    space: &Space,
+    at: &ConfigPath,
+) -> Result<(), SceneError> {
+    let cells = bins.iter().try_fold(1_u64, |cells, &bins| cells.checked_mul(bins));
+    if !cells.is_some_and(|cells| (1..=MOST_CELLS).contains(&cells)) {
+        return refuse(at.key("bins"), format!("{bins:?}"), format!("1 to {MOST_CELLS} cells in all"));
+    }
+    check_box(lower, upper, space, at)?;
+    let has_upper = upper.is_some();
+    let lower = lower.map_or(space.lower, Into::into);
+    let upper: crate::Vector = upper.map_or(space.upper(), Into::into);
+    let side = |axis: usize| at.key(if has_upper { "upper" } else { "lower" }).index(axis);
     for axis in 0..3 {
         let extent = upper[axis] - lower[axis];
         match space.boundary[axis] {
-            Boundary::Flat if profile.bins[axis] > 1 => {
+            Boundary::Flat if bins[axis] > 1 => {
                 let expected = "1 cell along an axis that is flat";
-                return refuse(at.key("bins").index(axis), profile.bins[axis], expected);
+                return refuse(at.key("bins").index(axis), bins[axis], expected);
             }
             Boundary::Flat => {}
             _ if extent <= 0.0 => {

@@ -97,7 +97,8 @@ pub(super) fn check_surface_velocity(surface: &SceneSurface, space: &Space, of: 
     match &surface.law {
         SurfaceLaw::Outlet => return refuse(at, "given for an outlet", "none: particles leave at an outlet"),
         SurfaceLaw::Reflecting(law) if law.roughness.is_none() => {
-            let expected = "none, or `friction` or `tangential_restitution` as well: a smooth surface cannot pull";
+            let expected =
+                "none, or a contact law with `friction` or `tangential_restitution`: a smooth surface cannot pull";
             return refuse(at, "given for a smooth surface", expected);
         }
         SurfaceLaw::Reflecting(_) | SurfaceLaw::Thermal { .. } => {}

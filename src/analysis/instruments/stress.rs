@@ -1,0 +1,223 @@
+//! Stress and dissipated power on a grid.
+
+use super::budgeted_times::budgeted_times;
+use super::grid::Grid;
+use super::instrument::{Instrument, Setup};
+use super::momentum_flow::COMPONENTS;
+use super::quantity::{Curve, Measured};
+use super::system::{Sample, SystemDescription};
+use crate::Vector;
+use crate::analysis::sampling_times::SamplingTimes;
+use crate::analysis::statistics::{CurveAverage, Estimate};
+use crate::engine::event::{Event, EventKind};
+use crate::model::measurement_plan as plan;
+use crate::model::space::AXES;
+use serde::{Deserialize, Serialize};
+
+/// Sums over the particles in a cell: number, mass, momentum, and `m v_a v_b`. Velocities are relative to the streaming
+/// velocity of a sheared box.
+const NUMBER: usize = 0;
+const MASS: usize = 1;
+const MOMENTUM: usize = 2;
+const FLUX: usize = 5;
+/// Sums over the collisions in a cell, per time: `r_a J_b` by rows, and the dissipated energy.
+const COLLISIONS: usize = 11;
+const DISSIPATED: usize = 20;
+const ELEMENTS: usize = 21;
+const OF_COLLISIONS: usize = ELEMENTS - COLLISIONS;
+
+/// Time averages of the stress and of the dissipated power in the cells of a grid.
+///
+/// In a cell of volume `V`, the stress is `(<sum m w_a w_b> + sum f r_a J_b / t) / V`, positive in compression. `w` is
+/// the velocity of a particle relative to the mean velocity of the cell, and `J` is the impulse of a collision. `r` is the
+/// line from the partner to the particle, or from the point of contact with a surface. `f` is the part of this line that
+/// lies in the cell. With this rule of Irving and Kirkwood, the stress balances the forces on each layer of cells.
+///
+/// The component `ab` is the force along `b` on an area that is normal to `a`. Smooth contacts have a symmetric stress.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Stress {
+    name: String,
+    times: SamplingTimes,
+    grid: Grid,
+    samples: u64,
+    curve: CurveAverage,
+    /// Sums over collisions since this time, [`OF_COLLISIONS`] for each cell.
+    since: f64,
+    collisions: Vec<f64>,
+}
+
+impl Stress {
+    pub fn new(plan: &plan::Stress, setup: &Setup<'_>) -> Self {
+        let grid = Grid::new(plan.bins, plan.lower, plan.upper, &setup.system.space);
+        Self {
+            name: plan.name.clone(),
+            times: budgeted_times(setup, plan.interval, 20.0 * setup.system.moving.len() as f64),
+            samples: 0,
+            curve: CurveAverage::new(grid.cells() * ELEMENTS),
+            since: setup.sample.time,
+            collisions: vec![0.0; grid.cells() * OF_COLLISIONS],
+            grid,
+        }
+    }
+
+    fn add_particles(&self, sample: &Sample<'_>, system: &SystemDescription, values: &mut [f64]) {
+        for ((species, position), velocity) in sample.species.iter().zip(sample.positions).zip(sample.velocities) {
+            let mass = system.species_masses[species.0 as usize];
+            if !mass.is_finite() {
+                continue;
+            }
+            let Some(cell) = self.grid.cell_of(position, &system.space) else { continue };
+            let velocity = velocity - system.streaming_velocity(position);
+            let sums = &mut values[cell * ELEMENTS..(cell + 1) * ELEMENTS];
+            sums[NUMBER] += 1.0;
+            sums[MASS] += mass;
+            for axis in 0..3 {
+                sums[MOMENTUM + axis] += mass * velocity[axis];
+            }
+            for (sum, [a, b]) in sums[FLUX..COLLISIONS].iter_mut().zip(COMPONENTS) {
+                *sum += mass * velocity[a] * velocity[b];
+            }
+        }
+    }
+}
+
+impl Instrument for Stress {
+    fn next_sample(&self) -> f64 {
+        self.times.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        let duration = sample.time - self.since;
+        if !self.times.is_due(sample.time) || duration <= 0.0 {
+            return;
+        }
+        let mut values = vec![0.0; self.curve.len()];
+        self.add_particles(sample, system, &mut values);
+        for (cell, sums) in self.collisions.chunks_exact_mut(OF_COLLISIONS).enumerate() {
+            let rates = &mut values[cell * ELEMENTS + COLLISIONS..(cell + 1) * ELEMENTS];
+            rates.iter_mut().zip(sums).for_each(|(rate, sum)| *rate = std::mem::take(sum) / duration);
+        }
+        self.since = sample.time;
+        self.samples += 1;
+        self.curve.add_all(values);
+    }
+
+    fn has_events(&self) -> bool {
+        true
+    }
+
+    fn event(&mut self, event: &Event, system: &SystemDescription) {
+        if !matches!(event.kind, EventKind::Pair(_) | EventKind::Surface) {
+            return;
+        }
+        let line = event.normal * event.distance;
+        let place = event.positions[0];
+        let flux: [f64; 9] = std::array::from_fn(|k| line[k / 3] * event.impulse[k % 3]);
+        let Self { grid, collisions, .. } = self;
+        grid.for_each_piece(&place, &-line, &system.space, |cell, fraction| {
+            let sums = &mut collisions[cell * OF_COLLISIONS..];
+            sums.iter_mut().zip(flux).for_each(|(sum, flux)| *sum += fraction * flux);
+        });
+        // A contact counts in the middle of its line, because the point of contact with a wall is at the edge of the box.
+        if event.dissipated != 0.0
+            && let Some(cell) = grid.cell_of(&(place - line * 0.5), &system.space)
+        {
+            collisions[cell * OF_COLLISIONS + DISSIPATED - COLLISIONS] += event.dissipated;
+        }
+    }
+
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        let volume = self.grid.cell_volume(&system.space);
+        let axes: Vec<usize> = system.axes().collect();
+        let cells: Vec<Cell> = (0..self.grid.cells()).map(|cell| self.cell(cell, system)).collect();
+        let column = |terms: &dyn Fn(&Cell) -> Option<Terms>| {
+            let of = |cell: &Cell| Some(self.curve.combination(&terms(cell)?)?.over(volume));
+            cells.iter().map(of).collect::<Vec<Option<Estimate>>>()
+        };
+        let method = format!(
+            "means over {} intervals in each cell: stress (<sum m w_a w_b> + sum f r_a J_b / t) / V, positive in \
+             compression, as the force along b on an area normal to a, with the velocity w relative to the mean velocity of the cell, and the part f of the line r \
+             between the particles, or between particle and surface, that lies in the cell",
+            self.samples
+        );
+        let mut curve = Curve::new(&format!("stress_{}", self.name), &format!("Stress {}", self.name), &method);
+        curve.variables = self.grid.variables();
+        for &a in &axes {
+            for &b in &axes {
+                let stress = column(&|cell| cell.stress([a, b]));
+                curve = curve.series(&format!("stress {}{}", AXES[a], AXES[b]), "energy / length^D", &stress);
+            }
+        }
+        let per_axis = 1.0 / axes.len() as f64;
+        let kinetic = column(&|cell| {
+            let mut terms = Vec::new();
+            for &axis in &axes {
+                terms.extend(cell.kinetic([axis; 2])?.into_iter().map(|(element, part)| (element, part * per_axis)));
+            }
+            Some(terms)
+        });
+        curve = curve.series("kinetic pressure", "energy / length^D", &kinetic);
+        let dissipated = column(&|cell| Some(vec![(cell.first + DISSIPATED, 1.0)]));
+        measured.curves.push(curve.series("dissipated power", "energy / length^D / time", &dissipated));
+    }
+}
+
+/// Averaged elements and their coefficients.
+type Terms = Vec<(usize, f64)>;
+
+/// Means in a cell, from which the coefficients of the averaged elements follow.
+struct Cell {
+    first: usize,
+    samples: f64,
+    number: f64,
+    /// Mean velocity of the cell.
+    flow: Vector,
+    /// Fraction of the moving mass that is in the cell, for axes with conserved momentum.
+    conserved: Vector,
+}
+
+impl Stress {
+    fn cell(&self, cell: usize, system: &SystemDescription) -> Cell {
+        let first = cell * ELEMENTS;
+        let mean = |element: usize| self.curve.mean(first + element).unwrap_or(0.0);
+        let (number, mass) = (mean(NUMBER), mean(MASS));
+        let flow = Vector::from_fn(|k, _| if mass > 0.0 { mean(MOMENTUM + k) / mass } else { 0.0 });
+        let share = |is_conserved: bool| if is_conserved { mass / system.moving_mass() } else { 0.0 };
+        let conserved = Vector::from(system.conserved_axes.map(share));
+        Cell { first, samples: self.samples as f64, number, flow, conserved }
+    }
+}
+
+impl Cell {
+    /// Terms of the kinetic part `<sum m v_a v_b> - P_a P_b / M`, times the volume. Returns no terms for an empty cell, and
+    /// `None` if there are too few velocities.
+    ///
+    /// A factor makes up for velocity components that are not free, as in the temperature of [`super::profiles`]: the mean
+    /// velocity of the cell is computed from the same velocities, and the total momentum may be conserved.
+    fn kinetic(&self, [a, b]: [usize; 2]) -> Option<Terms> {
+        if self.number <= 0.0 {
+            return Some(Vec::new());
+        }
+        let component = COMPONENTS.iter().position(|of| *of == [a.min(b), a.max(b)])?;
+        let shared = 0.5 * (self.conserved[a] + self.conserved[b]);
+        let per_sample = 1.0 / self.samples;
+        let free = self.number - per_sample - shared * (1.0 - per_sample);
+        if self.number * self.samples < 1.5 || free < 0.5 * per_sample {
+            return None;
+        }
+        let factor = self.number / free;
+        let terms = [
+            (FLUX + component, 1.0),
+            (MOMENTUM + a, -self.flow[b]),
+            (MOMENTUM + b, -self.flow[a]),
+            (MASS, self.flow[a] * self.flow[b]),
+        ];
+        Some(terms.map(|(element, part)| (self.first + element, part * factor)).to_vec())
+    }
+
+    fn stress(&self, [a, b]: [usize; 2]) -> Option<Terms> {
+        let mut terms = self.kinetic([a, b])?;
+        terms.push((self.first + COLLISIONS + 3 * a + b, 1.0));
+        Some(terms)
+    }
+}
