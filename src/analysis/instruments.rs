@@ -16,6 +16,8 @@ pub mod system;
 mod bins;
 mod block_times;
 mod budgeted_times;
+mod centre_of_mass;
+mod contacts;
 mod diffusion;
 mod finite_size;
 mod flow;
@@ -87,6 +89,8 @@ instruments! {
     profiles::Profile: profiles,
     stress::Stress: stresses,
     surface_forces::SurfaceForces: surface_forces,
+    contacts::Contacts: contacts,
+    centre_of_mass::CentreOfMass: centre_of_mass,
 }
 
 /// All instruments of a run. They come from the scene, or are registered by the program.

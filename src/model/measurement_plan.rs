@@ -24,6 +24,9 @@ pub(crate) const MOST_DIFFUSION_STEPS: u64 = 2000;
 
 pub(crate) const MOST_TRANSPORT_LAGS: u64 = 1000;
 
+/// Default length of a time window for coordination numbers, in contact times of the TC model.
+const CONTACT_TIMES: f64 = 100.0;
+
 /// Regular expression for names that become part of a file name.
 pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 
@@ -32,7 +35,7 @@ pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 /// A registration has a description, a key in `[measure]`, a field in [`MeasurementPlan`] and the type of the settings.
 /// The type is an `Option` for at most one instrument, and a `Vec` for several. The other entries are:
 ///
-/// - `positive`: the settings that must be positive. `interval`, `span` and `window` are times.
+/// - `positive`: the settings that must be positive. `interval`, `span`, `window` and `duration` are times.
 /// - `bins`: the number of bins, up to [`MOST_BINS`].
 /// - `labels`: the name, if there may be several instruments, and the species, if they can measure one species.
 /// - `at_one_time`: true if the instrument needs no events. An exchange requires this.
@@ -94,6 +97,14 @@ macro_rules! with_instruments {
             /// Forces on walls and other surfaces.
             surface_forces = surface_forces: Option<SurfaceForces> {
                 positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true
+            }
+            /// Coordination numbers of particles in lasting contact.
+            contacts = contacts: Option<Contacts> {
+                positive: [duration, interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: true
+            }
+            /// Centre of mass, and its inclination in a drum.
+            centre_of_mass = centre_of_mass: Option<CentreOfMass> {
+                positive: [interval], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: true
             }
         }
     };
@@ -224,6 +235,39 @@ pub struct SurfaceForces {
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = FORCE_BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
+}
+
+/// Coordination numbers: mean numbers of lasting contacts per particle, in time windows.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contacts {
+    /// Length of a time window `[time]`. Two particles that collide at least twice in a window are in contact during
+    /// this window. The default is 100 contact times of the TC model. Required without the TC model.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub duration: Option<f64>,
+    /// Time between the ends of two windows `[time]`, at least `duration`. By default, windows follow each other
+    /// without a gap, or with gaps if there would be more than 1000 windows.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
+impl Contacts {
+    /// Length of a time window `[time]`; `None` if it is not given and the scene has no contact time.
+    pub(crate) fn window(&self, contact_time: Option<f64>) -> Option<f64> {
+        self.duration.or(contact_time.map(|time| CONTACT_TIMES * time))
+    }
+}
+
+/// Centre of mass of all moving particles and of each species.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CentreOfMass {
+    /// A point on the axis of a drum `[length]`. If given, the angle between gravity and the direction from this point
+    /// to the centre of mass is measured, too.
+    pub axis_point: Option<[f64; 3]>,
+    /// Time between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
 }
 
 /// Radial distribution functions of all pairs of species, with their values at contact.

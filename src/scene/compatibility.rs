@@ -229,6 +229,19 @@ const OPEN: Feature = feature("open sides", &[], |it| {
     let is_open = |k: &usize| matches!(it.start.space.boundary[*k], Boundary::Bounded { lower, upper } if [lower, upper].contains(&Face::Open));
     Some((Some(path("space").key(AXES[(0..3).find(is_open)?])), "open".to_owned()))
 });
+const NO_SIDES: Feature = feature("no walls or open sides", &[], |it| given(it.start.space.is_fully_periodic()));
+const ONE_SIDED_AXIS: Feature =
+    feature("fewer than two axes with walls or open sides", &[], |it| given(sided_axes(it).count() < 2));
+const NO_WEIGHT: Feature = feature("no gravity along an axis with walls or open sides", &[], |it| {
+    let species = &it.start.interactions.species;
+    let pulls = |gravity: Option<Vector>| {
+        let mut moving = species.iter().filter(|species| !species.is_static());
+        moving.any(|species| sided_axes(it).any(|axis| gravity.unwrap_or(species.acceleration)[axis] != 0.0))
+    };
+    let run = &it.parts.run;
+    let measured = run.stages.iter().filter(|stage| stage.measured.is_some()).map(|stage| stage.gravity);
+    given(!measured.chain([run.gravity]).any(pulls))
+});
 const NO_PERIOD: Feature =
     feature("no periodic axis", &[], |it| given(!it.start.space.boundary.contains(&Boundary::Periodic)));
 const THERMAL: Feature = feature(
@@ -278,6 +291,10 @@ const STRUCTURE_FACTOR: Feature =
     key(&["measure.structure_factor"], |it| given(it.parts.measure.structure_factor.is_some()));
 const CHAINS: Feature = key(&["measure.chains"], |it| given(it.parts.measure.chains.is_some()));
 const TRANSPORT: Feature = key(&["measure.transport"], |it| given(it.parts.measure.transport.is_some()));
+const CENTRE_OF_MASS: Feature = key(&["measure.centre_of_mass"], |it| given(it.parts.measure.centre_of_mass.is_some()));
+const AXIS_POINT: Feature = key(&["measure.centre_of_mass.axis_point"], |it| {
+    given(it.parts.measure.centre_of_mass.as_ref().is_some_and(|plan| plan.axis_point.is_some()))
+});
 const FLOW_ALONG_X: Feature = feature("a [[measure.flow]] along x", &["measure.flow.axis"], |it| {
     let index = it.parts.measure.flows.iter().position(|flow| flow.axis.as_deref() == Some("x"))?;
     Some((Some(path("measure.flow").index(index).key("axis")), "\"x\"".to_owned()))
@@ -288,6 +305,12 @@ const CONTACTS: Feature = key(&["output.contacts"], |it| given(it.parts.output.h
 const EVENT_LOG: Feature = key(&["output.events"], |it| given(it.parts.output.has_event_log));
 const COUNTS: Feature = key(&["output.count"], |it| given(!it.parts.output.regions.is_empty()));
 const FORMATS: Feature = key(&["output.formats"], |it| given(!it.parts.output.formats.is_empty()));
+
+/// Axes that are neither periodic nor flat.
+fn sided_axes(it: &Subject<'_>) -> impl Iterator<Item = usize> {
+    let boundary = it.start.space.boundary;
+    (0..3).filter(move |&axis| matches!(boundary[axis], Boundary::Bounded { .. }))
+}
 
 /// Iterates over the laws of walls and surfaces, with the config paths of their keys.
 fn laws(it: &Subject<'_>) -> impl Iterator<Item = (ConfigPath, SurfaceLaw)> {
@@ -434,5 +457,8 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(COUNTS, BAROSTAT, "", ABSENT, "regions do not scale with the box"),
     row(PRESSURE_TENSOR, OPEN, "in an open box", "no pressure_tensor, or a box that is periodic or has walls", "an open one has no volume to divide by. thermo.csv has the number of events in each row"),
     row(STRUCTURE_FACTOR, NO_PERIOD, "in a box without a periodic axis", "no structure_factor, or a periodic axis", "its period determines the wave vectors"),
+    row(CENTRE_OF_MASS, NO_SIDES, "in a box without walls or open sides", "no centre_of_mass, or an axis with walls or open sides", "particles that cross a periodic side have no unique centre of mass"),
+    row(AXIS_POINT, NO_WEIGHT, "without gravity along an axis with walls or open sides", "no axis_point, or such a gravity in [dynamics]", "the inclination is the angle from gravity to the centre of mass"),
+    row(AXIS_POINT, ONE_SIDED_AXIS, "with fewer than two axes with walls or open sides", "no axis_point, or two such axes", "an inclination is an angle in a plane"),
     row(CHAINS, NO_BONDS, "without bonds", "no chains, or bonds from [[chain]] or [[bond]]", ""),
 ];

@@ -149,6 +149,16 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
         let at = choices.pick(&[middle, 0.0, 1e9]);
         let _ = write!(text, "[[measure.flow]]\nname = \"f\"\naxis = \"{axis}\"\nat = {at:?}\n");
     }
+    if choices.once_in(2) {
+        let _ = write!(text, "[measure.contacts]\nduration = {}\n", choices.pick(&["0.01", "1.0", "1e3", "1e-9"]));
+    }
+    let has_sides = text.contains("= \"open\"") || text.contains("= \"walls\"");
+    if (has_sides || choices.once_in(16)) && choices.once_in(2) {
+        *text += "[measure.centre_of_mass]\n";
+        if text.contains("gravity") && choices.once_in(2) {
+            let _ = writeln!(text, "axis_point = [{:?}, 0.0, {middle:?}]", choices.pick(&[middle, -1e9]));
+        }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

@@ -90,6 +90,7 @@ diffusion = true
 free_paths = true
 speeds = true
 bond_order = true
+contacts = { duration = 0.3 }
 [[measure.profile]]
 name = "layers"
 bins = [1, 10, 1]

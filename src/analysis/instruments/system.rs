@@ -52,6 +52,8 @@ pub struct SystemDescription {
     pub conserves_momentum: bool,
     /// Axes along which the momentum is conserved; in a sheared box, relative to the streaming velocity.
     pub conserved_axes: [bool; 3],
+    /// Acceleration of each species between events, usually gravity `[length / time^2]`.
+    pub accelerations: Vec<Vector>,
     /// Whether particles accelerate between events.
     pub is_accelerated: bool,
     /// Whether the fluid is homogeneous and unconfined: periodic, without gravity, walls or static particles.
@@ -64,6 +66,8 @@ pub struct SystemDescription {
     pub shear_rate: f64,
     /// Time between two scalings of all velocities by a thermostat `[time]`, if any.
     pub scaling_interval: Option<f64>,
+    /// Contact time of the TC model `[time]`, if the scene has one.
+    pub contact_time: Option<f64>,
     /// Seed of the scene, for measurements on a random choice of particles.
     pub seed: u64,
 }
@@ -158,12 +162,14 @@ impl SystemDescription {
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: applicable.conserves_momentum,
             conserved_axes: applicable.conserved_axes,
+            accelerations: scene.species.iter().map(|species| species.acceleration).collect(),
             is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
             is_homogeneous: applicable.is_homogeneous,
             is_elastic: scene.has_elastic_pairs() && !scene.is_rough() && !scene.space.boundary.iter().any(is_soft),
             has_wells: applicable.has_wells,
             shear_rate: scene.shear_rate.unwrap_or(0.0),
             scaling_interval: applicable.scaling_interval,
+            contact_time: scene.contact_time,
             seed: scene.seed,
         }
     }
@@ -267,12 +273,14 @@ impl SystemDescription {
             bond_lengths: [0.0; 2],
             conserves_momentum: true,
             conserved_axes: [true; 3],
+            accelerations: vec![Vector::zeros()],
             is_accelerated: false,
             is_homogeneous: true,
             is_elastic: true,
             has_wells: false,
             shear_rate: 0.0,
             scaling_interval: None,
+            contact_time: None,
             seed: 1,
         }
     }

@@ -14,6 +14,10 @@ impl SceneParts {
         let at = ConfigPath::root().key("measure");
         check_numbers(&self.measure, &at)?;
         check_speeds(&self.measure, species, &at.key("speeds"))?;
+        self.check_contacts(&at.key("contacts"))?;
+        if let Some(point) = self.measure.centre_of_mass.as_ref().and_then(|it| it.axis_point) {
+            finite_vector(&point.into(), &at.key("centre_of_mass").key("axis_point"))?;
+        }
         let mut names = Taken::default();
         for it in self.measure.requested() {
             let (Some(name), at) = (it.name, position(&it)) else { continue };
@@ -37,6 +41,20 @@ impl SceneParts {
             check_grid(&it.bins, (it.lower, it.upper), space, &at.key("stress").index(index))?;
         }
         check_flows(&self.measure, space, &at)
+    }
+
+    fn check_contacts(&self, at: &ConfigPath) -> Result<(), SceneError> {
+        let Some(plan) = &self.measure.contacts else { return Ok(()) };
+        let Some(duration) = plan.window(self.contact_time) else {
+            let why = "give the length of a window, or set dynamics.contact_time: the default is 100 contact times";
+            return Err(missing(at, "duration", why));
+        };
+        match plan.interval.filter(|interval| *interval < duration) {
+            Some(interval) => {
+                refuse(at.key("interval"), interval, format!("at least {duration:?}, the length of a window"))
+            }
+            None => Ok(()),
+        }
     }
 }
 
@@ -210,9 +228,9 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
     check_spans(plan, at)
 }
 
-/// Returns the intervals, spans and windows of the measurement plan, each with its key `[time]`.
+/// Returns the intervals, spans, windows and durations of the measurement plan, each with its key `[time]`.
 pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
-    let is_time = |key: &str| ["interval", "span", "window"].contains(&key);
+    let is_time = |key: &str| ["interval", "span", "window", "duration"].contains(&key);
     let times = |it: Requested<'_>| {
         let times = it.positive.iter().filter(|(key, _)| is_time(key));
         times.filter_map(|&(key, time)| Some((position(&it).key(key).to_string(), time?))).collect::<Vec<_>>()

@@ -1,0 +1,244 @@
+//! Centre of mass over time, and its inclination about the axis of a drum.
+
+use super::budgeted_times::budgeted_times;
+use super::instrument::{Instrument, Setup};
+use super::quantity::{Curve, Measured, Number};
+use super::system::{Sample, SystemDescription};
+use crate::Vector;
+use crate::analysis::sampling_times::SamplingTimes;
+use crate::analysis::statistics::{BlockAverage, Estimate};
+use crate::base::numbers::id;
+use crate::base::text::identifiers;
+use crate::model::measurement_plan::CentreOfMass as Plan;
+use crate::model::space::{AXES, Boundary};
+use serde::{Deserialize, Serialize};
+
+/// With more species than this, only the centre of mass of all particles is measured.
+const MOST_SPECIES: usize = 8;
+
+/// Maximum number of rows of the curves. When it is reached, every second row is dropped.
+const MOST_ROWS: usize = 1024;
+
+/// Number of operations per particle and sample.
+const WORK: f64 = 10.0;
+
+/// Centre of mass `R = sum m r / sum m` of all moving particles and of each species, along the axes that are neither
+/// periodic nor flat.
+///
+/// The inclination is the angle between gravity and the direction from a given point to the centre of mass. In a drum,
+/// a heap with a plane surface is symmetric about the normal of its surface through the axis of the drum. The
+/// inclination about this axis is then the angle of the surface.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct CentreOfMass {
+    times: SamplingTimes,
+    /// Time of the latest sample.
+    time: f64,
+    axes: Vec<usize>,
+    classes: Vec<Class>,
+    inclination: Option<Inclination>,
+    rows: Rows,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Class {
+    /// `None` for all moving particles.
+    species: Option<u32>,
+    /// One average for each axis.
+    averages: Vec<BlockAverage>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Inclination {
+    point: Vector,
+    /// Average angle in degrees.
+    average: BlockAverage,
+}
+
+/// Values over time, in bounded memory.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Rows {
+    rows: Vec<Row>,
+    /// Number of samples per row, and number of samples since the latest row.
+    stride: u64,
+    skipped: u64,
+}
+
+/// Values at one time; `None` for the centre of mass of no particles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Row {
+    time: f64,
+    /// For each class, the centre of mass along each axis.
+    centres: Vec<Option<f64>>,
+    angle: Option<f64>,
+}
+
+impl Rows {
+    fn add(&mut self, row: Row) {
+        self.skipped += 1;
+        if self.skipped < self.stride {
+            return;
+        }
+        self.skipped = 0;
+        self.rows.push(row);
+        if self.rows.len() > MOST_ROWS {
+            // The first and the last row remain, because the number of rows is odd.
+            let mut index = 0;
+            self.rows.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.stride *= 2;
+        }
+    }
+}
+
+impl CentreOfMass {
+    pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
+        let system = setup.system;
+        let is_open = |&axis: &usize| system.space.boundary[axis] != Boundary::Periodic;
+        let axes: Vec<usize> = system.axes().filter(is_open).collect();
+        let times = budgeted_times(setup, plan.interval, WORK * system.moving.len() as f64);
+        let average = BlockAverage::new(times.interval());
+        let class = |species: Option<u32>| Class { species, averages: vec![average.clone(); axes.len()] };
+        let classes = [None].into_iter().chain(species(system).into_iter().map(Some)).map(class).collect();
+        let inclination = plan.axis_point.map(|point| Inclination { point: point.into(), average: average.clone() });
+        let rows = Rows { rows: Vec::new(), stride: 1, skipped: 0 };
+        let mut centre = Self { times, time: setup.sample.time, axes, classes, inclination, rows };
+        let first = centre.row(&setup.sample, system);
+        centre.rows.add(first);
+        centre
+    }
+
+    fn row(&self, sample: &Sample<'_>, system: &SystemDescription) -> Row {
+        let masses = &system.species_masses;
+        // For each species, its mass, and the sum of mass times position.
+        let mut sums = vec![(0.0, Vector::zeros()); masses.len()];
+        for (species, position) in sample.species.iter().zip(sample.positions) {
+            let mass = masses[species.0 as usize];
+            if mass.is_finite() {
+                let (sum, moment) = &mut sums[species.0 as usize];
+                *sum += mass;
+                *moment += position * mass;
+            }
+        }
+        let counted = |class: &Class| match class.species {
+            Some(species) => sums[species as usize],
+            None => sums.iter().fold((0.0, Vector::zeros()), |all, one| (all.0 + one.0, all.1 + one.1)),
+        };
+        let centre = |class: &Class| Some(counted(class)).filter(|(mass, _)| *mass > 0.0).map(|(mass, sum)| sum / mass);
+        let centres: Vec<Option<Vector>> = self.classes.iter().map(centre).collect();
+        let weight: Vector = sums.iter().zip(&system.accelerations).map(|((mass, _), gravity)| gravity * *mass).sum();
+        let angle = self.inclination.as_ref().zip(centres[0]);
+        Row {
+            time: sample.time,
+            angle: angle.and_then(|(about, centre)| self.angle(&weight, &(centre - about.point))),
+            centres: centres.iter().flat_map(|centre| self.axes.iter().map(|&axis| Some((*centre)?[axis]))).collect(),
+        }
+    }
+
+    /// Angle from gravity to a vector in degrees, in the space of the axes of this instrument. With two axes, the angle
+    /// is positive in the sense from the first axis to the second.
+    fn angle(&self, gravity: &Vector, vector: &Vector) -> Option<f64> {
+        let part = |of: &Vector| Vector::from_fn(|axis, _| if self.axes.contains(&axis) { of[axis] } else { 0.0 });
+        let (gravity, vector) = (part(gravity), part(vector));
+        if gravity == Vector::zeros() || vector == Vector::zeros() {
+            return None;
+        }
+        let across = match self.axes[..] {
+            [first, second] => gravity[first] * vector[second] - gravity[second] * vector[first],
+            _ => gravity.cross(&vector).norm(),
+        };
+        Some(libm::atan2(across, gravity.dot(&vector)).to_degrees())
+    }
+
+    fn titles(&self, system: &SystemDescription) -> Vec<(String, String)> {
+        let species = self.classes.iter().filter_map(|class| class.species);
+        let names: Vec<&str> = species.map(|species| system.species_names[species as usize].as_str()).collect();
+        let keys = identifiers(names.iter().copied());
+        let each = keys.iter().zip(&names).map(|(key, name)| (format!("_{key}"), format!(" of {name}")));
+        [(String::new(), String::new())].into_iter().chain(each).collect()
+    }
+
+    fn curves(&self, system: &SystemDescription) -> Vec<Curve> {
+        let rows = &self.rows.rows;
+        let curve = |name: &str, title: &str, method: &str| {
+            Curve::new(name, title, method).variable("t", "time", rows.iter().map(|row| row.time).collect())
+        };
+        let column = |value: &dyn Fn(&Row) -> Option<f64>| -> Vec<Option<Estimate>> {
+            rows.iter().map(|row| value(row).map(|mean| Estimate { mean, standard_error: None })).collect()
+        };
+        let mut centres = curve("centre_of_mass", "Centre of mass", CENTRE);
+        let names =
+            self.titles(system).into_iter().flat_map(|(_, of)| self.axes.iter().map(move |&axis| (axis, of.clone())));
+        for (index, (axis, of)) in names.enumerate() {
+            let name = format!("{}{of}", AXES[axis]);
+            centres = centres.series(&name, "length", &column(&|row| row.centres[index]));
+        }
+        let angles = self.inclination.as_ref().map(|_| {
+            let title = "Inclination of the centre of mass";
+            curve("inclination", title, INCLINATION).series("angle", "degree", &column(&|row| row.angle))
+        });
+        [centres].into_iter().chain(angles).collect()
+    }
+}
+
+/// Moving species that are measured separately.
+fn species(system: &SystemDescription) -> Vec<u32> {
+    let is_present = |&species: &u32| {
+        let is_moving = system.species_masses[species as usize].is_finite();
+        // A species may enter later.
+        is_moving && (system.has_flow || system.species.contains(&species))
+    };
+    let present: Vec<u32> = (0..id(system.species_masses.len())).filter(is_present).collect();
+    if (2..=MOST_SPECIES).contains(&present.len()) { present } else { Vec::new() }
+}
+
+impl Instrument for CentreOfMass {
+    fn next_sample(&self) -> f64 {
+        self.times.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !self.times.is_due(sample.time) {
+            return;
+        }
+        let elapsed = sample.time - self.time;
+        self.time = sample.time;
+        let row = self.row(sample, system);
+        let averages = self.classes.iter_mut().flat_map(|class| &mut class.averages);
+        for (average, centre) in averages.zip(&row.centres) {
+            centre.iter().for_each(|centre| average.add(*centre, elapsed));
+        }
+        if let Some((inclination, angle)) = self.inclination.as_mut().zip(row.angle) {
+            inclination.average.add(angle, elapsed);
+        }
+        self.rows.add(row);
+    }
+
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        for (class, (key, of)) in self.classes.iter().zip(self.titles(system)) {
+            for (&axis, average) in self.axes.iter().zip(&class.averages) {
+                measured.numbers.push(Number::estimated(
+                    &format!("centre_of_mass_{}{key}", AXES[axis]),
+                    &format!("Centre of mass{of} along {}", AXES[axis]),
+                    "length",
+                    average.estimate(),
+                    CENTRE,
+                ));
+            }
+        }
+        if let Some(inclination) = &self.inclination {
+            let (title, angle) = ("Inclination of the centre of mass", inclination.average.estimate());
+            measured.numbers.push(Number::estimated("inclination", title, "degree", angle, INCLINATION));
+        }
+        measured.curves.extend(self.curves(system));
+    }
+}
+
+const CENTRE: &str = "R = sum m r / sum m over the moving particles, averaged over the samples.";
+const INCLINATION: &str = "Angle between gravity and the direction from axis_point to the centre of mass, without the \
+    components along periodic axes, averaged over the samples. With two axes, the angle is positive in the sense from \
+    the first axis to the second.";
+
+#[cfg(test)]
+mod tests;
