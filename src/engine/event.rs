@@ -157,8 +157,14 @@ pub struct EventCounts {
     pub tc_contacts: u64,
     /// Contacts in which the TC model reduced the dissipation.
     pub tc_altered: u64,
+    /// Altered contacts that kept a part of their speed, so that the pair stays apart for a contact time.
+    pub tc_kept: u64,
+    /// Altered contacts that slid along the barrier.
+    pub tc_slid: u64,
     /// Contacts of particles at rest to which the TC model supplied energy.
     pub tc_lifted: u64,
+    /// Contacts in which the energy lost to friction went into the normal motion.
+    pub tc_returned: u64,
     /// Deepest overlap at any event, as a fraction of the distance of the discontinuity.
     pub deepest_overlap: f64,
     /// Collisional virial: the sum of `r_ij . J` over pair events, with the separation `r_ij` and the impulse `J`
@@ -234,7 +240,7 @@ impl EventCounts {
         }
     }
 
-    fn counts_mut(&mut self) -> [&mut u64; 15] {
+    fn counts_mut(&mut self) -> [&mut u64; 18] {
         [
             &mut self.core,
             &mut self.core_static,
@@ -247,7 +253,10 @@ impl EventCounts {
             &mut self.in_invalid_state,
             &mut self.tc_contacts,
             &mut self.tc_altered,
+            &mut self.tc_kept,
+            &mut self.tc_slid,
             &mut self.tc_lifted,
+            &mut self.tc_returned,
             &mut self.thermostat,
             &mut self.exit,
             &mut self.entry,

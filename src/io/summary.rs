@@ -130,7 +130,13 @@ pub struct Events {
     pub tc_contacts: u64,
     pub tc_altered: u64,
     #[serde(default)]
+    pub tc_kept: u64,
+    #[serde(default)]
+    pub tc_slid: u64,
+    #[serde(default)]
     pub tc_lifted: u64,
+    #[serde(default)]
+    pub tc_returned: u64,
     /// Particles that have left; `None` without an inlet or outlet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exit: Option<u64>,
@@ -396,6 +402,9 @@ fn events(measurement: &MeasurementPeriod, has_flow: bool) -> Events {
         in_invalid_state: event_counts.in_invalid_state,
         tc_contacts: event_counts.tc_contacts,
         tc_altered: event_counts.tc_altered,
+        tc_kept: event_counts.tc_kept,
+        tc_slid: event_counts.tc_slid,
+        tc_returned: event_counts.tc_returned,
         tc_lifted: event_counts.tc_lifted,
         exit: has_flow.then_some(event_counts.exit),
         entry: has_flow.then_some(event_counts.entry),

@@ -176,14 +176,23 @@ pub struct Leaving {
     pub is_rough: bool,
     /// Whether the pair was at rest and gained energy.
     pub is_lifted: bool,
+    /// Whether the pair slides along the barrier, without friction.
+    pub is_sliding: bool,
     /// What becomes of the energy lost to friction.
     pub rattle: Rattle,
 }
 
 impl Leaving {
     /// Leaves with this normal speed, without friction.
-    fn smoothly(speed: f64) -> Self {
-        Self { speed, tangential_scale: 1.0, is_rough: false, is_lifted: false, rattle: Rattle::NONE }
+    pub fn smoothly(speed: f64) -> Self {
+        Self {
+            speed,
+            tangential_scale: 1.0,
+            is_rough: false,
+            is_lifted: false,
+            is_sliding: false,
+            rattle: Rattle::NONE,
+        }
     }
 }
 
@@ -266,7 +275,7 @@ pub fn tc_contact(law: &ContactLaw, since: f64, arrival: &Arrival, contact_time:
         let speed = (2.0 * slowest).min(energy.sqrt());
         let left = (energy - speed * speed).max(0.0).sqrt();
         let tangential_scale = if tangential > 0.0 { left / tangential } else { 1.0 };
-        return Leaving { tangential_scale, ..Leaving::smoothly(speed) };
+        return Leaving { tangential_scale, is_sliding: true, ..Leaving::smoothly(speed) };
     }
     let is_rough = law.roughness.is_some();
     if since < contact_time {

@@ -1,6 +1,7 @@
 use super::describe::momentum_changes;
 use crate::base::text::{digits, tiny};
 use crate::io::Summary;
+use crate::io::summary::Events;
 use crate::model::{Scene, Separated};
 
 pub(super) struct Row {
@@ -38,15 +39,7 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
         let how = "grazing events, decided as in the published algorithm";
         rows.push(Row::told("events at turning points", how, events.turning_point.to_string()));
     }
-    if events.tc_altered > 0 {
-        let part = 100.0 * events.tc_altered as f64 / events.tc_contacts.max(1) as f64;
-        let value = format!("{} ({part:.2} %)", events.tc_altered);
-        rows.push(Row::told("altered by the TC model", "contacts made elastic or slowed down", value));
-    }
-    if events.tc_lifted > 0 {
-        let how = "contacts of grains at rest, which left at the speed g tc / 2";
-        rows.push(Row::told("lifted by the TC model", how, events.tc_lifted.to_string()));
-    }
+    rows.extend(tc_model(events));
     if energy.dissipated > 0.0 {
         let how = "by restitution; counted in the ledger";
         rows.push(Row::told("energy dissipated", how, digits(energy.dissipated)));
@@ -55,6 +48,30 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
         let how =
             "by thermostats, walls, growth, shear or the TC model, minus what they removed; counted in the ledger";
         rows.push(Row::told("energy supplied", how, digits(energy.supplied)));
+    }
+    rows
+}
+
+/// Contacts that each rule of the TC model altered.
+fn tc_model(events: &Events) -> Vec<Row> {
+    let elastic = events.tc_altered.saturating_sub(events.tc_kept + events.tc_slid + events.tc_lifted);
+    let part = 100.0 * events.tc_altered as f64 / events.tc_contacts.max(1) as f64;
+    let rules = [
+        ("altered by the TC model", "contacts, by all rules together", events.tc_altered),
+        ("elastic by the TC model", "contacts less than tc after the previous one", elastic),
+        ("kept apart by the TC model", "contacts that left fast enough to stay apart for tc", events.tc_kept),
+        ("sliding by the TC model", "contacts at which particles slide along a barrier", events.tc_slid),
+        ("lifted by the TC model", "contacts of grains at rest, which left at the speed g tc / 2", events.tc_lifted),
+        (
+            "rattling by the TC model",
+            "elastic contacts in which the energy of friction went into the normal motion",
+            events.tc_returned,
+        ),
+    ];
+    let mut rows = Vec::new();
+    for (what, how, count) in rules.into_iter().filter(|(.., count)| *count > 0) {
+        let value = if rows.is_empty() { format!("{count} ({part:.2} %)") } else { count.to_string() };
+        rows.push(Row::told(what, how, value));
     }
     rows
 }

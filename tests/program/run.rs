@@ -44,7 +44,7 @@ fn summary_has_exactly_the_agreed_keys() {
     for (key, contents) in [
         (
             "events",
-            "total before core capture release bounce wall transition turning_point in_invalid_state tc_contacts tc_altered tc_lifted",
+            "total before core capture release bounce wall transition turning_point in_invalid_state tc_contacts tc_altered tc_kept tc_slid tc_lifted tc_returned",
         ),
         ("energy", "initial final kinetic potential dissipated supplied ledger_error_relative ledger_limit"),
         ("measured", "start duration"),

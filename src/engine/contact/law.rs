@@ -5,7 +5,7 @@ use crate::Vector;
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
-use crate::physics::response::{Arrival, ContactLaw, Leaving, Rattle, Response, respond, tc_contact};
+use crate::physics::response::{Arrival, ContactLaw, Leaving, Response, respond, tc_contact};
 
 /// Uncertainty of a relative velocity, divided by the sum of the two speeds.
 const LOST: f64 = 2.0 * f64::EPSILON;
@@ -80,7 +80,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(leaving) = self.tc_model(&[i], law, arrival, time) else {
             let speed = if vn < 0.0 { -restitution * vn } else { vn };
             let is_rough = law.roughness.is_some();
-            return Leaving { speed, tangential_scale: 1.0, is_rough, is_lifted: false, rattle: Rattle::NONE };
+            return Leaving { is_rough, ..Leaving::smoothly(speed) };
         };
         // An elastic contact keeps the normal speed, even if the particle recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
@@ -133,13 +133,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let times = self.pairs.contact_times.as_mut()?;
         let since = times.note(particles, time);
         let leaving = tc_contact(law, since, &arrival, times.contact_time);
-        self.counts.totals.tc_contacts += 1;
-        self.counts.totals.tc_altered += u64::from(
-            leaving.speed != arrival.restitution * arrival.approach
-                || leaving.is_rough != law.roughness.is_some()
-                || leaving.tangential_scale != 1.0,
-        );
-        self.counts.totals.tc_lifted += u64::from(leaving.is_lifted);
+        let is_recent = since < times.contact_time;
+        let is_altered = leaving.speed != arrival.restitution * arrival.approach
+            || leaving.is_rough != law.roughness.is_some()
+            || leaving.tangential_scale != 1.0;
+        let kept = is_altered && !(is_recent || leaving.is_sliding || leaving.is_lifted);
+        let totals = &mut self.counts.totals;
+        totals.tc_contacts += 1;
+        totals.tc_altered += u64::from(is_altered);
+        totals.tc_kept += u64::from(kept);
+        totals.tc_slid += u64::from(is_altered && leaving.is_sliding);
+        totals.tc_lifted += u64::from(leaving.is_lifted);
         Some(leaving)
     }
 

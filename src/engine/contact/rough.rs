@@ -61,6 +61,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let grip = touch.grip(&roughness, normal_impulse);
         let speed = normal_impulse * touch.inverse_mass + pair.approach.radial / length;
         let gain = rattle.gain(speed, touch.slip().norm(), grip.dissipated * touch.inverse_mass);
+        self.counts.totals.tc_returned += u64::from(gain > 0.0);
         let more = gain / touch.inverse_mass;
         let impulse = if gain > 0.0 { grip.impulse + touch.normal * more } else { grip.impulse };
         let mut after = change.after;
@@ -102,6 +103,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // A surface that moves supplies energy without end, so that grains would rattle ever more.
         let rattle = if at.does_no_work() { push.rattle } else { Rattle::NONE };
         let gain = rattle.gain(push.speed, touch.slip().norm(), grip.dissipated * inverse_mass);
+        self.counts.totals.tc_returned += u64::from(gain > 0.0);
         let torque = at.in_space(&grip.torques[0]);
         let turning = torque.dot(&(self.spin(i) + torque * (0.5 * self.inverse_inertia(i))));
         let after = change.after[0] + at.in_space(&grip.impulse) * inverse_mass;

@@ -111,7 +111,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // A rough surface with a material acts on the velocity relative to the material.
         let material = at.material.filter(|_| law.roughness.is_some());
         let along = material.map_or(at.velocity, |material| at.velocity - material);
-        let Leaving { speed, tangential_scale, is_rough, is_lifted, rattle } =
+        let Leaving { speed, tangential_scale, is_rough, is_lifted, rattle, .. } =
             self.leave_surface(i, (&along, vn), closing, law, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let scaled = match material {
