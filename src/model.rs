@@ -33,7 +33,7 @@ pub mod triangle_mesh;
 pub mod umbrella_plan;
 pub mod until;
 
-pub use crate::physics::response::ContactLaw;
+pub use crate::physics::response::{ContactLaw, TcRule};
 pub use crate::physics::restitution::{Restitution, RestitutionTable};
 pub use crate::physics::rough::Roughness;
 pub use barostat::{Barostat, BarostatError, VolumeMoves};

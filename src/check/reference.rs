@@ -126,7 +126,7 @@ impl Reference {
         let count = scene.particles.len();
         let mut reference = Self {
             scene: scene.clone(),
-            tc_model: scene.contact_time.map(|contact_time| TcModel::new(contact_time, count)),
+            tc_model: scene.contact_time.map(|contact_time| TcModel::new(contact_time, count).with(scene.tc_rule)),
             pairs: BTreeMap::new(),
             time: 0.0,
             positions: scene.particles.iter().map(|p| p.position).collect(),

@@ -155,9 +155,9 @@ pub struct EventCounts {
     pub in_invalid_state: u64,
     /// Contacts to which the TC model was applied: all contacts at infinite barriers, if the scene uses the model.
     pub tc_contacts: u64,
-    /// Contacts in which the TC model reduced the dissipation.
+    /// Contacts in which the TC model changed the speed or the roughness.
     pub tc_altered: u64,
-    /// Altered contacts that kept a part of their speed, so that the pair stays apart for a contact time.
+    /// Altered contacts that kept a part of their speed, or all of it, so that the pair stays apart for a contact time.
     pub tc_kept: u64,
     /// Altered contacts that slid along the barrier.
     pub tc_slid: u64,

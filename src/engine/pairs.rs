@@ -32,7 +32,9 @@ impl Pairs {
         Self {
             rules: Rules::new(scene),
             states: CapturedPairs::new(if has_states { count } else { 0 }),
-            contact_times: scene.contact_time().map(|contact_time| ContactTimes::new(contact_time, count)),
+            contact_times: scene
+                .contact_time()
+                .map(|contact_time| ContactTimes::new(contact_time, scene.tc_rule(), count)),
             has_own_interactions: scene.has_loose_bonds(),
             bias: None,
         }

@@ -1,6 +1,6 @@
 //! A scene: everything that determines a trajectory, in reduced units.
 
-use crate::model::ContactLaw;
+use crate::model::{ContactLaw, TcRule};
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
@@ -223,6 +223,8 @@ scene! {
     displacement: f64 => copy f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     contact_time: Option<f64> => copy Option<f64>,
+    /// Rule of the TC model for contacts in quick succession.
+    tc_rule: TcRule => copy TcRule,
     /// Whether overlaps at the start are permitted. The stable rule resolves these overlaps.
     allow_invalid_start: bool => copy bool,
     /// Distance by which particles may be moved at the start to remove overlaps `[length]`; `None` to move no particle.

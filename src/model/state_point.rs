@@ -1,7 +1,7 @@
 //! Hash of the state point of a system.
 
 use super::space::Boundary;
-use super::{ContactLaw, Roughness, Scene};
+use super::{ContactLaw, Roughness, Scene, TcRule};
 
 /// Systems with different hashes draw different random numbers from the same seed. The hash does not depend on names,
 /// the order of species, species without particles, or the division into stages.
@@ -54,6 +54,7 @@ impl StatePoint {
             .and(sum(pairs))
             .and(sum(scene.bonds.iter().map(|bond| interaction(bond.interaction.0 as usize))))
             .and(sum(walls.chain(temperatures)));
+        let all = if scene.tc_rule == TcRule::default() { all } else { all.and(5) };
         // Scenes without these keep their random numbers.
         [belts, inlets]
             .into_iter()

@@ -196,6 +196,16 @@ impl Leaving {
     }
 }
 
+/// Rule of the TC model for contacts that follow a previous contact within the contact time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum TcRule {
+    /// Contacts are elastic but remain rough, and grains at rest stay apart for a contact time.
+    #[default]
+    Resting,
+    /// The published model alone: contacts are elastic and smooth.
+    LudingMcNamara,
+}
+
 /// Maximum number of contacts within one contact time. A pair that would have more contacts slides. It then gets twice
 /// the limiting speed, so that its next contacts are not at the limit, where round-off would decide whether they slide.
 const SLIDING: f64 = 64.0;
@@ -224,6 +234,15 @@ impl Rattle {
     fn new(approach: f64, since: f64, contact_time: f64) -> Self {
         let [speed, fastest] = [f64::INFINITY, FASTER].map(|most| approach * (contact_time / since).min(most));
         Self { speed, fastest }
+    }
+
+    /// A contact with a surface that moves, or whose material does, at the normal speed `approach`.
+    ///
+    /// Such a surface supplies energy without end, and grains that slide on it could rattle ever more. The slip must
+    /// therefore be comparable with this normal speed itself.
+    #[must_use]
+    pub fn at_moving_surface(self, approach: f64) -> Self {
+        Self { speed: self.speed.min(approach), ..self }
     }
 
     /// Increase of the normal speed. `lost` is the energy that friction takes, divided by the reduced mass, and `slip` is
@@ -262,8 +281,15 @@ impl Rattle {
 /// supplied.
 #[inline]
 #[must_use]
-pub fn tc_contact(law: &ContactLaw, since: f64, arrival: &Arrival, contact_time: f64) -> Leaving {
+pub fn tc_contact(rule: TcRule, law: &ContactLaw, since: f64, arrival: &Arrival, contact_time: f64) -> Leaving {
     let &Arrival { approach, restitution, tangential, closing, closing_at_rest } = arrival;
+    if rule == TcRule::LudingMcNamara {
+        return if since < contact_time {
+            Leaving::smoothly(approach)
+        } else {
+            Leaving { is_rough: law.roughness.is_some(), ..Leaving::smoothly(restitution * approach) }
+        };
+    }
     let away_for_contact_time = (0.5 * closing * contact_time).max(0.0);
     let slowest = away_for_contact_time / SLIDING;
     if approach < slowest {
@@ -298,7 +324,13 @@ mod tests {
     fn left(restitution: f64, is_recent: bool, speeds: [f64; 2], closing: f64, contact_time: f64) -> Leaving {
         let [approach, tangential] = speeds;
         let arrival = Arrival { approach, restitution, tangential, closing, closing_at_rest: closing };
-        tc_contact(&ContactLaw::smooth(restitution), if is_recent { 0.0 } else { contact_time }, &arrival, contact_time)
+        tc_contact(
+            TcRule::Resting,
+            &ContactLaw::smooth(restitution),
+            if is_recent { 0.0 } else { contact_time },
+            &arrival,
+            contact_time,
+        )
     }
 
     fn outcome_and_normal_velocity(side: Side, energy_step: f64, vn: f64, restitution: f64) -> (Outcome, f64) {
@@ -371,14 +403,23 @@ mod tests {
         let law = ContactLaw::smooth(0.5).with_friction(0.3);
         let arrival = Arrival { approach: 3.0, restitution: 0.5, tangential: 1.0, closing: 1.0, closing_at_rest: 1.0 };
         for (since, fastest) in [(0.0, 48.0), (0.004, 48.0), (0.08, 3.75), (0.1, 0.0)] {
-            let leaving = tc_contact(&law, since, &arrival, 0.1);
+            let leaving = tc_contact(TcRule::Resting, &law, since, &arrival, 0.1);
             assert_eq!((leaving.rattle.fastest, leaving.is_rough), (fastest, true));
             assert_eq!(leaving.speed, if since < 0.1 { 3.0 } else { 1.5 });
         }
         // A pair at the limit of sliding does not slide in its next contact.
-        let slow = tc_contact(&law, 0.05, &Arrival { approach: 0.0, ..arrival }, 0.1);
-        let next = tc_contact(&law, 0.05, &Arrival { approach: slow.speed, ..arrival }, 0.1);
+        let slow = tc_contact(TcRule::Resting, &law, 0.05, &Arrival { approach: 0.0, ..arrival }, 0.1);
+        let next = tc_contact(TcRule::Resting, &law, 0.05, &Arrival { approach: slow.speed, ..arrival }, 0.1);
         assert_eq!((next.speed, next.is_rough, next.tangential_scale), (slow.speed, true, 1.0));
+    }
+
+    #[test]
+    fn published_model_makes_recent_contacts_elastic_and_smooth() {
+        let law = ContactLaw::smooth(0.5).with_friction(0.3);
+        let arrival = Arrival { approach: 3.0, restitution: 0.5, tangential: 1.0, closing: 1e9, closing_at_rest: 1e9 };
+        let left = |since: f64| tc_contact(TcRule::LudingMcNamara, &law, since, &arrival, 0.1);
+        assert_eq!(left(0.05), Leaving::smoothly(3.0));
+        assert_eq!(left(0.1), Leaving { is_rough: true, ..Leaving::smoothly(1.5) });
     }
 
     #[test]
@@ -392,6 +433,8 @@ mod tests {
         assert_eq!(gain(1.0, 1e9), 12.0, "up to 15");
         assert_eq!(Rattle::new(3.0, 0.0, 0.1).gain(3.0, 1e9, 1e9), 45.0, "up to 16 times");
         assert_eq!(Rattle::NONE.gain(3.0, 1.0, 8.0), 0.0);
+        let moving = rattle.at_moving_surface(3.0);
+        assert_eq!([moving.gain(3.0, 12.0, 8.0), moving.gain(3.0, 24.0, 8.0)], [2.0, 0.0]);
     }
 
     #[test]
@@ -424,8 +467,8 @@ mod tests {
         // The centrifugal force lifts no pair. Otherwise, each lift would increase the force, and the energy without limit.
         let arrival =
             Arrival { approach: 0.0, restitution: 0.3, tangential: 2.0, closing: 400.0, closing_at_rest: 0.0 };
-        let along = tc_contact(&ContactLaw::smooth(0.3), 0.0, &arrival, 1.0);
-        assert_eq!(along, Leaving { tangential_scale: 0.0, ..Leaving::smoothly(2.0) });
+        let along = tc_contact(TcRule::Resting, &ContactLaw::smooth(0.3), 0.0, &arrival, 1.0);
+        assert_eq!(along, Leaving { tangential_scale: 0.0, is_sliding: true, ..Leaving::smoothly(2.0) });
         let apart = left(0.3, false, [0.0, 0.0], -1.0, 0.128);
         assert_eq!(apart.speed, 0.0, "a pair that gravity separates is not lifted");
     }

@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::space::{Boundary, Space};
 use crate::model::{
-    AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId,
+    AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId, TcRule,
 };
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
@@ -130,6 +130,8 @@ impl SceneBuilder {
         displacement(displacement: f64) => parts.displacement;
         /// Switches the TC model on and sets its contact time `[time]`.
         contact_time(time: f64) => parts.contact_time;
+        /// Sets the rule of the TC model for contacts in quick succession.
+        tc_rule(rule: TcRule) => parts.tc_rule;
         /// Sets the temperature `[energy]` of all fills and chains without temperature and speed.
         temperature(temperature: f64) => temperature;
         /// Sets the speed `[length / time]` of all particles in fills and chains without temperature and speed.

@@ -101,7 +101,7 @@ impl SceneBuilder {
             (next.parts.wall_temperatures, next.parts.shear_rate) = (run.wall_temperatures, run.shear_rate);
         }
         if !start.has_dynamics {
-            next.parts.contact_time = run.contact_time;
+            (next.parts.contact_time, next.parts.tc_rule) = (run.contact_time, run.tc_rule);
         }
         let gravity = next.gravity;
         if next.species.is_empty() {
@@ -373,6 +373,7 @@ fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
             scene.interactions != run.interactions || scene.table != run.table || scene.bonds != run.bonds,
         ),
         ("the contact time", scene.contact_time != run.contact_time),
+        ("the rule of the TC model", scene.tc_rule != run.tc_rule),
         ("the seed of thermal walls", is_driven_by_walls && scene.seed != run.seed),
     ];
     differences.into_iter().filter(|(_, differs)| *differs).map(|(what, _)| what).collect()

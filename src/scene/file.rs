@@ -37,7 +37,9 @@ use serde_json::json;
 use crate::base::whole;
 use crate::model::Format;
 use crate::scene::names::{SCENE, WORD, WORDS};
+use crate::scene::parse::TC_RULES;
 use crate::scene::parse::plan::AUTOMATIC;
+use crate::scene::schema::words;
 
 /// A scene of Carom: what is simulated, measured and written. The scene chooses the units of length, mass and energy.
 /// Boltzmann's constant is 1.
@@ -145,6 +147,11 @@ pub(crate) struct DynamicsFile {
     /// Contact time of the TC model `[time]`. If not given, the model is off.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_time: Option<f64>,
+    /// Rule of the TC model for a contact less than the contact time after the previous one. With `resting`, it is elastic
+    /// but rough, and grains at rest stay apart for a contact time. With `luding-mcnamara`, it is elastic and smooth, as in
+    /// the published model.
+    #[schemars(extend("enum" = words(&TC_RULES), "default" = "resting"))]
+    pub tc_rule: Option<String>,
 }
 
 /// `[[species]]`: a species of particles.

@@ -22,15 +22,14 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 
 use crate::Vector;
-use crate::model::Format;
-use crate::model::{AuditPlan, InputFile, OutputPlan};
+use crate::model::{AuditPlan, Format, InputFile, OutputPlan, TcRule};
 use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::{self, Frames};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
-use crate::scene::file::{AuditFile, DiameterFile, OutputFile, SceneFile, SpeciesFile};
+use crate::scene::file::{AuditFile, DiameterFile, DynamicsFile, OutputFile, SceneFile, SpeciesFile};
 use crate::scene::given::GivenParticles;
 pub(crate) use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
@@ -95,6 +94,19 @@ impl<'k> Keys<'k> {
     }
 }
 
+fn tc_rule(dynamics: &DynamicsFile) -> Result<TcRule, SceneError> {
+    let Some(word) = &dynamics.tc_rule else { return Ok(TcRule::default()) };
+    let at = ConfigPath::root().key("dynamics");
+    if dynamics.contact_time.is_none() {
+        return Err(missing(&at, "contact_time", "the TC model needs it"));
+    }
+    variant(&TC_RULES, "rule", word, &at.key("tc_rule")).copied()
+}
+
+/// Words for the rule of the TC model.
+pub(crate) const TC_RULES: [(&str, TcRule); 2] =
+    [("resting", TcRule::Resting), ("luding-mcnamara", TcRule::LudingMcNamara)];
+
 fn variant<'t, T>(
     table: &'t [(&'static str, T)],
     what: &'static str,
@@ -129,6 +141,7 @@ pub(crate) fn parts(
     scene.parts.separate_overlaps = file.separate_overlaps;
     scene.gravity = vector(dynamics.gravity.unwrap_or_default());
     scene.parts.contact_time = dynamics.contact_time;
+    scene.parts.tc_rule = tc_rule(&dynamics)?;
     scene.parts.live = live::parse_live(file.description, file.live)?;
     scene.parts.audit = parse_audit(&file.audit);
     let materials = Materials::parse(file.material, &file.species)?;

@@ -57,9 +57,9 @@ fn tc_model(events: &Events) -> Vec<Row> {
     let elastic = events.tc_altered.saturating_sub(events.tc_kept + events.tc_slid + events.tc_lifted);
     let part = 100.0 * events.tc_altered as f64 / events.tc_contacts.max(1) as f64;
     let rules = [
-        ("altered by the TC model", "contacts, by all rules together", events.tc_altered),
+        ("altered by the TC model", "contacts whose speed or roughness it changed", events.tc_altered),
         ("elastic by the TC model", "contacts less than tc after the previous one", elastic),
-        ("kept apart by the TC model", "contacts that left fast enough to stay apart for tc", events.tc_kept),
+        ("kept apart by the TC model", "contacts that kept speed, to stay apart for tc", events.tc_kept),
         ("sliding by the TC model", "contacts at which particles slide along a barrier", events.tc_slid),
         ("lifted by the TC model", "contacts of grains at rest, which left at the speed g tc / 2", events.tc_lifted),
         (
@@ -70,7 +70,11 @@ fn tc_model(events: &Events) -> Vec<Row> {
     ];
     let mut rows = Vec::new();
     for (what, how, count) in rules.into_iter().filter(|(.., count)| *count > 0) {
-        let value = if rows.is_empty() { format!("{count} ({part:.2} %)") } else { count.to_string() };
+        let value = if count == events.tc_altered && rows.is_empty() {
+            format!("{count} ({part:.2} %)")
+        } else {
+            count.to_string()
+        };
         rows.push(Row::told(what, how, value));
     }
     rows

@@ -6,7 +6,7 @@ use carom::engine::event::{Event, EventKind, Other, Outcome};
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Restitution, RestitutionTable, Scene, SurfaceVelocity};
+use carom::model::{ContactLaw, Restitution, RestitutionTable, Scene, SurfaceVelocity, TcRule};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -166,7 +166,8 @@ impl Recipe {
             .interaction(interaction(Potential::hard_sphere(1.1).ok()?).between("B", "S"))
             .interaction(interaction(Potential::bond(0.3, 3.0).ok()?).named("link"));
         if let Some(time) = self.contact_time {
-            builder = builder.contact_time(time);
+            let rule = if self.seed % 7 < 2 { TcRule::LudingMcNamara } else { TcRule::Resting };
+            builder = builder.contact_time(time).tc_rule(rule);
         }
         // Static particles and bonded pairs come first, so that their ids are known.
         let at = |x: f64, y: f64, z: f64| Vector::new(x, y, z) * (self.box_length / 8.0);

@@ -185,3 +185,56 @@ fn grain_that_slides_in_a_slit_rattles_no_more_than_before() {
     let contacts = simulation.event_counts().physical() as f64;
     assert!((velocity.x - (5.0 - 0.3 * (1.8 * 0.02 + (contacts - 1.0) * 2.0 * 0.016))).abs() < 1e-9, "{velocity}");
 }
+
+#[test]
+fn body_at_rest_has_no_friction_in_the_published_tc_model() {
+    let text = "
+        space = { size = [90.0, 9.0, 9.0], z = { lower = 'wall', upper = 'open', restitution = 0.5, friction = 0.3 } }
+        dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3, tc_rule = 'luding-mcnamara' }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.4 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere' }]
+        particle = [{ species = 'grain', position = [45.0, 3.0, 0.7001], velocity = [1.0, 0.0, 0.0] }]
+        run = { until_time = 9.0 }
+    ";
+    let mut simulation = Simulation::new(Scene::from_toml(text, "published.toml").unwrap()).unwrap();
+    let speeds = [0.5, 3.0].map(|time| {
+        simulation.advance(Until::time(time)).unwrap();
+        simulation.snapshot().velocities[0].x
+    });
+    // Friction acts until the bounces are a contact time apart. Afterwards, contacts are smooth.
+    assert!(speeds[0] < 1.0 && speeds[0] > 0.98 && speeds[0] == speeds[1], "{speeds:?}");
+}
+
+#[test]
+fn packing_on_a_belt_rattles_no_more_often_than_on_a_floor() {
+    let contacts = |motion: &str| {
+        let law = "potential = 'hard-sphere', restitution = 0.5, friction = 0.5";
+        let text = format!(
+            "
+            seed = 5
+            space = {{ size = [6.0, 6.0, 30.0], z = 'open' }}
+            dynamics = {{ gravity = [0.0, 0.0, -1.0], contact_time = 0.02 }}
+            species = [{{ name = 'a', mass = 0.7, diameter = 0.9 }}, {{ name = 'b', mass = 1.3, diameter = 1.1 }}]
+            interaction = [{{ species = ['a', 'a'], {law} }}, {{ species = ['a', 'b'], {law} }},
+                           {{ species = ['b', 'b'], {law} }}]
+            fill = [{{ composition = {{ a = 40, b = 40 }}, arrangement = 'random', count = 80,
+                      region = {{ lower = [0.0, 0.0, 1.2], upper = [6.0, 6.0, 12.0] }} }}]
+            surface = [{{ name = 'floor', shape = 'plane', point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0],
+                         restitution = 0.5, friction = 0.5, {motion} }}]
+            run = {{ until_time = 99.0 }}
+            "
+        );
+        let mut simulation = Simulation::new(Scene::from_toml(text, "packing.toml").unwrap()).unwrap();
+        simulation.advance(Until::time(30.0)).unwrap();
+        let before = simulation.event_counts().physical();
+        simulation.advance(Until::time(10.0)).unwrap();
+        (simulation.event_counts().physical() - before) as f64
+    };
+    let at_rest = contacts("");
+    let moved = "motion = [{ kind = 'translation', velocity = [0.3, 0.0, 0.0], until = 1.0 }]";
+    for motion in ["surface_velocity = [0.3, 0.0, 0.0]", moved] {
+        let contacts = contacts(motion);
+        println!("{motion}: {contacts}, at rest {at_rest}");
+        assert!(contacts < 1.5 * at_rest, "{motion}: {contacts} {at_rest}");
+    }
+}

@@ -195,21 +195,48 @@ fn stress_in_grains_at_rest_is_the_weight_above() {
 
 #[test]
 fn dissipated_power_adds_up_to_the_dissipated_energy() {
+    // The second run lasts longer than expected, so that its intervals become longer while it cools.
+    for (limit, interval) in [("until_time = 4.0", "interval = 0.1"), ("until_events = 9000", "")] {
+        let finished = finish(&format!(
+            "
+            seed = 4
+            space = {{ size = [6.0, 6.0, 6.0], z = {{ lower = 'wall', upper = 'wall', restitution = 0.8 }} }}
+            species = [{{ name = 'a', mass = 1.3, diameter = 1.0 }}]
+            interaction = [{{ species = ['a', 'a'], potential = 'hard-sphere', restitution = 0.9, friction = 0.2 }}]
+            fill = [{{ species = 'a', arrangement = 'random', count = 60, temperature = 1.0 }}]
+            run = {{ {limit} }}
+            [[measure.stress]]
+            name = 's'
+            bins = [2, 3, 2]
+            {interval}
+            "
+        ));
+        let power: f64 = series(&finished, "dissipated power").values.iter().map(|power| power.unwrap()).sum();
+        let (lost, time) = (finished.simulation.event_counts().dissipated.total(), finished.simulation.time());
+        assert!((power * 18.0 * time - lost).abs() < 1e-9 * lost, "{limit}: {power} {lost}");
+    }
+}
+
+#[test]
+fn flux_between_two_unlike_balls_is_the_same_everywhere() {
+    // Balls on a line exchange momentum at a constant rate. The total momentum is zero, and N / (N - 1) is 2.
     let finished = finish(
         "
-        seed = 4
-        space = { size = [6.0, 6.0, 6.0], z = { lower = 'wall', upper = 'wall', restitution = 0.8 } }
-        species = [{ name = 'a', mass = 1.3, diameter = 1.0 }]
-        interaction = [{ species = ['a', 'a'], potential = 'hard-sphere', restitution = 0.9, friction = 0.2 }]
-        fill = [{ species = 'a', arrangement = 'random', count = 60, temperature = 1.0 }]
-        run = { until_time = 4.0 }
+        space = { size = [6.0, 0.0, 0.0], y = 'flat', z = 'flat' }
+        species = [{ name = 'a', mass = 1.3, diameter = 1.0 }, { name = 'b', mass = 0.7, diameter = 0.6 }]
+        interaction = [{ species = ['a', 'b'], potential = 'hard-sphere' },
+                       { species = ['a', 'a'], potential = 'hard-sphere' }, { species = ['b', 'b'], potential = 'hard-sphere' }]
+        particle = [{ species = 'a', position = [1.0, 0.0, 0.0], velocity = [0.7, 0.0, 0.0] },
+                    { species = 'b', position = [4.0, 0.0, 0.0], velocity = [-1.3, 0.0, 0.0] }]
+        run = { until_time = 2000.0 }
         [[measure.stress]]
         name = 's'
-        bins = [2, 3, 2]
-        interval = 0.1
+        bins = [6, 1, 1]
+        interval = 0.0317
         ",
     );
-    let power: f64 = series(&finished, "dissipated power").values.iter().map(|power| power.unwrap()).sum();
-    let lost = finished.simulation.event_counts().dissipated.total();
-    assert!((power * 18.0 * 4.0 - lost).abs() < 1e-9 * lost, "{power} {lost}");
+    let mean = mean(series(&finished, "stress xx")).0;
+    // Twice the kinetic energy is 1.82. The balls collide after 4.4 at the relative speed 2, with the impulse 1.82.
+    let expected = (2.0 * 1.82 + 0.8 * 1.82 * 2.0 / 4.4) / 6.0;
+    assert!((mean - expected).abs() < 0.02 * expected, "{mean} {expected}");
 }

@@ -142,7 +142,8 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
     }
     if choices.once_in(2) {
         let bins = choices.pick(&[[4, 1, 1], [1, 1, 1], [1, 3, 1], [10, 10, 10]]);
-        let _ = write!(text, "[[measure.profile]]\nname = \"p\"\nbins = {bins:?}\n");
+        let kind = choices.pick(&["profile", "stress"]);
+        let _ = write!(text, "[[measure.{kind}]]\nname = \"p\"\nbins = {bins:?}\n");
     }
     if choices.once_in(2) {
         let axis = choices.pick(&["x", "y", "z"]);

@@ -59,6 +59,9 @@ diffusion = true
 free_paths = true
 speeds = true
 bond_order = true
+[[measure.stress]]
+name = "cells"
+bins = [2, 1, 3]
 "#;
 
 pub const SHEARED: &str = r#"

@@ -259,6 +259,7 @@ fn reader_and_schema_accept_the_same_words() {
         ("mesh.0.open", "['?']"),
         ("surface.1.motion.0.kind", "'?'"),
         ("run.thermostat.kind", "'?'"),
+        ("dynamics.tc_rule", "'?'"),
         ("run.equilibration", "'?'"),
         ("stage.0.thermostat.axes", "['?']"),
         ("measure.flow.0.axis", "'?'"),

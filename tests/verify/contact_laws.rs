@@ -41,6 +41,15 @@ fn grains_at_rest_on_a_belt_are_proven_from_any_event_on() {
 }
 
 #[test]
+fn published_tc_model_is_proven_and_differs_from_the_default() {
+    let published = GRAINS.replace("contact_time = 0.01", "contact_time = 0.01, tc_rule = 'luding-mcnamara'");
+    let mut recording = Recording::of(scene(&published), 1_500);
+    assert_eq!(recording.fault(), None);
+    recording.scene = scene(GRAINS);
+    assert!(recording.fault().is_some());
+}
+
+#[test]
 fn slightly_different_laws_are_found() {
     let mut recording = Recording::of(scene(GRAINS), 1_500);
     assert_eq!(recording.fault(), None);

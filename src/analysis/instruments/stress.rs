@@ -40,6 +40,8 @@ pub(super) struct Stress {
     times: SamplingTimes,
     grid: Grid,
     samples: u64,
+    /// Length of an interval with the weight 1 `[time]`.
+    unit: f64,
     curve: CurveAverage,
     /// Sums over collisions since this time, [`OF_COLLISIONS`] for each cell.
     since: f64,
@@ -49,15 +51,33 @@ pub(super) struct Stress {
 impl Stress {
     pub fn new(plan: &plan::Stress, setup: &Setup<'_>) -> Self {
         let grid = Grid::new(plan.bins, plan.lower, plan.upper, &setup.system.space);
+        let times = budgeted_times(setup, plan.interval, 20.0 * setup.system.moving.len() as f64);
         Self {
             name: plan.name.clone(),
-            times: budgeted_times(setup, plan.interval, 20.0 * setup.system.moving.len() as f64),
+            unit: times.interval(),
+            times,
             samples: 0,
             curve: CurveAverage::new(grid.cells() * ELEMENTS),
             since: setup.sample.time,
             collisions: vec![0.0; grid.cells() * OF_COLLISIONS],
             grid,
         }
+    }
+
+    fn close_interval(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        let duration = sample.time - self.since;
+        if duration <= 0.0 {
+            return;
+        }
+        let mut values = vec![0.0; self.curve.len()];
+        self.add_particles(sample, system, &mut values);
+        for (cell, sums) in self.collisions.chunks_exact_mut(OF_COLLISIONS).enumerate() {
+            let rates = &mut values[cell * ELEMENTS + COLLISIONS..(cell + 1) * ELEMENTS];
+            rates.iter_mut().zip(sums).for_each(|(rate, sum)| *rate = std::mem::take(sum) / duration);
+        }
+        self.since = sample.time;
+        self.samples += 1;
+        self.curve.add_weighted(values, duration / self.unit);
     }
 
     fn add_particles(&self, sample: &Sample<'_>, system: &SystemDescription, values: &mut [f64]) {
@@ -87,19 +107,14 @@ impl Instrument for Stress {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        let duration = sample.time - self.since;
-        if !self.times.is_due(sample.time) || duration <= 0.0 {
-            return;
+        if self.times.is_due(sample.time) {
+            self.close_interval(sample, system);
         }
-        let mut values = vec![0.0; self.curve.len()];
-        self.add_particles(sample, system, &mut values);
-        for (cell, sums) in self.collisions.chunks_exact_mut(OF_COLLISIONS).enumerate() {
-            let rates = &mut values[cell * ELEMENTS + COLLISIONS..(cell + 1) * ELEMENTS];
-            rates.iter_mut().zip(sums).for_each(|(rate, sum)| *rate = std::mem::take(sum) / duration);
-        }
-        self.since = sample.time;
-        self.samples += 1;
-        self.curve.add_all(values);
+    }
+
+    /// Adds the collisions since the latest sample.
+    fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        self.close_interval(sample, system);
     }
 
     fn has_events(&self) -> bool {
@@ -135,9 +150,9 @@ impl Instrument for Stress {
             cells.iter().map(of).collect::<Vec<Option<Estimate>>>()
         };
         let method = format!(
-            "means over {} intervals in each cell: stress (<sum m w_a w_b> + sum f r_a J_b / t) / V, positive in \
-             compression, as the force along b on an area normal to a, with the velocity w relative to the mean velocity of the cell, and the part f of the line r \
-             between the particles, or between particle and surface, that lies in the cell",
+            "means over {} intervals: stress (<sum m w_a w_b> + sum f r_a J_b / t) / V, positive in compression, the force \
+             along b on an area normal to a; w: velocity relative to the mean velocity of the cell; f: part of the line r \
+             in the cell",
             self.samples
         );
         let mut curve = Curve::new(&format!("stress_{}", self.name), &format!("Stress {}", self.name), &method);
@@ -172,8 +187,9 @@ struct Cell {
     number: f64,
     /// Mean velocity of the cell.
     flow: Vector,
-    /// Fraction of the moving mass that is in the cell, for axes with conserved momentum.
-    conserved: Vector,
+    /// Axes with conserved momentum, and the factor for them.
+    is_conserved: [bool; 3],
+    freed: f64,
 }
 
 impl Stress {
@@ -182,30 +198,30 @@ impl Stress {
         let mean = |element: usize| self.curve.mean(first + element).unwrap_or(0.0);
         let (number, mass) = (mean(NUMBER), mean(MASS));
         let flow = Vector::from_fn(|k, _| if mass > 0.0 { mean(MOMENTUM + k) / mass } else { 0.0 });
-        let share = |is_conserved: bool| if is_conserved { mass / system.moving_mass() } else { 0.0 };
-        let conserved = Vector::from(system.conserved_axes.map(share));
-        Cell { first, samples: self.samples as f64, number, flow, conserved }
+        let moving = system.moving.len() as f64;
+        let freed = if moving > 1.0 { moving / (moving - 1.0) } else { 1.0 };
+        Cell { first, samples: self.samples as f64, number, flow, is_conserved: system.conserved_axes, freed }
     }
 }
 
 impl Cell {
-    /// Terms of the kinetic part `<sum m v_a v_b> - P_a P_b / M`, times the volume. Returns no terms for an empty cell, and
-    /// `None` if there are too few velocities.
+    /// Terms of the kinetic part `<sum m v_a v_b> - P_a P_b / M`, times the volume. Returns `None` if there are
+    /// too few velocities.
     ///
-    /// A factor makes up for velocity components that are not free, as in the temperature of [`super::profiles`]: the mean
-    /// velocity of the cell is computed from the same velocities, and the total momentum may be conserved.
+    /// Two factors make up for velocity components that are not free. The mean velocity of the cell is computed from the
+    /// same velocities. If the total momentum is conserved, the factor is `N / (N - 1)` for `N` particles, the same in all
+    /// cells, as in the pressure tensor.
     fn kinetic(&self, [a, b]: [usize; 2]) -> Option<Terms> {
-        if self.number <= 0.0 {
-            return Some(Vec::new());
-        }
         let component = COMPONENTS.iter().position(|of| *of == [a.min(b), a.max(b)])?;
-        let shared = 0.5 * (self.conserved[a] + self.conserved[b]);
-        let per_sample = 1.0 / self.samples;
-        let free = self.number - per_sample - shared * (1.0 - per_sample);
-        if self.number * self.samples < 1.5 || free < 0.5 * per_sample {
+        if self.number <= 0.0 {
+            return Some(vec![(self.first + FLUX + component, 1.0)]);
+        }
+        let velocities = self.number * self.samples;
+        if velocities < 1.5 {
             return None;
         }
-        let factor = self.number / free;
+        let conserved = if self.is_conserved[a] || self.is_conserved[b] { self.freed } else { 1.0 };
+        let factor = conserved / (1.0 - 1.0 / velocities);
         let terms = [
             (FLUX + component, 1.0),
             (MOMENTUM + a, -self.flow[b]),

@@ -44,6 +44,11 @@ impl CurveAverage {
         self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
     }
 
+    /// Adds one value with the same weight to each element, starting with the first element.
+    pub(crate) fn add_weighted(&mut self, values: impl IntoIterator<Item = f64>, weight: f64) {
+        self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, weight));
+    }
+
     /// Returns a histogram with bins twice as wide, padded with zeros. All elements must have received values together.
     #[must_use]
     pub(crate) fn joined_in_pairs(&self) -> Self {

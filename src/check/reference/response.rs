@@ -2,7 +2,7 @@
 
 use super::rules::{Discontinuity, Side};
 use crate::Vector;
-use crate::model::{ContactLaw, Roughness};
+use crate::model::{ContactLaw, Roughness, TcRule};
 
 /// Outcome of a pair event (paper, figure 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -49,8 +49,7 @@ pub(super) struct Encounter {
     pub law: ContactLaw,
     /// Velocity of the material of a surface along it, relative to its shape; zero for other barriers.
     pub sliding: Vector,
-    /// Whether the barrier is a surface that moves, or whose material does. It supplies energy, and grains at such a surface
-    /// do not keep the energy lost to friction.
+    /// Whether the barrier is a surface that moves, or whose material does.
     pub works: bool,
 }
 
@@ -82,7 +81,9 @@ impl Encounter {
             closing_at_rest: -side.sign() * acceleration.dot(normal),
         };
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
-        let (is_rough, rattle) = (!tc_model.is_smooth, if self.works { [0.0; 2] } else { tc_model.rattle });
+        let (is_rough, rattle) = (!tc_model.is_smooth, tc_model.rattle);
+        // Such a surface supplies energy, so the slip must be comparable with the normal speed itself.
+        let rattle = if self.works { [rattle[0], rattle[1].min(arrival.approach)] } else { rattle };
         let recedes = arrival.approach == 0.0 && speed == 0.0;
         let along = sliding + (along - sliding) * scale;
         let after = along + normal * if recedes { vn } else { side.sign() * speed };
@@ -108,6 +109,8 @@ pub(super) struct Arrival {
 #[derive(Debug)]
 pub(super) struct TcModel {
     contact_time: f64,
+    /// Whether only the published rule applies: a contact within the contact time is elastic and smooth.
+    is_published: bool,
     last: Vec<f64>,
     /// Whether the latest contact was smooth, because the particle slid or was at rest.
     pub is_smooth: bool,
@@ -118,7 +121,12 @@ pub(super) struct TcModel {
 
 impl TcModel {
     pub fn new(contact_time: f64, particles: usize) -> Self {
-        Self { contact_time, last: vec![f64::NEG_INFINITY; particles], is_smooth: false, rattle: [0.0; 2] }
+        let last = vec![f64::NEG_INFINITY; particles];
+        Self { contact_time, is_published: false, last, is_smooth: false, rattle: [0.0; 2] }
+    }
+
+    pub fn with(self, rule: TcRule) -> Self {
+        Self { is_published: rule == TcRule::LudingMcNamara, ..self }
     }
 
     pub fn meet_newcomer(&mut self) {
@@ -140,6 +148,10 @@ impl TcModel {
         let is_recent = since < self.contact_time;
         particles.iter().for_each(|&particle| self.last[particle as usize] = time);
 
+        if self.is_published {
+            (self.is_smooth, self.rattle) = (is_recent, [0.0; 2]);
+            return (if is_recent { approach } else { restitution * approach }, 1.0);
+        }
         let back_after_contact_time = 0.5 * closing * self.contact_time;
         let slowest = back_after_contact_time / 64.0;
         self.is_smooth = approach < slowest;

@@ -2,6 +2,7 @@
 
 use super::bounds::rounded;
 use crate::engine::Elapsed;
+use crate::model::TcRule;
 
 /// Relative motion on arrival at a barrier. Each pair of numbers is a value and its uncertainty.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +65,8 @@ impl Leaving {
 #[derive(Debug)]
 pub(super) struct ContactMemory {
     contact_time: f64,
+    /// Whether only the published rule applies: a contact within the contact time is elastic and smooth.
+    is_published: bool,
     last: Vec<Last>,
 }
 
@@ -81,7 +84,15 @@ const SLIDING: f64 = 64.0;
 impl ContactMemory {
     /// If `unknown_before` is given, contacts before that time are unknown. Otherwise, there were no earlier contacts.
     pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
-        Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
+        Self {
+            contact_time,
+            is_published: false,
+            last: vec![unknown_before.map_or(Last::Never, Last::Before); particles],
+        }
+    }
+
+    pub fn with(self, rule: TcRule) -> Self {
+        Self { is_published: rule == TcRule::LudingMcNamara, ..self }
     }
 
     pub fn note(&mut self, particles: &[u32], now: &Elapsed) {
@@ -141,6 +152,11 @@ impl ContactMemory {
         let slowest = (away.0 / SLIDING, away.1 / SLIDING);
         let is_recent = self.is_recent(particles, now);
         let mut leavings = Vec::new();
+        if self.is_published {
+            leavings.extend((is_recent != Some(false)).then_some(Leaving::at(approach, None, false)));
+            leavings.extend((is_recent != Some(true)).then_some(Leaving::at(rebound, None, true)));
+            return leavings;
+        }
         let uncertain = slowest.1 + approach.1;
         if approach.0 >= slowest.0 - uncertain {
             if is_recent != Some(false) {

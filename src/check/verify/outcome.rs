@@ -300,8 +300,13 @@ impl Encounter<'_> {
                 closing_at_rest: (closing_at_rest, bound),
             };
             let leavings = contacts.leavings(&arrival, motion.particles, &self.after.elapsed);
-            let without_gain = |leaving: Leaving| Leaving { fastest: (0.0, 0.0), ..leaving };
-            if motion.works { leavings.into_iter().map(without_gain).collect() } else { leavings }
+            // At a surface that moves, the slip must be comparable with the normal speed itself.
+            let speeds = [-slack, 0.0, slack].map(|error| (approach.0 + error).max(0.0));
+            let at_moving = |leaving: Leaving| Leaving {
+                rattling: std::array::from_fn(|k| leaving.rattling[k].min(speeds[k])),
+                ..leaving
+            };
+            if motion.works { leavings.into_iter().map(at_moving).collect() } else { leavings }
         });
         let straight = leavings.iter().filter(|leaving| leaving.sliding.is_none());
         let fastest = straight.map(|leaving| leaving.speed.0.max(leaving.fastest.0)).fold(0.0, f64::max);

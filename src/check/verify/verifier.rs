@@ -83,7 +83,7 @@ impl Verifier {
             window,
             pace,
             pairs,
-            contacts: scene.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
+            contacts: scene.contact_time.map(|time| ContactMemory::new(time, count, unseen_before).with(scene.tc_rule)),
             states: states.clone(),
             before: states.clone(),
             // The times of the last events are unknown. The earliest possible time gives the largest bounds.

@@ -132,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn tc_model(&mut self, particles: &[u32], law: &ContactLaw, arrival: Arrival, time: f64) -> Option<Leaving> {
         let times = self.pairs.contact_times.as_mut()?;
         let since = times.note(particles, time);
-        let leaving = tc_contact(law, since, &arrival, times.contact_time);
+        let leaving = tc_contact(times.rule, law, since, &arrival, times.contact_time);
         let is_recent = since < times.contact_time;
         let is_altered = leaving.speed != arrival.restitution * arrival.approach
             || leaving.is_rough != law.roughness.is_some()

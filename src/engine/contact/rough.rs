@@ -100,8 +100,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             inverse_mass,
         };
         let grip = touch.grip(&push.roughness, push.impulse);
-        // A surface that moves supplies energy without end, so that grains would rattle ever more.
-        let rattle = if at.does_no_work() { push.rattle } else { Rattle::NONE };
+        let rattle = if at.does_no_work() { push.rattle } else { push.rattle.at_moving_surface(push.speed) };
         let gain = rattle.gain(push.speed, touch.slip().norm(), grip.dissipated * inverse_mass);
         self.counts.totals.tc_returned += u64::from(gain > 0.0);
         let torque = at.in_space(&grip.torques[0]);

@@ -1,17 +1,19 @@
 //! The time of the last contact of each particle, for the TC model.
 
+use crate::physics::response::TcRule;
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ContactTimes {
     pub contact_time: f64,
+    pub rule: TcRule,
     pub last: Vec<f64>,
 }
 
 impl ContactTimes {
     #[must_use]
-    pub fn new(contact_time: f64, particles: usize) -> Self {
-        Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
+    pub fn new(contact_time: f64, rule: TcRule, particles: usize) -> Self {
+        Self { contact_time, rule, last: vec![f64::NEG_INFINITY; particles] }
     }
 
     /// Records a contact. Returns the time since the latest previous contact of one of the particles; infinity if there was
@@ -34,7 +36,7 @@ mod tests {
 
     #[test]
     fn the_latest_contact_of_either_particle_counts() {
-        let mut times = ContactTimes::new(0.5, 3);
+        let mut times = ContactTimes::new(0.5, TcRule::Resting, 3);
         assert_eq!(times.note(&[0, 1], 1.0), f64::INFINITY);
         assert_eq!(times.note(&[2], 1.25), f64::INFINITY);
         assert_eq!(times.note(&[0, 2], 1.5), 0.25);

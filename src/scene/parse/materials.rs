@@ -77,8 +77,13 @@ impl Materials {
     pub fn check_use(&self) -> Result<(), SceneError> {
         let named = self.named.borrow();
         for (index, (between, _)) in self.laws.iter().enumerate() {
+            let at = ConfigPath::entry("material", index).key("between");
+            let of_species = |name: &String| self.species.iter().any(|made| made.of.as_ref() == Some(name));
+            if !between.iter().any(of_species) && between.iter().all(|name| named.contains(name)) {
+                let expected = "the material of at least one species: walls and surfaces do not meet each other";
+                return refuse(at, format!("{between:?}"), expected);
+            }
             if let Some(unused) = between.iter().find(|name| !named.contains(*name)) {
-                let at = ConfigPath::entry("material", index).key("between");
                 let expected = "the `material` of a species, wall or surface in this scene";
                 return refuse(at, format!("\"{unused}\""), expected);
             }

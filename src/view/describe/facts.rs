@@ -6,7 +6,7 @@ use super::{
 };
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
-use crate::model::{Scene, Species, StaticSurface, Threads, Until};
+use crate::model::{Scene, Species, StaticSurface, TcRule, Threads, Until};
 
 /// A fact of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("meshes", scene.static_surfaces.iter().map(surface).collect()),
         ("surfaces", scene.surfaces.iter().map(|surface| surfaces::surface(scene, surface)).collect()),
         ("inlets", scene.inlets.iter().map(|inlet| inlets::inlet(scene, inlet)).collect()),
-        ("TC model", scene.contact_time.map(contact_time).into_iter().collect()),
+        ("TC model", scene.contact_time.map(|time| contact_time(time, scene.tc_rule)).into_iter().collect()),
         ("shear", scene.shear_rate.map(shear).into_iter().collect()),
         ("stages", run.stages.iter().map(stage).collect()),
         ("equilibration", equilibrates.then(|| equilibration(run)).into_iter().collect()),
@@ -61,11 +61,12 @@ fn surface(surface: &StaticSurface) -> String {
     format!("{}: {}{hole}", surface.name, plural(surface.particles.len(), "sphere"))
 }
 
-fn contact_time(time: f64) -> String {
-    format!(
-        "a contact is elastic if one of its particles had another contact within a time of {} before it",
-        digits(time)
-    )
+fn contact_time(time: f64, rule: TcRule) -> String {
+    let is = match rule {
+        TcRule::Resting => "elastic",
+        TcRule::LudingMcNamara => "elastic and smooth",
+    };
+    format!("a contact is {is} if one of its particles had another contact within a time of {} before it", digits(time))
 }
 
 fn shear(rate: f64) -> String {

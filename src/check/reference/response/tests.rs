@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::engine::pairs::contacts::ContactTimes;
-use crate::model::ContactLaw;
+use crate::model::{ContactLaw, TcRule};
 use crate::physics::{overlap, response};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -168,7 +168,8 @@ fn reference_tc_model_matches_the_engine() {
     );
     let strategy = ((-6.0..0.0_f64).prop_map(f64::exp), prop::collection::vec(contact, 1..20));
     let run = |(contact_time, contacts): (f64, Vec<(Contact, Arriving)>)| {
-        let (mut ours, mut theirs) = (TcModel::new(contact_time, 4), ContactTimes::new(contact_time, 4));
+        let (mut ours, mut theirs) =
+            (TcModel::new(contact_time, 4), ContactTimes::new(contact_time, TcRule::Resting, 4));
         let mut time = 0.0;
         for ((first, step, gap), (restitution, approach, tangential, closing, at_rest)) in contacts {
             time += gap.map_or(contact_time, |gap: f64| gap * contact_time);
@@ -179,7 +180,8 @@ fn reference_tc_model_matches_the_engine() {
             let (speed, scale) = ours.contact(&particles, time, &arrival);
             let since = theirs.note(&particles, time);
             let arrival = response::Arrival { approach, restitution, tangential, closing, closing_at_rest };
-            let leaving = response::tc_contact(&ContactLaw::smooth(restitution), since, &arrival, contact_time);
+            let leaving =
+                response::tc_contact(TcRule::Resting, &ContactLaw::smooth(restitution), since, &arrival, contact_time);
             prop_assert!((leaving.speed - speed).abs() <= 4.0 * EPS * speed, "{leaving:?} {speed}");
             let squared = 8.0 * EPS * (approach * approach + tangential * tangential);
             let (a, b) = (leaving.tangential_scale * tangential, scale * tangential);
