@@ -227,7 +227,7 @@ fn packing_on_a_belt_rattles_no_more_often_than_on_a_floor() {
         let mut simulation = Simulation::new(Scene::from_toml(text, "packing.toml").unwrap()).unwrap();
         simulation.advance(Until::time(30.0)).unwrap();
         let before = simulation.event_counts().physical();
-        simulation.advance(Until::time(10.0)).unwrap();
+        simulation.advance(Until::time(40.0)).unwrap();
         (simulation.event_counts().physical() - before) as f64
     };
     let at_rest = contacts("");
