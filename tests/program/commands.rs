@@ -89,7 +89,7 @@ fn every_kind_of_new_scene_is_valid() {
     let list = words(&output);
     let lines = list.lines().skip_while(|line| *line != "Kinds of scenes:").skip(1);
     let kinds: Vec<&str> = lines.map_while(|line| line.split_whitespace().next()).collect();
-    assert!(kinds.len() == 27 && kinds.contains(&"exchange"), "{list}");
+    assert!(kinds.len() == 28 && kinds.contains(&"exchange"), "{list}");
     for kind in kinds {
         let text = words(&place.carom(&["new", kind]));
         assert!(text.starts_with('#'), "{kind} begins with a comment");
