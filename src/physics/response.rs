@@ -271,10 +271,10 @@ impl Rattle {
 /// tangential impulses to the friction force of Coulomb's law. In the published model they are smooth, and a grain that
 /// has come to rest on a slope would slide without friction.
 ///
-/// In a packing under its weight, friction would also use up the energy with which the grains rattle, and the weaker they
-/// rattle, the more often they meet. The energy that friction takes from an elastic contact therefore goes into the normal
-/// motion, up to 16 times the normal speed, and up to the speed at which contacts would be one contact time apart. This
-/// holds for grains that rattle ([`Rattle`]). Bodies that slide lose the energy.
+/// Grains in a packing rattle, and friction would use up the energy of this motion. Slower grains in a packing meet more
+/// often, so that the number of contacts would grow. The energy that friction takes from an elastic contact therefore goes
+/// into the normal motion. The normal speed grows at most 16 times, and at most to the speed at which contacts would be one
+/// contact time apart. Bodies that slide lose the energy ([`Rattle`]).
 ///
 /// A pair at rest has no energy to separate. It gets the speed `closing_at_rest * contact_time / 2`, with which grains
 /// at rest bounce in this model, and its contacts are then one contact time apart. This adds energy, which counts as

@@ -258,7 +258,7 @@ mod tests {
         }
         // At 1.75, the derivative of `e v` is 0.8 + 0.4 * 1.75.
         assert!((law.steepness([0.0, 9.0]) - 1.5).abs() < 1e-15);
-        // Between 0.5 and 1.5, it is steepest at the lower end: 0.9 - 0.2 * 0.5.
+        // Elsewhere, the derivative is below 1, which is the least value of the bound.
         assert_eq!([law.steepness([0.6, 0.7]), law.steepness([2.0, 9.0])], [1.0, 1.0]);
         assert!(std::ptr::eq(table.0, RestitutionTable::new(&[0.5, 1.5, 1.75], &[0.9, 0.7, 0.8]).unwrap().0));
         let text = serde_json::to_string(&law).unwrap();

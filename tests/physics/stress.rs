@@ -181,7 +181,8 @@ fn stress_in_grains_at_rest_is_the_weight_above() {
     let layer: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (0.7 * a.unwrap() + 1.3 * b.unwrap()) * 0.005).collect();
     let stress = series(&finished, "stress zz");
     for cell in 0..6 {
-        // Mean weight above the heights in the cell, from thin layers of which each counts for its part.
+        // The weight above a height, averaged over the heights in the cell. A layer inside the cell carries only over the
+        // heights below it.
         let part = |k: usize| ((k as f64 + 0.5 - 100.0 * cell as f64) / 100.0).clamp(0.0, 1.0);
         let above: f64 = (0..2800).map(|k| 1.7 * layer[k] * part(k)).sum();
         let (value, error) = (stress.values[cell].unwrap(), stress.standard_errors[cell].unwrap());

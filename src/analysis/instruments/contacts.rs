@@ -247,7 +247,7 @@ impl Instrument for Contacts {
 const COORDINATION: &str = "Z = (2 P + F) / N over windows of time: P pairs of moving particles, and F pairs of a \
     moving particle and a static particle or surface, that collide at least twice in a window, for N moving particles.";
 const WITHOUT_RATTLERS: &str = "Z as above after all rattlers are removed with their contacts: particles with fewer \
-    than D + 1 contacts in D dimensions, again and again until none is left.";
+    than D + 1 contacts in D dimensions, repeatedly, until no rattler is left.";
 const RATTLERS: &str = "Removed rattlers divided by the number of moving particles, averaged over windows of time.";
 const ON_SURFACES: &str = "Pairs of a moving particle and a surface that collide at least twice in a window, divided by the number of \
     moving particles.";

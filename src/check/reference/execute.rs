@@ -20,18 +20,8 @@ impl Reference {
         let [wi, wj] = [i, j].map(|p| self.species(p).inverse_mass());
         let reduced_mass = 1.0 / (wi + wj);
         let curvature = 1.0 / apart.norm().max(f64::MIN_POSITIVE);
-        let encounter = Encounter {
-            seen,
-            side,
-            normal,
-            velocity,
-            acceleration,
-            curvature,
-            reduced_mass,
-            law,
-            sliding: Vector::zeros(),
-            works: false,
-        };
+        let encounter =
+            Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, law, sliding: None };
         // A static particle has no memory of its contacts in the TC model.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
         let (outcome, after, rough) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
@@ -110,8 +100,7 @@ impl Reference {
         let place_of_contact = position - outwards * encounter.seen.distance;
         let sliding = self.scene.surfaces[feature.surface].surface_velocity;
         let sliding = sliding.map(|velocity| velocity.at(&place_of_contact, &outwards));
-        let works = moment.is_some() || sliding.is_some();
-        let encounter = Encounter { sliding: sliding.unwrap_or_default(), works, ..encounter };
+        let encounter = Encounter { sliding: sliding.or(moment.map(|_| Vector::zeros())), ..encounter };
         let spin = self.spins[i as usize];
         self.spins[i as usize] = to_shape(&spin);
         let event = self.reflect(i, &encounter, turning, EventKind::Surface { number: feature.surface });
@@ -165,14 +154,14 @@ impl Reference {
             curvature: 0.0,
             reduced_mass: mass,
             law,
-            sliding: Vector::zeros(),
-            works: false,
+            sliding: None,
         }
     }
 
     /// Executes the contact of a particle with a surface at rest. A moving surface is at rest in its own frame.
     fn reflect(&mut self, i: u32, encounter: &Encounter, turning: Vector, kind: EventKind) -> Event {
         let Encounter { velocity: before, normal, reduced_mass: mass, seen, side, sliding, .. } = *encounter;
+        let sliding = sliding.unwrap_or_default();
         let (_, mut after, rough) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);
         let mut torques = [Vector::zeros(); 2];
         let mut dissipated = 0.5 * mass * ((before - sliding).norm_squared() - (after - sliding).norm_squared());

@@ -47,16 +47,13 @@ pub(super) struct Encounter {
     /// `mu = 1 / (w_i + w_j)`, with the inverse masses `w_i` and `w_j` `[mass]`.
     pub reduced_mass: f64,
     pub law: ContactLaw,
-    /// Velocity of the material of a surface along it, relative to its shape; zero for other barriers.
-    pub sliding: Vector,
-    /// Whether the barrier is a surface that moves, or whose material does.
-    pub works: bool,
+    /// For a surface that moves, or whose material does: velocity of the material along it, relative to its shape.
+    pub sliding: Option<Vector>,
 }
 
 impl Encounter {
-    /// Returns the outcome and the velocity `v_ij` after the event. If the contact is rough, also returns the roughness, and
-    /// [`TcModel::rattle`]. `moving` lists the particles
-    /// that are not static.
+    /// Returns the outcome and the velocity `v_ij` after the event. If the contact is rough, also returns the roughness and
+    /// [`TcModel::rattle`]. `moving` lists the particles that are not static.
     pub fn leave(
         &self,
         tc_model: Option<&mut TcModel>,
@@ -66,6 +63,7 @@ impl Encounter {
         let Self { seen, side, normal, velocity, acceleration, sliding, .. } = self;
         let vn = velocity.dot(normal);
         let along = velocity - normal * vn;
+        let material = sliding.unwrap_or_default();
         let (outcome, after) = respond(seen, *side, vn, self.reduced_mass, &self.law);
         let Some(tc_model) = tc_model.filter(|_| seen.energy_step == f64::INFINITY) else {
             let roughness = self.law.roughness.filter(|_| seen.energy_step == f64::INFINITY);
@@ -75,7 +73,7 @@ impl Encounter {
         let arrival = Arrival {
             restitution: self.law.restitution.at(approach, self.reduced_mass),
             approach,
-            tangential: (along - sliding).norm(),
+            tangential: (along - material).norm(),
             // The second derivative of |r| is a . rhat + along^2 / |r|, with the tangential velocity `along`.
             closing: -side.sign() * (acceleration.dot(normal) + along.norm_squared() * self.curvature),
             closing_at_rest: -side.sign() * acceleration.dot(normal),
@@ -83,9 +81,9 @@ impl Encounter {
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
         let (is_rough, rattle) = (!tc_model.is_smooth, tc_model.rattle);
         // Such a surface supplies energy, so the slip must be comparable with the normal speed itself.
-        let rattle = if self.works { [rattle[0], rattle[1].min(arrival.approach)] } else { rattle };
+        let rattle = if sliding.is_some() { [rattle[0], rattle[1].min(arrival.approach)] } else { rattle };
         let recedes = arrival.approach == 0.0 && speed == 0.0;
-        let along = sliding + (along - sliding) * scale;
+        let along = material + (along - material) * scale;
         let after = along + normal * if recedes { vn } else { side.sign() * speed };
         (outcome, after, self.law.roughness.filter(|_| is_rough).map(|roughness| (roughness, rattle)))
     }
@@ -114,8 +112,9 @@ pub(super) struct TcModel {
     last: Vec<f64>,
     /// Whether the latest contact was smooth, because the particle slid or was at rest.
     pub is_smooth: bool,
-    /// Normal speed up to which the latest contact puts the energy lost to friction into the normal motion: 16 times the speed
-    /// of an elastic contact, but no more than the speed at which its contacts would be `t_c` apart. Then this speed itself.
+    /// Two speeds for the energy that the latest contact lost to friction. The second is the normal speed at which its
+    /// contacts would be `t_c` apart. The energy increases the normal speed up to the first, which is at most the second, and
+    /// at most 16 times the speed before.
     pub rattle: [f64; 2],
 }
 

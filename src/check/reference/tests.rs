@@ -123,8 +123,7 @@ impl Judge<'_> {
         let weights = species.map(Species::inverse_mass);
         let apart = event.positions[0] - event.positions[1];
         let encounter = Encounter {
-            sliding: Vector::zeros(),
-            works: false,
+            sliding: None,
             seen,
             side,
             normal: apart.normalize(),
@@ -159,8 +158,7 @@ impl Judge<'_> {
         };
         let weights = [species.inverse_mass(), 0.0];
         let encounter = Encounter {
-            sliding: Vector::zeros(),
-            works: false,
+            sliding: None,
             seen: Discontinuity { distance: event.distance, energy_step: f64::INFINITY },
             side: Side::Positive,
             normal: event.normal,
