@@ -111,7 +111,9 @@ impl EngineChoice {
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let is_falling = scene.accelerations().any(|acceleration| acceleration.iter().any(|a| *a != 0.0));
+        // Sleeping particles have their own row in the table.
         let is_one_hard_sphere = scene.species.len() == 1
+            && scene.sleep.is_none()
             && scene.bonds.is_empty()
             && !scene.species[0].is_static()
             && scene.table.get(0, 0).is_some_and(|id| {

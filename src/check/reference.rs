@@ -24,6 +24,7 @@ mod event;
 mod execute;
 mod moving;
 mod response;
+mod rest;
 mod rough;
 mod rules;
 mod surfaces;
@@ -45,6 +46,7 @@ use thiserror::Error;
 
 use self::moving::LONGEST_SEARCH;
 use self::response::TcModel;
+use self::rest::Sleepers;
 use self::rules::seen;
 use crate::Vector;
 use crate::base::numbers::id;
@@ -84,6 +86,8 @@ enum Candidate {
     Surface(u32, u32),
     /// The search for contacts with moving surfaces has reached its time limit and must continue.
     SearchAgain(u32),
+    /// A search for particles at rest.
+    Rest,
 }
 
 /// A simulation that tests all pairs by Algorithm 1 of the paper.
@@ -101,6 +105,7 @@ pub struct Reference {
     is_present: Vec<bool>,
     features: Vec<Feature>,
     timelines: Vec<Option<Timeline>>,
+    sleepers: Option<Sleepers>,
     queue: PriorityQueue<Candidate, Reverse<(OrderedFloat<f64>, Candidate)>>,
 }
 
@@ -139,6 +144,7 @@ impl Reference {
                 .iter()
                 .map(|surface| surface.moves().then(|| Timeline::of(&surface.motions)))
                 .collect(),
+            sleepers: Sleepers::of(scene),
             queue: PriorityQueue::new(),
         };
         let bonds: BTreeMap<_, _> = scene.bonds.iter().map(|b| ((b.pair[0].0, b.pair[1].0), b.interaction)).collect();
@@ -152,6 +158,7 @@ impl Reference {
         for i in 0..id(count) {
             reference.predict(i);
         }
+        reference.schedule_search();
         Ok(reference)
     }
 
@@ -179,6 +186,9 @@ impl Reference {
         if let Some(tc_model) = &mut self.tc_model {
             tc_model.meet_newcomer();
         }
+        if let Some(sleepers) = &mut self.sleepers {
+            sleepers.meet_newcomer(particle.position);
+        }
         for j in 0..i {
             if !self.is_present[j as usize] {
                 continue;
@@ -193,11 +203,13 @@ impl Reference {
     /// Removes a particle at the current time.
     pub fn remove(&mut self, particle: ParticleId) {
         let ParticleId(gone) = particle;
+        self.wake_neighbours(gone);
         self.is_present[gone as usize] = false;
         self.pairs.retain(|&(i, j), _| i != gone && j != gone);
         let names = |candidate: &Candidate| match *candidate {
             Candidate::Pair(i, j, _) | Candidate::LookAgain(i, j) => i == gone || j == gone,
             Candidate::Wall(i, ..) | Candidate::Surface(i, _) | Candidate::SearchAgain(i) => i == gone,
+            Candidate::Rest => false,
         };
         self.queue.retain(|candidate, _| !names(candidate));
     }
@@ -238,6 +250,9 @@ impl Reference {
     pub fn step_before(&mut self, limit: f64) -> Option<Event> {
         let limit = limit - self.scene.start_time;
         loop {
+            if let Some(event) = self.sleepers.as_mut().and_then(|sleepers| sleepers.executed.pop_front()) {
+                return Some(event);
+            }
             let next = self.queue.peek().map(|(candidate, Reverse((time, _)))| (*candidate, time.0));
             let Some((candidate, time)) = next.filter(|(_, time)| *time < limit) else {
                 if limit.is_finite() {
@@ -250,30 +265,44 @@ impl Reference {
             match candidate {
                 Candidate::LookAgain(i, j) => self.predict_pair(i, j),
                 Candidate::Pair(i, j, side) => {
+                    self.wake_if_hit(i, j);
                     let event = self.execute_pair(i, j, side)?;
-                    self.predict(i);
-                    self.predict(j);
-                    return Some(event);
+                    return Some(self.after(event));
                 }
                 Candidate::SearchAgain(i) => self.predict(i),
                 Candidate::Wall(i, axis, is_upper) => {
                     let event = self.execute_wall(i, axis, is_upper)?;
-                    self.predict(i);
-                    return Some(event);
+                    return Some(self.after(event));
                 }
                 Candidate::Surface(i, feature) => {
                     let event = self.execute_surface(i, feature)?;
-                    if self.is_present[i as usize] {
-                        self.predict(i);
-                    }
-                    return Some(event);
+                    return Some(self.after(event));
                 }
+                Candidate::Rest => self.search_for_rest(),
             }
         }
     }
 
+    /// Predicts the particles of an event. Returns the first event that has not been returned yet.
+    fn after(&mut self, event: Event) -> Event {
+        for i in [Some(event.particle), event.partner].into_iter().flatten() {
+            if self.is_present[i.0 as usize] {
+                self.predict(i.0);
+            }
+        }
+        let Some(sleepers) = &mut self.sleepers else { return event };
+        sleepers.executed.push_back(event);
+        sleepers.executed.pop_front().unwrap_or(event)
+    }
+
+    /// The species of a particle, which is static while it sleeps.
     fn species(&self, i: u32) -> &Species {
-        self.scene.species_of(ParticleId(i))
+        match &self.sleepers {
+            Some(sleepers) if sleepers.is_asleep[i as usize] => {
+                &sleepers.still[self.scene.particles[i as usize].species.0 as usize]
+            }
+            _ => self.scene.species_of(ParticleId(i)),
+        }
     }
 
     fn interaction(&self, id: InteractionId) -> &Interaction {
@@ -292,7 +321,7 @@ impl Reference {
     fn stream(&mut self, time: f64) {
         let dt = time - self.time;
         for i in 0..self.positions.len() {
-            let a = self.scene.species_of(ParticleId(id(i))).acceleration;
+            let a = self.species(id(i)).acceleration;
             self.positions[i] += self.velocities[i] * dt + a * (0.5 * dt * dt);
             self.velocities[i] += a * dt;
         }
@@ -301,7 +330,11 @@ impl Reference {
 
     /// Returns `r_ij` for the nearest image.
     fn nearest_image(&self, i: u32, j: u32) -> Vector {
-        let (apart, size) = (self.positions[i as usize] - self.positions[j as usize], &self.scene.space.size);
+        self.nearest(self.positions[i as usize] - self.positions[j as usize])
+    }
+
+    fn nearest(&self, apart: Vector) -> Vector {
+        let size = &self.scene.space.size;
         Vector::from_fn(|k, _| match self.is_periodic(k) {
             true => apart[k] - size[k] * (apart[k] / size[k]).round(),
             false => apart[k],

@@ -35,15 +35,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let count = scene.particles().len();
         let pairs = Pairs::of(scene, TABLE);
         let rows = &pairs.rules.rows;
+        let state = State::of(scene, rows, TABLE);
         let mut engine = Self {
-            state: State::of(scene, rows, TABLE),
             clock: Clock::new(scene.start_time(), count),
             schedule: Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) },
             neighbours: Neighbours::none(scene.space()),
             ranges: Ranges::of(scene, rows.species()),
             images: ImagePolicy::of(scene),
             distances: Distances::default(),
-            sources: Sources::of(scene, rows),
+            sources: Sources::of(scene, rows, &state),
+            state,
             counts: Box::new(Counts::new(if TABLE { rows.species().len() } else { 0 })),
             hardware: Hardware { width: Simd::most(), looks_ahead: false },
             broken: None,

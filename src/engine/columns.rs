@@ -13,6 +13,7 @@ use super::pairs::contacts::ContactTimes;
 use super::pairs::states::{CapturedPairs, PairState};
 use super::parts::Engine;
 use super::prediction::{FIRST_ABSENT, Prediction, absent};
+use super::sources::rest::{Sleepers, Watched};
 use super::sources::surface::SurfaceRandom;
 use super::state::Body;
 use crate::Vector;
@@ -326,6 +327,32 @@ impl Column for SurfaceRandom {
     }
 }
 
+impl Column for Box<Sleepers> {
+    const CHANGES_IN_CONTACTS: bool = false;
+
+    fn permuted(&self, order: &Order) -> Self {
+        Self::new(self.with(order.permuted(&self.watched)))
+    }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        record.watched = Some(self.watched[particle as usize]);
+    }
+
+    fn push(&mut self, record: &Record) {
+        self.watched.push(record.watched.unwrap_or_else(|| Watched::from(&record.body)));
+    }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        if let Some(watched) = record.watched {
+            self.watched[particle as usize] = watched;
+        }
+    }
+
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        take_values(&mut self.watched, &part.watched, numbers);
+    }
+}
+
 impl Column for CapturedPairs {
     fn is_more_than_motion(&self) -> bool {
         false
@@ -432,6 +459,9 @@ macro_rules! columns {
             $body;
         }
         if let ($(Some($column),)+) = ($($engine.sources.surface_random.$some(),)+) {
+            $body;
+        }
+        if let ($(Some($column),)+) = ($($engine.sources.sleepers.$some(),)+) {
             $body;
         }
     }};

@@ -124,6 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             andersen: _,
             restraint,
             inlets,
+            sleepers,
             is_watched: _,
             next_global: _,
         } = &engine.sources;
@@ -134,6 +135,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             () if reach_far => Some(SingleThread::LongInteractions),
             () if !engine.distances.are_constant() => Some(SingleThread::ChangingDistances),
             () if restraint.is_some() || bias.is_some() => Some(SingleThread::WholeSystem),
+            () if sleepers.is_some() => Some(SingleThread::Sleep),
             () if inlets.is_some() || surfaces.have_outlets() => Some(SingleThread::ChangingNumber),
             () => None,
         }

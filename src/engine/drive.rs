@@ -129,6 +129,7 @@ impl Simulation {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         self.join();
+        self.wake_all();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.clock.now);
             let body = self.state.bodies[particle as usize];
@@ -141,6 +142,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
         let Some(surfaces) = self.sources.surfaces.in_stage(stage) else { return false };
         self.join();
+        self.wake_all();
         self.sources.surfaces = surfaces;
         self.start_anew();
         true
@@ -167,6 +169,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sets the accelerations of `scene`. Everything else in `scene` must be unchanged.
     fn set_accelerations(&mut self, scene: &Scene) {
         self.join();
+        self.wake_all();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.clock.now);
         }

@@ -25,6 +25,10 @@ pub enum EventKind {
     Exit,
     /// A particle enters the system at an inlet. This is not counted as a physical event.
     Entry,
+    /// A particle at rest falls asleep. This is not counted as a physical event.
+    Rest,
+    /// A sleeping particle wakes up. This is not counted as a physical event.
+    Wake,
 }
 
 /// What the particle of an event interacts with.
@@ -114,7 +118,7 @@ impl Event {
     }
 
     /// Returns the code of the event in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the
-    /// walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface, 12 exit, 13 entry.
+    /// walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface, 12 exit, 13 entry, 14 rest, 15 wake.
     #[must_use]
     pub fn code(&self) -> u8 {
         match (self.kind, self.wall()) {
@@ -127,6 +131,8 @@ impl Event {
             (EventKind::Surface, None) => 11,
             (EventKind::Exit, _) => 12,
             (EventKind::Entry, _) => 13,
+            (EventKind::Rest, _) => 14,
+            (EventKind::Wake, _) => 15,
         }
     }
 }
@@ -195,6 +201,10 @@ pub struct EventCounts {
     pub exit: u64,
     /// Particles that have entered at inlets.
     pub entry: u64,
+    /// How many times a particle at rest fell asleep.
+    pub rest: u64,
+    /// How many times a sleeping particle woke up.
+    pub wake: u64,
     /// Energy supplied from outside `[energy]`, for example by thermostats, moving surfaces, growth or shear.
     pub supplied: ExactSum,
     /// As [`Self::dissipated_moment`], for supplied energies `[energy time]`.
@@ -240,7 +250,7 @@ impl EventCounts {
         }
     }
 
-    fn counts_mut(&mut self) -> [&mut u64; 18] {
+    fn counts_mut(&mut self) -> [&mut u64; 20] {
         [
             &mut self.core,
             &mut self.core_static,
@@ -260,6 +270,8 @@ impl EventCounts {
             &mut self.thermostat,
             &mut self.exit,
             &mut self.entry,
+            &mut self.rest,
+            &mut self.wake,
         ]
     }
 
@@ -294,6 +306,8 @@ impl EventCounts {
             CountedKind::Thermostat => self.thermostat += 1,
             CountedKind::Exit => self.exit += 1,
             CountedKind::Entry => self.entry += 1,
+            CountedKind::Rest => self.rest += 1,
+            CountedKind::Wake => self.wake += 1,
         }
     }
 }

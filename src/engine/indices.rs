@@ -53,7 +53,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             {
                 Some("the species of the particles")
             }
-            () if self.particles().filter(|&particle| !self.is_static(particle)).count() != *moving => {
+            () if self.particles().filter(|&particle| !self.is_of_static_species(particle)).count() != *moving => {
                 Some("the number of moving particles")
             }
             () if self.schedule.predictions.len() != count || !self.schedule.predictions.iter().all(is_partner) => {

@@ -182,6 +182,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         TABLE && self.pairs.rules.species[usize::from(self.row(particle))].is_static()
     }
 
+    /// Whether a particle sleeps. Sleeping particles are static until they wake up.
+    #[inline]
+    pub(super) fn is_asleep(&self, particle: u32) -> bool {
+        TABLE && self.pairs.rules.rows.is_asleep(self.row(particle))
+    }
+
+    /// Whether a particle is of a static species, and never moves.
+    #[inline]
+    pub(super) fn is_of_static_species(&self, particle: u32) -> bool {
+        self.is_static(particle) && !self.is_asleep(particle)
+    }
+
     #[inline]
     pub(super) fn acceleration(&self, particle: u32) -> Vector {
         if FALLING {

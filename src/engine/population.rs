@@ -304,6 +304,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let numbers: Vec<u32> = particles.iter().map(|particle| self.number(*particle)).collect();
         let mut moving = 0;
         for &particle in &numbers {
+            let _ = self.wake_neighbours(particle, &mut None);
+        }
+        let sleeping = numbers.iter().copied().filter(|&particle| self.is_asleep(particle)).collect();
+        let _ = self.wake_some(sleeping, &mut None);
+        for &particle in &numbers {
             if self.is_static(particle) {
                 continue;
             }

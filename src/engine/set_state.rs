@@ -160,7 +160,7 @@ impl Simulation {
             if !vector.iter().all(|component| component.abs() <= LARGEST) {
                 return Err(SetStateError::NotFinite { particle });
             }
-            let is_static = with_engine!(&self.engine, engine => engine.is_static(engine.number(particle)));
+            let is_static = with_engine!(&self.engine, engine => engine.is_of_static_species(engine.number(particle)));
             let is_flat = |axis: usize| self.scene.space.boundary[axis] == Boundary::Flat;
             let is_wrong = |axis: &usize| {
                 (is_flat(*axis) && vector[*axis] != flat[*axis])
@@ -177,6 +177,7 @@ impl Simulation {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn set_velocities(&mut self, velocities: &[Vector]) {
         self.join();
+        self.wake_all();
         for (particle, velocity) in self.state.numbers.clone().into_iter().zip(velocities) {
             if !self.is_static(particle) {
                 self.stream(particle, self.clock.now);
@@ -188,6 +189,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         self.join();
+        self.wake_all();
         let before = self.energy();
         let is_other_box = self.state.space != scene.space;
         if is_other_box {

@@ -1,6 +1,7 @@
 //! Snapshots: positions, velocities and energies at one time.
 
 use super::hardware::prefetch::prefetch;
+use super::pairs::rules::SpeciesRules;
 use super::pairs::states::PairState;
 use super::parts::Engine;
 use super::state::State;
@@ -198,8 +199,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut pair = Sum::default();
         let mut momentum = [Sum::default(); 3];
         let mut streaming_momentum = [Sum::default(); 3];
-        for particle in self.by_id().filter(|&particle| !self.is_static(particle)) {
-            let species = &self.pairs.rules.species[usize::from(self.row(particle))];
+        for particle in self.by_id().filter(|&particle| !self.is_of_static_species(particle)) {
+            let species = self.awake_rules(particle);
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.clock.now);
             kinetic.add(0.5 * mass * velocity.norm_squared());
@@ -242,7 +243,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the energy `- m a_k r_k` of a particle at a position for each axis along which it accelerates.
     pub(super) fn external_energies(&self, particle: u32, position: &Vector) -> impl Iterator<Item = f64> {
-        let species = &self.pairs.rules.species[usize::from(self.row(particle))];
+        let species = self.awake_rules(particle);
         let mass = species.inverse_mass.recip();
         (0..3).filter(|&axis| species.acceleration[axis] != 0.0).map(move |axis| {
             let image = self.state.images.of(particle)[axis];
@@ -250,6 +251,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let unwrapped = position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
             -mass * species.acceleration[axis] * unwrapped
         })
+    }
+
+    /// Returns the rules of a particle as if it were awake.
+    pub(super) fn awake_rules(&self, particle: u32) -> &SpeciesRules {
+        let rules = &self.pairs.rules;
+        &rules.species[usize::from(rules.rows.awake(self.row(particle)))]
     }
 
     pub(super) fn energy_of_pair(&self, captured: &PairState) -> f64 {

@@ -4,7 +4,7 @@
 //!
 //! - Contacts and transitions of a particle: [`pair`], [`surface`], [`cell_transition`] and [`list_rebuild`].
 //!   The event loop calls [`Engine::execute`] or [`Engine::execute_transition`].
-//! - Global events: [`andersen`], entries at an [`inlet`], the refresh of sliding images ([`super::images`]), new stages of growing diameters
+//! - Global events: [`andersen`], entries at an [`inlet`], the search for particles at [`rest`], the refresh of sliding images ([`super::images`]), new stages of growing diameters
 //!   ([`super::distances`]), and reflections of a restrained distance ([`restraint`]). The earliest global event is due
 //!   at [`Sources::next_global`].
 //!
@@ -13,9 +13,10 @@
 pub(super) mod andersen;
 mod cell_transition;
 pub(super) mod inlet;
-mod list_rebuild;
+pub(super) mod list_rebuild;
 mod outlet;
 pub(super) mod pair;
+pub(super) mod rest;
 mod restraint;
 pub(super) mod surface;
 
@@ -25,11 +26,13 @@ use super::observe::Observe;
 use super::pairs::rows::Rows;
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
+use super::state::State;
 use super::surfaces::Surfaces;
 use super::{EngineError, Invariant, InvariantBroken};
 use crate::model::Scene;
 use andersen::Andersen;
 use inlet::Inlets;
+use rest::Sleepers;
 use restraint::Restraint;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -46,6 +49,7 @@ pub(super) struct Sources {
     pub andersen: Option<Andersen>,
     pub restraint: Option<Box<Restraint>>,
     pub inlets: Option<Box<Inlets>>,
+    pub sleepers: Option<Box<Sleepers>>,
     /// Whether all velocity changes are recorded, for the pressure between walls or for a restraint.
     pub is_watched: bool,
     /// Time of the next global event since the epoch, or infinity.
@@ -60,6 +64,7 @@ enum GlobalEvent {
     ImageRefresh,
     DistanceStage,
     Entry,
+    Rest,
 }
 
 pub(super) enum Repredict {
@@ -73,7 +78,7 @@ pub(super) enum Repredict {
 }
 
 impl Sources {
-    pub fn of(scene: &Scene, rows: &Rows) -> Self {
+    pub fn of(scene: &Scene, rows: &Rows, state: &State) -> Self {
         let surfaces = Surfaces::of(scene, rows.species());
         let confinement = Confinement::of(scene, rows);
         Self {
@@ -84,6 +89,7 @@ impl Sources {
             andersen: None,
             restraint: None,
             inlets: Inlets::of(scene).map(Box::new),
+            sleepers: Sleepers::of(scene, state).map(Box::new),
             next_global: f64::INFINITY,
         }
     }
@@ -91,7 +97,7 @@ impl Sources {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the time of the next event of each global source, since the epoch; infinity if there is none.
-    fn global_events(&self) -> [(GlobalEvent, f64); 5] {
+    fn global_events(&self) -> [(GlobalEvent, f64); 6] {
         [
             (
                 GlobalEvent::AndersenCollision,
@@ -104,6 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             (GlobalEvent::ImageRefresh, self.images.next_refresh()),
             (GlobalEvent::DistanceStage, self.distances.next_stage()),
             (GlobalEvent::Entry, self.sources.inlets.as_ref().map_or(f64::INFINITY, |inlets| inlets.next())),
+            (GlobalEvent::Rest, self.sources.sleepers.as_ref().map_or(f64::INFINITY, |sleepers| sleepers.next())),
         ]
     }
 
@@ -123,6 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             || self.sources.inlets.as_ref().is_some_and(|inlets| inlets.next() < f64::INFINITY)
             || !self.distances.are_constant()
             || self.images.slide()
+            || (self.sources.sleepers.is_some() && !self.particles().all(|particle| self.is_static(particle)))
     }
 
     /// Executes the predicted contact of a particle. Returns whether the observer continues. Returns `None` if the
@@ -172,6 +180,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Some(GlobalEvent::ImageRefresh) => (self.refresh_images()?, silent),
             Some(GlobalEvent::DistanceStage) => (self.begin_distance_stage()?, silent),
             Some(GlobalEvent::Entry) => self.let_in(observe)?,
+            Some(GlobalEvent::Rest) => self.look_for_rest(observe)?,
             None => return Err(self.broken(0, None, Invariant::GlobalEvent).into()),
         };
         let mut steps = self.steps_of_all();
@@ -199,6 +208,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if let Some(inlets) = &mut self.sources.inlets {
             inlets.shift(shift);
+        }
+        if let Some(sleepers) = &mut self.sources.sleepers {
+            sleepers.shift(shift);
         }
         self.distances.shift(shift);
         self.shift_images(shift);

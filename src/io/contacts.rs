@@ -26,6 +26,8 @@ pub(super) fn line(event: &Event) -> Vec<u8> {
         EventKind::Surface => b",wall,",
         EventKind::Exit => b",exit,",
         EventKind::Entry => b",entry,",
+        EventKind::Rest => b",rest,",
+        EventKind::Wake => b",wake,",
     };
     Shortest(event.time).push(line);
     line.extend_from_slice(kind);

@@ -3,7 +3,7 @@
 //! | file | kind | content |
 //! |---|---|---|
 //! | `time.npy` | `f64` | simulated time |
-//! | `kind.npy` | `u8` | 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface, 12 exit, 13 entry |
+//! | `kind.npy` | `u8` | 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface, 12 exit, 13 entry, 14 rest, 15 wake |
 //! | `particle.npy` | `u32` | id of the particle |
 //! | `partner.npy` | `i64` | id of the other particle; -1 if there is none |
 //! | `positions.npy` | `f64` x 2 x 3 | positions of particle and partner, inside the box; 0 without a partner |

@@ -18,7 +18,7 @@ use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_flows, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::{InletCounts, Simulation};
-use crate::model::{InputFile, Separated, Species, StagePlan, VolumeMoves};
+use crate::model::{InputFile, Scene, Separated, Species, StagePlan, VolumeMoves};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
@@ -137,6 +137,12 @@ pub struct Events {
     pub tc_lifted: u64,
     #[serde(default)]
     pub tc_returned: u64,
+    /// How many times a grain fell asleep; `None` if grains never do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest: Option<u64>,
+    /// How many times a sleeping grain woke up; `None` if grains never sleep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wake: Option<u64>,
     /// Particles that have left; `None` without an inlet or outlet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exit: Option<u64>,
@@ -270,7 +276,7 @@ impl Summary {
             diameter_factor: simulation.scale(),
             volume_moves: finished.volume_moves,
             inlets: InletSummary::of(simulation),
-            events: events(&finished.measurement, scene.has_flow()),
+            events: events(&finished.measurement, scene),
             energy: Energies {
                 initial: audit.initial_energy,
                 r#final: audit.energy.total(),
@@ -319,7 +325,7 @@ impl StageSummary {
             measured: Period::of(&stage.measurement),
             diameter_factor: stage.diameter_factor,
             volume_moves: stage.volume_moves,
-            events: events(&stage.measurement, simulation.scene().has_flow()),
+            events: events(&stage.measurement, simulation.scene()),
             equilibrated: stage.equilibrium.clone(),
             observables: observables(&stage.observables, &stage.stationarity),
             published: published(&stage.observables, simulation, planned, scale),
@@ -387,7 +393,8 @@ fn published(
     published
 }
 
-fn events(measurement: &MeasurementPeriod, has_flow: bool) -> Events {
+fn events(measurement: &MeasurementPeriod, scene: &Scene) -> Events {
+    let (has_flow, has_sleep) = (scene.has_flow(), scene.sleep().is_some());
     let event_counts = &measurement.event_counts;
     Events {
         total: event_counts.physical(),
@@ -406,6 +413,8 @@ fn events(measurement: &MeasurementPeriod, has_flow: bool) -> Events {
         tc_slid: event_counts.tc_slid,
         tc_returned: event_counts.tc_returned,
         tc_lifted: event_counts.tc_lifted,
+        rest: has_sleep.then_some(event_counts.rest),
+        wake: has_sleep.then_some(event_counts.wake),
         exit: has_flow.then_some(event_counts.exit),
         entry: has_flow.then_some(event_counts.entry),
     }

@@ -68,7 +68,7 @@ impl Columns {
         columns
     }
 
-    fn quantities(&self) -> [Quantity; 13] {
+    fn quantities(&self) -> [Quantity; 14] {
         let applicable = &self.applicable;
         [
             (applicable.has_temperature, "temperature", "energy", |row| row.temperature),
@@ -84,6 +84,7 @@ impl Columns {
             (applicable.has_flow, "particles", "1", |row| Some(row.flow?[0] as f64)),
             (applicable.has_flow, "entered", "1", |row| Some(row.flow?[1] as f64)),
             (applicable.has_flow, "left", "1", |row| Some(row.flow?[2] as f64)),
+            (applicable.has_sleep, "asleep", "1", |row| Some(row.asleep? as f64)),
         ]
     }
 

@@ -23,6 +23,8 @@ pub enum Influence {
     StaticParticles,
     /// Particles that enter or leave.
     Flow,
+    /// Grains that fall asleep.
+    Sleep,
     /// An Andersen thermostat in the measurement, which gives individual particles new velocities.
     AndersenCollisions,
 }
@@ -54,6 +56,7 @@ impl Scene {
             (Influence::Gravity, std::array::from_fn(|k| self.accelerations().any(|a| a[k] != 0.0))),
             (Influence::StaticParticles, [self.meets_static_particles(); 3]),
             (Influence::Flow, [self.has_flow(); 3]),
+            (Influence::Sleep, [self.sleep.is_some(); 3]),
             (Influence::AndersenCollisions, redrawn),
         ];
         let flat = |k: usize| self.space.boundary[k] == Boundary::Flat;
@@ -137,7 +140,10 @@ impl Scene {
         let loses = |id: InteractionId| self.interactions[id.0 as usize].law.dissipates();
         let loses_in_pairs =
             self.table.iter().any(|([a, b], id)| loses(id) && occurs[a] && occurs[b] && (moves(a) || moves(b)));
-        loses_at_walls || loses_in_pairs || self.bonds.iter().any(|bond| loses(bond.interaction))
+        self.sleep.is_some()
+            || loses_at_walls
+            || loses_in_pairs
+            || self.bonds.iter().any(|bond| loses(bond.interaction))
     }
 
     fn is_heated_with(&self, thermostat: Option<&Thermostat>) -> bool {

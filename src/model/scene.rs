@@ -9,7 +9,7 @@ use super::predecessor::LastState;
 use super::space::Boundary;
 use super::{
     AuditPlan, ExchangePlan, Inlet, InputFile, LivePlan, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan,
-    SceneSurface, Separated, Space, SpeciesPairs, StaticSurface, SurfaceLaw,
+    SceneSurface, Separated, Sleep, Space, SpeciesPairs, StaticSurface, SurfaceLaw,
 };
 use crate::Vector;
 
@@ -225,6 +225,8 @@ scene! {
     contact_time: Option<f64> => copy Option<f64>,
     /// Rule of the TC model for contacts in quick succession.
     tc_rule: TcRule => copy TcRule,
+    /// When grains at rest fall asleep; `None` if they never do.
+    sleep: Option<Sleep> => copy Option<Sleep>,
     /// Whether overlaps at the start are permitted. The stable rule resolves these overlaps.
     allow_invalid_start: bool => copy bool,
     /// Distance by which particles may be moved at the start to remove overlaps `[length]`; `None` to move no particle.

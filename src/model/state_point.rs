@@ -55,6 +55,7 @@ impl StatePoint {
             .and(sum(scene.bonds.iter().map(|bond| interaction(bond.interaction.0 as usize))))
             .and(sum(walls.chain(temperatures)));
         let all = if scene.tc_rule == TcRule::default() { all } else { all.and(5) };
+        let all = scene.sleep.map_or(all, |sleep| all.and(6).with(&sleep.numbers()));
         // Scenes without these keep their random numbers.
         [belts, inlets]
             .into_iter()

@@ -6,7 +6,8 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::space::{Boundary, Space};
 use crate::model::{
-    AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, SpeciesId, TcRule,
+    AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, Sleep, SpeciesId,
+    TcRule,
 };
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
@@ -132,6 +133,8 @@ impl SceneBuilder {
         contact_time(time: f64) => parts.contact_time;
         /// Sets the rule of the TC model for contacts in quick succession.
         tc_rule(rule: TcRule) => parts.tc_rule;
+        /// Lets grains at rest fall asleep, so that they cost no events. Needs the TC model.
+        sleep(sleep: Sleep) => parts.sleep;
         /// Sets the temperature `[energy]` of all fills and chains without temperature and speed.
         temperature(temperature: f64) => temperature;
         /// Sets the speed `[length / time]` of all particles in fills and chains without temperature and speed.

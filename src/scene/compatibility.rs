@@ -155,6 +155,9 @@ const BAROSTAT: Feature = feature("a barostat", &["run.barostat", "stage.barosta
     given_at(it.phase.barostat.is_some(), || it.phase.at.key("barostat"))
 });
 const THERMOSTAT: Feature = key(&["run.thermostat"], |it| given(it.parts.run.thermostat.is_some()));
+const HEAT: Feature = feature("a thermostat", &["run.thermostat", "stage.thermostat"], |it| {
+    given_at(it.phase.thermostat.is_some(), || it.phase.at.key("thermostat"))
+});
 const RESCALING: Feature = feature("a rescaling thermostat in the same stage", &[], |it| {
     given(matches!(it.phase.thermostat, Some(Thermostat::Rescaling { .. })))
 });
@@ -186,6 +189,9 @@ const ENDLESS_FALL: Feature = feature("gravity along a periodic axis", &[], |it|
 });
 const SHEAR: Feature = key(&["space.shear_rate"], |it| shown(it.parts.shear_rate));
 const TC_MODEL: Feature = key(&["dynamics.contact_time"], |it| shown(it.parts.contact_time));
+const NO_TC_MODEL: Feature = feature("no contact_time", &[], |it| given(it.parts.contact_time.is_none()));
+const NO_GRAVITY: Feature = feature("no gravity", &[], |it| given((GRAVITY.found)(it).is_none()));
+const SLEEP: Feature = key(&["dynamics.sleep"], |it| given(it.parts.sleep.is_some()));
 const LOSSES: Feature = feature(
     "a restitution below 1",
     &[
@@ -457,6 +463,13 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(FLOW, RESCALING, "with a thermostat that scales velocities", ABSENT, "the temperature of a flow is not measured"),
     row(FLOW, AUTOMATIC, "with an automatic equilibration", "to be absent, or a given equilibration_time", "the rates of a flow do not show whether a silo is still filling"),
     row(FLOW, INVALID_START, "with allow_invalid_start", ABSENT, "particles enter only where they overlap nothing"),
+    row(SLEEP, NO_TC_MODEL, "without a contact_time", "a contact_time in [dynamics]", "contacts in quick succession show which grains rest"),
+    row(SLEEP, NO_GRAVITY, "without gravity", "gravity, or no sleep", "nothing holds grains at rest"),
+    row(SLEEP, WELLS, "with wells, shoulders or bonds", ABSENT, "only hard grains sleep"),
+    row(SLEEP, MOTION, "with a surface that moves", ABSENT, "surfaces would move into sleeping grains; surface_velocity moves the material of a surface at rest"),
+    row(SLEEP, HEAT, "with a thermostat", ABSENT, "grains in a heat bath never rest"),
+    row(SLEEP, EXCHANGE, "", ABSENT, "sleeping grains have no equilibrium"),
+    row(SLEEP, INVALID_START, "with allow_invalid_start", ABSENT, "the overlaps of sleeping grains would remain; separate_overlaps removes them before the run"),
     row(COUNTS, BAROSTAT, "", ABSENT, "regions do not scale with the box"),
     row(PRESSURE_TENSOR, OPEN, "in an open box", "no pressure_tensor, or a box that is periodic or has walls", "an open one has no volume to divide by. thermo.csv has the number of events in each row"),
     row(STRESS, SHEAR, "", ABSENT, "the stress of a sheared box is the same everywhere; measure.pressure_tensor gives it"),

@@ -102,6 +102,7 @@ impl SceneBuilder {
         }
         if !start.has_dynamics {
             (next.parts.contact_time, next.parts.tc_rule) = (run.contact_time, run.tc_rule);
+            next.parts.sleep = run.sleep;
         }
         let gravity = next.gravity;
         if next.species.is_empty() {
@@ -374,6 +375,7 @@ fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
         ),
         ("the contact time", scene.contact_time != run.contact_time),
         ("the rule of the TC model", scene.tc_rule != run.tc_rule),
+        ("when grains fall asleep", scene.sleep != run.sleep),
         ("the seed of thermal walls", is_driven_by_walls && scene.seed != run.seed),
     ];
     differences.into_iter().filter(|(_, differs)| *differs).map(|(what, _)| what).collect()

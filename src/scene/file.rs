@@ -152,6 +152,24 @@ pub(crate) struct DynamicsFile {
     /// the published model.
     #[schemars(extend("enum" = words(&TC_RULES), "default" = "resting"))]
     pub tc_rule: Option<String>,
+    /// Lets grains at rest fall asleep, so that they cost no events. If not given, no grain falls asleep.
+    pub sleep: Option<SleepFile>,
+}
+
+/// When grains fall asleep and wake up.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SleepFile {
+    /// Time between two searches for grains at rest `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: f64,
+    /// A grain falls asleep if it has moved by at most this distance since the previous search, and was always in contact
+    /// `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub distance: f64,
+    /// A sleeping grain wakes up if a particle hits it with a higher relative speed `[length / time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub wake_speed: f64,
 }
 
 /// `[[species]]`: a species of particles.

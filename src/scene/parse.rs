@@ -22,7 +22,7 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 
 use crate::Vector;
-use crate::model::{AuditPlan, Format, InputFile, OutputPlan, TcRule};
+use crate::model::{AuditPlan, Format, InputFile, OutputPlan, Sleep, TcRule};
 use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
@@ -142,6 +142,8 @@ pub(crate) fn parts(
     scene.gravity = vector(dynamics.gravity.unwrap_or_default());
     scene.parts.contact_time = dynamics.contact_time;
     scene.parts.tc_rule = tc_rule(&dynamics)?;
+    scene.parts.sleep =
+        dynamics.sleep.map(|it| Sleep { interval: it.interval, distance: it.distance, wake_speed: it.wake_speed });
     scene.parts.live = live::parse_live(file.description, file.live)?;
     scene.parts.audit = parse_audit(&file.audit);
     let materials = Materials::parse(file.material, &file.species)?;

@@ -40,6 +40,12 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
         rows.push(Row::told("events at turning points", how, events.turning_point.to_string()));
     }
     rows.extend(tc_model(events));
+    for (what, how, count) in [
+        ("grains that fell asleep", "grains at rest that stopped; counted in the ledger as dissipated", events.rest),
+        ("grains that woke up", "by impacts, or because a neighbour moved away", events.wake),
+    ] {
+        rows.extend(count.map(|count| Row::told(what, how, count.to_string())));
+    }
     if energy.dissipated > 0.0 {
         let how = "by restitution; counted in the ledger";
         rows.push(Row::told("energy dissipated", how, digits(energy.dissipated)));

@@ -322,6 +322,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
             Influence::Flow => Some("particles that enter or leave".to_owned()),
+            Influence::Sleep => Some("grains that fall asleep".to_owned()),
             // `redrawn` contains the axes of these collisions.
             Influence::AndersenCollisions => None,
         })

@@ -13,6 +13,7 @@ use proptest::test_runner::TestRunner;
 use std::cell::Cell;
 
 mod population;
+mod sleep;
 mod surfaces;
 
 use surfaces::{motions, surfaces};

@@ -27,6 +27,7 @@ mod rates;
 mod rough;
 mod sheared;
 mod single_bodies;
+mod sleep;
 mod starts_in_contact;
 mod steps;
 mod stress;

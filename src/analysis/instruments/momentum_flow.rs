@@ -46,7 +46,12 @@ impl Transfer {
         let apart = match event.kind {
             // The separation of the images that collided, even in a sheared box.
             EventKind::Pair(_) => event.normal * event.distance,
-            EventKind::Surface | EventKind::Thermostat | EventKind::Entry | EventKind::Exit => Vector::zeros(),
+            EventKind::Surface
+            | EventKind::Thermostat
+            | EventKind::Entry
+            | EventKind::Exit
+            | EventKind::Rest
+            | EventKind::Wake => Vector::zeros(),
         };
         let crowding = ids.map(|id| id.map_or(1.0, |id| system.crowding_of(id.0)));
         let arm = arm(event, system, &apart, crowding);

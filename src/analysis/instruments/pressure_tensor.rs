@@ -151,7 +151,7 @@ impl Instrument for PressureTensor {
             // The variants of `Outcome` are in the order of `RATES`.
             EventKind::Pair(outcome) => outcome as usize,
             EventKind::Surface => 4,
-            EventKind::Thermostat | EventKind::Entry | EventKind::Exit => return,
+            EventKind::Thermostat | EventKind::Entry | EventKind::Exit | EventKind::Rest | EventKind::Wake => return,
         };
         let moves = |id: &&ParticleId| system.masses[id.0 as usize].is_finite();
         self.counts[kind] += [Some(event.particle), event.partner()].iter().flatten().filter(moves).count() as u64;

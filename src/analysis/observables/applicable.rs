@@ -45,6 +45,8 @@ pub struct ApplicableObservables {
     pub is_homogeneous: bool,
     /// Whether particles enter or leave. Quantities per particle are then undefined.
     pub has_flow: bool,
+    /// Whether grains fall asleep.
+    pub has_sleep: bool,
     /// Whether some pair has a hard core.
     pub has_core: bool,
     /// Whether some pair can have a potential energy.
@@ -116,6 +118,7 @@ impl ApplicableObservables {
             heated_axis: None,
             is_homogeneous,
             has_flow,
+            has_sleep: scene.sleep().is_some(),
             has_core: moving > 0 && !has_flow && any(|potential| potential.core().is_some()),
             has_wells: moving > 0
                 && !has_flow

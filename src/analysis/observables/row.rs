@@ -31,4 +31,6 @@ pub struct Row {
     /// Current number of particles, and the numbers that have entered and left since the start. `None` without an inlet
     /// or outlet.
     pub flow: Option<[u64; 3]>,
+    /// Number of grains that sleep; `None` if grains never do.
+    pub asleep: Option<usize>,
 }

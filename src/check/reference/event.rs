@@ -24,6 +24,10 @@ pub enum EventKind {
         /// Index of the outlet among the surfaces of the scene.
         number: usize,
     },
+    /// A particle at rest falls asleep.
+    Rest,
+    /// A sleeping particle wakes up.
+    Wake,
 }
 
 /// An event executed by the reference engine.

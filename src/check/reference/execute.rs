@@ -24,6 +24,7 @@ impl Reference {
             Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, law, sliding: None };
         // A static particle has no memory of its contacts in the TC model.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
+        moving.iter().for_each(|&p| self.note_contact(p, false));
         let (outcome, after, rough) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
 
         let mut impulse = (after - velocity) * reduced_mass;
@@ -72,6 +73,7 @@ impl Reference {
         let mut normal = Vector::zeros();
         normal[k] = if is_upper { -1.0 } else { 1.0 };
         let encounter = self.encounter_at_rest(i, normal, law);
+        self.note_contact(i, false);
         Some(self.reflect(i, &encounter, Vector::zeros(), EventKind::Wall { axis, is_upper }))
     }
 
@@ -102,6 +104,7 @@ impl Reference {
         let sliding = sliding.map(|velocity| velocity.at(&place_of_contact, &outwards));
         let encounter = Encounter { sliding: sliding.or(moment.map(|_| Vector::zeros())), ..encounter };
         let spin = self.spins[i as usize];
+        self.note_contact(i, encounter.sliding.is_some());
         self.spins[i as usize] = to_shape(&spin);
         let event = self.reflect(i, &encounter, turning, EventKind::Surface { number: feature.surface });
         if let Some(moment) = &moment {

@@ -42,7 +42,7 @@ impl Reference {
             *rub;
         let dimensions = self.scene.space.dimensions();
         let constants = |reference: &Self, i: u32| {
-            let species = reference.scene.species_of(ParticleId(i));
+            let species = reference.species(i);
             (species.inverse_mass(), species.inverse_inertia(dimensions))
         };
         let (mi, ti) = constants(self, particle);

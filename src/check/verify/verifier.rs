@@ -121,7 +121,7 @@ impl Verifier {
             EventKind::Surface if event.wall().is_some() => self.check_wall(event, contact, after)?,
             EventKind::Surface => self.check_surface(event, contact, after)?,
             // The event rule does not cover thermostats, and the number of particles is constant.
-            EventKind::Thermostat | EventKind::Entry | EventKind::Exit => {
+            EventKind::Thermostat | EventKind::Entry | EventKind::Exit | EventKind::Rest | EventKind::Wake => {
                 return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
             }
         }

@@ -47,6 +47,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 andersen: None,
                 restraint: None,
                 inlets: None,
+                sleepers: None,
                 is_watched: sources.confinement.is_some(),
                 next_global: f64::INFINITY,
             },

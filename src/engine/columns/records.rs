@@ -8,6 +8,7 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::pairs::states::PairState;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::{Prediction, absent};
+use crate::engine::sources::rest::Watched;
 use crate::engine::state::Body;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -27,6 +28,8 @@ pub(in crate::engine) struct Record {
     pub last_contact: Option<f64>,
     /// Number of contacts with thermal surfaces; `None` if there are no such surfaces.
     pub surface_contacts: Option<u32>,
+    /// What decides whether the particle falls asleep; `None` if particles never do.
+    pub watched: Option<Watched>,
     /// States of the particle's pairs; `None` if no pair can be captured.
     pub captured: Option<Vec<PairState>>,
     /// Cell, or centre of the neighbour list. If `None`, an existing particle keeps its value, and a new particle gets
@@ -47,6 +50,7 @@ impl Record {
             spin: None,
             last_contact: None,
             surface_contacts: None,
+            watched: None,
             captured: None,
             place: None,
             prediction: None,

@@ -142,6 +142,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             CountedKind::Thermostat => EventKind::Thermostat,
             CountedKind::Exit => EventKind::Exit,
             CountedKind::Entry => EventKind::Entry,
+            CountedKind::Rest => EventKind::Rest,
+            CountedKind::Wake => EventKind::Wake,
         };
         let length = change.squared.sqrt();
         Event {

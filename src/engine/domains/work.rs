@@ -14,6 +14,8 @@ pub enum SingleThread {
     LongInteractions,
     /// A distance is restrained to an umbrella window, or energies have multicanonical weights.
     WholeSystem,
+    /// Grains fall asleep.
+    Sleep,
     /// Particles enter or leave.
     ChangingNumber,
 }
@@ -26,6 +28,7 @@ impl SingleThread {
         match () {
             () if scene.shear_rate().is_some() => Some(Self::SlidingImages),
             () if scene.has_flow() => Some(Self::ChangingNumber),
+            () if scene.sleep().is_some() => Some(Self::Sleep),
             () if scene.has_loose_bonds() || scene.allow_invalid_start() => Some(Self::LongInteractions),
             () => None,
         }
@@ -39,6 +42,7 @@ impl fmt::Display for SingleThread {
             Self::SlidingImages => "the box is sheared",
             Self::LongInteractions => "overlaps at the start are allowed, or bonded particles can separate",
             Self::ChangingNumber => "particles enter or leave",
+            Self::Sleep => "grains fall asleep",
             Self::WholeSystem => "umbrella windows and multicanonical weights act on the whole system",
         })
     }

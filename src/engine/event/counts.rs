@@ -30,12 +30,16 @@ pub enum CountedKind {
     Exit,
     /// A particle enters at an inlet.
     Entry,
+    /// A particle at rest falls asleep.
+    Rest,
+    /// A sleeping particle wakes up.
+    Wake,
 }
 
 impl CountedKind {
     /// Kinds of pair events, in the order of storage.
     const OF_PAIRS: [Self; 5] = [Self::Core, Self::Capture, Self::Release, Self::Bounce, Self::Bond];
-    const OF_ONE: [Self; 4] = [Self::Wall, Self::Thermostat, Self::Exit, Self::Entry];
+    const OF_ONE: [Self; 6] = [Self::Wall, Self::Thermostat, Self::Exit, Self::Entry, Self::Rest, Self::Wake];
 
     /// Returns the name of this kind of event in files and tables.
     #[must_use]
@@ -50,6 +54,8 @@ impl CountedKind {
             Self::Thermostat => "thermostat",
             Self::Exit => "exit",
             Self::Entry => "entry",
+            Self::Rest => "rest",
+            Self::Wake => "wake",
         }
     }
 }
@@ -62,7 +68,7 @@ impl CountedKind {
 pub struct EventCountsBySpecies {
     /// Counts of pair events. The species with the lower index comes first.
     pairs: Pairs,
-    singles: BTreeMap<u32, [u64; 4]>,
+    singles: BTreeMap<u32, [u64; 6]>,
 }
 
 /// Largest number of species for which all pairs are stored. With more species, only pairs with events are stored.
@@ -100,8 +106,8 @@ impl EventCountsBySpecies {
     pub(crate) fn of_one_species(species: usize, event_counts: &EventCounts) -> Self {
         let mut counts = Self::new(0);
         counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [event_counts.core, 0, 0, 0, 0])]));
-        let EventCounts { wall, thermostat, exit, entry, .. } = *event_counts;
-        counts.singles.insert(id(species), [wall, thermostat, exit, entry]);
+        let EventCounts { wall, thermostat, exit, entry, rest, wake, .. } = *event_counts;
+        counts.singles.insert(id(species), [wall, thermostat, exit, entry, rest, wake]);
         counts
     }
 
@@ -111,12 +117,13 @@ impl EventCountsBySpecies {
             return self.clone();
         }
         let named = |row: u32| species.get(row as usize).map_or(row, |id| id.0);
-        let mut pairs = BTreeMap::new();
+        let (mut pairs, mut singles) = (BTreeMap::new(), BTreeMap::new());
+        // Several rows may belong to one species.
         self.for_each_pair(|[a, b], counts| {
-            // Rows are in the order of species, so the lower index stays first.
-            pairs.insert((named(a), named(b)), *counts);
+            let (a, b) = (named(a), named(b));
+            more(pairs.entry((a.min(b), a.max(b))).or_default(), counts);
         });
-        let singles = self.singles.iter().map(|(row, counts)| (named(*row), *counts)).collect();
+        self.singles.iter().for_each(|(row, counts)| more(singles.entry(named(*row)).or_default(), counts));
         Self { pairs: Pairs::Sparse(pairs), singles }
     }
 

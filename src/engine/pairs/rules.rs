@@ -131,6 +131,11 @@ impl SpeciesRules {
         }
     }
 
+    /// Returns the rules of sleeping particles: they do not move.
+    fn asleep(&self) -> Self {
+        Self { inverse_mass: 0.0, acceleration: Vector::zeros(), inverse_inertia: 0.0, ..*self }
+    }
+
     #[inline]
     #[must_use]
     pub fn is_static(&self) -> bool {
@@ -174,12 +179,15 @@ impl Rules {
     pub fn new(scene: &Scene) -> Self {
         let rows = Rows::of(scene);
         let dimensions = scene.space.dimensions();
-        let of = |id: &SpeciesId| SpeciesRules::new(&scene.species[id.0 as usize], dimensions);
-        let species: Vec<_> = rows.species().iter().map(of).collect();
-        let pairs = rows.species().iter().flat_map(|a| rows.species().iter().map(move |b| (*a, *b)));
+        let of = |(row, id): (u16, &SpeciesId)| {
+            let rules = SpeciesRules::new(&scene.species[id.0 as usize], dimensions);
+            if rows.is_asleep(row) { rules.asleep() } else { rules }
+        };
+        let species: Vec<_> = (0..=u16::MAX).zip(rows.species()).map(of).collect();
+        let of_rows = || rows.species().iter().copied().zip(&species);
+        let pairs = of_rows().flat_map(|a| of_rows().map(move |b| (a, b)));
         let meetings: Vec<Meeting> = pairs
-            .map(|(first, second)| {
-                let (a, b) = (&species[usize::from(rows.row(first))], &species[usize::from(rows.row(second))]);
+            .map(|((first, a), (second, b))| {
                 let is_accelerated = a.acceleration != b.acceleration;
                 match scene.interaction_of(first, second) {
                     Some(id) if !(a.is_static() && b.is_static()) => {

@@ -128,4 +128,4 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::engine) mod tests;

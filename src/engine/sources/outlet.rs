@@ -20,6 +20,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         at: &Touching,
         observe: &mut Observe<'_>,
     ) -> Result<ControlFlow<()>, InvariantBroken> {
+        let woken = self.wake_neighbours(particle, observe);
         let normal = at.in_space(&at.shape.normal(&at.position));
         let how = (With::Surface(outlet), Some(CountedKind::Exit));
         let flow = self.end_motion(particle, &normal, how, observe);
@@ -35,7 +36,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule.predictions[particle as usize] = Prediction::NONE;
         self.state.vacant.push(particle);
         self.note_population(-1);
-        Ok(flow)
+        Ok(if woken.is_break() { woken } else { flow })
     }
 
     /// Closes the gaps in memory that particles have left.

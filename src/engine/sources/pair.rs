@@ -34,6 +34,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let flown = [i, j].map(|particle| time - self.state.bodies[particle as usize].time);
         self.stream(i, time);
         self.stream(j, time);
+        if TABLE && self.sources.sleepers.is_some() && self.is_asleep(j) {
+            return self.hit_sleeper([i, j], side, time, flown, observe);
+        }
+        self.meet([i, j], side, time, flown, observe)
+    }
+
+    /// Executes the contact of two particles that have been streamed to its time.
+    #[inline(always)]
+    pub(in crate::engine) fn meet(
+        &mut self,
+        [i, j]: [u32; 2],
+        side: Side,
+        time: f64,
+        flown: [f64; 2],
+        observe: &mut Observe<'_>,
+    ) -> Result<ControlFlow<()>, InvariantBroken> {
         let (state, interaction) = self.pair_state(i, j);
         let Some((seen, law, opening_speed)) = self.discontinuity(state, interaction, side, time) else {
             return Err(self.broken(i, Some(j), Invariant::Discontinuity));

@@ -55,6 +55,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let at = self.touching(i, placed, time);
         let (shape, law) = (at.shape, placed.law);
+        if self.sources.sleepers.is_some() && !at.does_no_work() {
+            self.note_drive(i);
+        }
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
         let normal = shape.normal(&at.position);
         let vn = normal.dot(&at.velocity);

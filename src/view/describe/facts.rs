@@ -6,7 +6,7 @@ use super::{
 };
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
-use crate::model::{Scene, Species, StaticSurface, TcRule, Threads, Until};
+use crate::model::{Scene, Sleep, Species, StaticSurface, TcRule, Threads, Until};
 
 /// A fact of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +23,7 @@ pub struct Fact {
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
     let equilibrates = run.until_stationary || run.equilibration != Until::default();
-    let all: [(&'static str, Vec<String>); 16] = [
+    let all: [(&'static str, Vec<String>); 17] = [
         ("start", start(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),
         ("species", scene.species.iter().zip(counts(scene)).map(species).collect()),
@@ -33,6 +33,7 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("surfaces", scene.surfaces.iter().map(|surface| surfaces::surface(scene, surface)).collect()),
         ("inlets", scene.inlets.iter().map(|inlet| inlets::inlet(scene, inlet)).collect()),
         ("TC model", scene.contact_time.map(|time| contact_time(time, scene.tc_rule)).into_iter().collect()),
+        ("sleep", scene.sleep.as_ref().map(sleep).into_iter().collect()),
         ("shear", scene.shear_rate.map(shear).into_iter().collect()),
         ("stages", run.stages.iter().map(stage).collect()),
         ("equilibration", equilibrates.then(|| equilibration(run)).into_iter().collect()),
@@ -42,6 +43,13 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("threads", threads(scene).into_iter().collect()),
     ];
     all.into_iter().filter(|(_, values)| !values.is_empty()).map(|(label, values)| Fact { label, values }).collect()
+}
+
+fn sleep(sleep: &Sleep) -> String {
+    let [interval, distance, wake_speed] = [sleep.interval, sleep.distance, sleep.wake_speed].map(digits);
+    format!(
+        "grains that move by at most {distance} in a time of {interval} fall asleep, until they are hit faster than {wake_speed}"
+    )
 }
 
 fn species((species, count): (&Species, usize)) -> String {

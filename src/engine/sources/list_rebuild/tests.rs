@@ -9,7 +9,10 @@ use crate::physics::overlap::Side;
 use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 /// Checks that each particle is within its skin, and that lists contain exactly the uncaptured pairs within reach.
-fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, verlet: &VerletLists) {
+pub(in crate::engine) fn are_complete<const FALLING: bool, const TABLE: bool>(
+    engine: &Engine<FALLING, TABLE>,
+    verlet: &VerletLists,
+) {
     for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
         let (position, _) = engine.state_at(particle, engine.clock.now);
         let gone = (position - verlet.centres[particle as usize]).norm();
