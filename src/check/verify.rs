@@ -40,6 +40,7 @@ mod outcome;
 mod pace;
 mod pairs;
 mod replay;
+mod rest;
 mod rub;
 mod rules;
 mod schedule;

@@ -192,6 +192,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for body in &mut self.state.bodies {
             body.events = body.events.wrapping_add(1);
         }
+        if let Some(sleepers) = &mut self.sources.sleepers {
+            sleepers.skip_event();
+        }
         self.schedule.queue.clear();
         for particle in self.particles() {
             if !self.is_static(particle) {

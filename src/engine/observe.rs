@@ -2,6 +2,7 @@
 
 use super::event::Event;
 use super::{EngineError, Reason, Simulation, Until};
+use std::collections::VecDeque;
 use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
@@ -74,7 +75,7 @@ impl Simulation {
     /// still, and [`EngineError::InvariantBroken`] in an impossible state.
     #[doc(alias = "step")]
     pub fn events(&mut self, until: Until) -> EventSequence<'_> {
-        EventSequence { simulation: self, until, error: None, reason: None, is_over: false }
+        EventSequence { simulation: self, until, error: None, reason: None, is_over: false, executed: VecDeque::new() }
     }
 }
 
@@ -88,10 +89,13 @@ pub struct EventSequence<'s> {
     error: Option<EngineError>,
     reason: Option<Reason>,
     is_over: bool,
+    /// Events at the time of the latest event that have not been returned yet.
+    executed: VecDeque<Event>,
 }
 
 impl EventSequence<'_> {
-    /// The simulation at the event that was returned last, or at the end of the iteration.
+    /// The simulation at the event that was returned last, or at the end of the iteration. If several grains fall asleep or
+    /// wake up at the same time, the simulation is after all of these events.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         self.simulation
@@ -108,15 +112,19 @@ impl Iterator for EventSequence<'_> {
     type Item = Result<Event, EngineError>;
 
     fn next(&mut self) -> Option<Self::Item> {
+        if let Some(event) = self.executed.pop_front() {
+            return Some(Ok(event));
+        }
         if self.is_over {
             return self.error.take().map(Err);
         }
-        let mut executed = None;
+        // Several grains may fall asleep or wake up at the same time.
+        let executed = &mut self.executed;
         let ended = self.simulation.advance_with(self.until, |event| {
-            executed = Some(*event);
+            executed.push_back(*event);
             ControlFlow::Break(())
         });
-        match (executed, ended) {
+        match (self.executed.pop_front(), ended) {
             (Some(event), Ok(_)) => Some(Ok(event)),
             (Some(event), Err(error)) => {
                 (self.is_over, self.error) = (true, Some(error));

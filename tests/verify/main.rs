@@ -5,6 +5,7 @@ mod contact_laws;
 mod endings;
 mod extremes;
 mod scenes;
+mod sleep;
 mod surfaces;
 mod tampered_events;
 

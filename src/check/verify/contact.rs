@@ -62,6 +62,7 @@ impl Contact {
 impl fmt::Display for Contact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Pair([a, b]) if a == b => write!(f, "particle {}", a.0),
             Self::Pair([a, b]) => write!(f, "particles {} and {}", a.0, b.0),
             Self::Wall { particle, axis, is_upper } => {
                 let end = if *is_upper { "upper" } else { "lower" };

@@ -92,7 +92,7 @@ impl Verifier {
         self.check_contact(contact, &approach, &bounds, seen.distance)?;
         self.encounter(event, after, bounds, flights).check_pair(j, side, &seen, &law, outcome)?;
         if seen.is_barrier() {
-            self.note_contact(&[i, j], after);
+            self.note_contact(&[i, j], after, false);
         }
         match outcome {
             Outcome::Core => self.proof.counts.core += 1,
@@ -139,7 +139,7 @@ impl Verifier {
         // A point particle has no radius, so its gap is compared with 1.
         self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
         self.encounter(event, after, bounds, flights).check_wall(&wall)?;
-        self.note_contact(&[i], after);
+        self.note_contact(&[i], after, false);
         self.proof.counts.wall += 1;
         Ok(())
     }
@@ -158,7 +158,7 @@ impl Verifier {
             }
             match self.check_meeting(event, after, &meeting, &law) {
                 Ok(()) => {
-                    self.note_contact(&[i], after);
+                    self.note_contact(&[i], after, self.world.velocity_of_surface(surface).is_some());
                     self.proof.counts.surface += 1;
                     return Ok(());
                 }
@@ -217,12 +217,15 @@ impl Verifier {
         self.encounter(event, after, meeting.bounds, flights).check_surface(&meeting.touch, law, &meeting.carried)
     }
 
-    fn note_contact(&mut self, particles: &[u32], now: &States) {
+    fn note_contact(&mut self, particles: &[u32], now: &States, is_driven: bool) {
         if let Some(contacts) = &mut self.contacts {
             // Only moving particles have a last contact time in the TC model.
             let moving: Vec<u32> =
                 particles.iter().copied().filter(|&particle| !self.world.is_static(particle)).collect();
             contacts.note(&moving, &now.elapsed);
+            if let Some(sleep) = &mut self.sleep {
+                sleep.note(&moving, is_driven);
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! Replays a run and passes every event of a range to the verifier.
 
 use super::certificate::{Certificate, End};
+use super::rest::is_sleep;
 use super::schedule::{Stretch, schedule};
 use super::verifier::Verifier;
 use super::violation::{Fault, Violation};
@@ -249,7 +250,8 @@ impl Replay<'_> {
             Some(_) => self.simulation.time() - states.elapsed.total(),
             None => scene.start_time,
         };
-        Verifier::resume_from(scene, states, &self.simulation.captured_pairs(), start_time)
+        let asleep = self.simulation.sleeping();
+        Verifier::resume_from(scene, states, &self.simulation.captured_pairs(), (start_time, &asleep))
     }
 
     fn prove(&mut self, verifier: &mut Verifier) -> End {
@@ -286,9 +288,13 @@ impl Replay<'_> {
         let until = stretch.or_events(self.events().saturating_add(1));
         let Self { simulation, states, watch, .. } = self;
         let mut watch = || watch(&progress);
-        let mut event = None;
+        let mut events = Vec::new();
         let reason = loop {
-            let see = |executed: &Event| event = Some(*executed);
+            // Grains that fall asleep or wake up are not counted as events, so the observer ends the step.
+            let see = |executed: &Event| {
+                events.push(*executed);
+                if is_sleep(executed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
             if let Some(reason) = simulation.advance_for_with(STEPS, until, see)? {
                 break reason;
             }
@@ -297,8 +303,8 @@ impl Replay<'_> {
             }
         };
         simulation.states(states);
-        if let Some(event) = event {
-            return verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violated(fault));
+        if !events.is_empty() {
+            return verifier.witness_all(&events, states, &mut watch).map_err(|fault| self.violated(fault));
         }
         verifier.witness_quiet(states, &mut watch).map_err(|fault| self.violated(fault))?;
         self.end_at(until.last_time());

@@ -5,6 +5,7 @@ use super::certificate::{Certificate, note};
 use super::contact::Contact;
 use super::pace::{Pace, round_the_box};
 use super::pairs::Pairs;
+use super::rest::{SleepWatch, is_sleep};
 use super::rules::fly;
 use super::violation::Fault;
 use super::window::{Due, Window};
@@ -26,6 +27,11 @@ pub struct Verifier {
     pub(super) contacts: Option<ContactMemory>,
     /// States after the latest event, as received.
     pub(super) states: States,
+    /// What decides which grains sleep; `None` if grains never do.
+    pub(super) sleep: Option<SleepWatch>,
+    /// Grains that fell asleep or woke up at the latest time, and the states after this.
+    pending: Vec<Event>,
+    pending_states: States,
     /// States just before the current event, after free flights from the states after the previous event.
     pub(super) before: States,
     pub(super) last_event: Vec<Elapsed>,
@@ -53,7 +59,7 @@ impl Verifier {
     /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::Unknown`] if a pair
     /// cannot be in the given state.
     pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
-        Self::resume_from(scene, states, captured, scene.start_time)
+        Self::resume_from(scene, states, captured, (scene.start_time, &[]))
     }
 
     /// Works like [`Self::resume`], for a run whose elapsed time is 0 at the simulated time `start_time`.
@@ -61,21 +67,24 @@ impl Verifier {
         scene: &Scene,
         states: &States,
         captured: &[([ParticleId; 2], u16)],
-        start_time: f64,
+        (start_time, asleep): (f64, &[ParticleId]),
     ) -> Result<Self, Fault> {
         let begin = (start_time, Some(states.elapsed));
-        Self::begin(scene, states, begin, |world| Pairs::listed(world, states, captured))
+        Self::begin(scene, states, begin, |world| {
+            asleep.iter().for_each(|id| world.fall_asleep(id.0));
+            Pairs::listed(world, states, captured)
+        })
     }
 
     fn begin(
         scene: &Scene,
         states: &States,
         (start_time, unseen_before): (f64, Option<Elapsed>),
-        pairs: impl FnOnce(&World) -> Result<Pairs, Fault>,
+        pairs: impl FnOnce(&mut World) -> Result<Pairs, Fault>,
     ) -> Result<Self, Fault> {
         check_count(scene.particles.len(), states)?;
-        let world = World::new(scene, start_time);
-        let pairs = pairs(&world)?;
+        let mut world = World::new(scene, start_time);
+        let pairs = pairs(&mut world)?;
         let count = states.positions.len();
         let pace = Pace::new(&world, states);
         let window = Window::open(&world, &pairs, states, pace.length(&world, states, 0.0))?;
@@ -84,6 +93,9 @@ impl Verifier {
             pace,
             pairs,
             contacts: scene.contact_time.map(|time| ContactMemory::new(time, count, unseen_before).with(scene.tc_rule)),
+            sleep: SleepWatch::new(scene, states, unseen_before.is_none()),
+            pending: Vec::new(),
+            pending_states: States::default(),
             states: states.clone(),
             before: states.clone(),
             // The times of the last events are unknown. The earliest possible time gives the largest bounds.
@@ -97,10 +109,26 @@ impl Verifier {
 
     /// Proves that an event, which leads to the states `after`, is the next event and has the right outcome.
     ///
+    /// Grains that fall asleep or wake up at the same time are proven together, when a later event or a quiet time
+    /// follows. All of these events lead to the same states.
+    ///
     /// # Errors
     /// The first [`Fault`].
     pub fn witness(&mut self, event: &Event, after: &States) -> Result<(), Fault> {
-        self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
+        let watch = &mut || ControlFlow::Continue(());
+        if self.pending.first().is_some_and(|first| first.time != event.time) {
+            self.witness_pending(watch)?;
+        }
+        self.pending.push(*event);
+        self.pending_states.clone_from(after);
+        if is_sleep(event) { Ok(()) } else { self.witness_pending(watch) }
+    }
+
+    /// Proves the events that [`Self::witness`] has received, but not proven yet.
+    fn witness_pending(&mut self, watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), Fault> {
+        let events = std::mem::take(&mut self.pending);
+        let after = std::mem::take(&mut self.pending_states);
+        if events.is_empty() { Ok(()) } else { self.witness_all(&events, &after, watch) }
     }
 
     /// Like [`Self::witness`], but calls `watch` repeatedly. Ends with [`Fault::Interrupted`] if `watch` breaks.
@@ -115,7 +143,9 @@ impl Verifier {
         if contact.particles().any(|particle| particle as usize >= self.states.positions.len()) {
             return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
         }
+        self.pass_searches(&after.elapsed)?;
         self.pass_to(&after.elapsed, Some(contact), watch)?;
+        self.wake_at(&contact)?;
         match event.kind {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
             EventKind::Surface if event.wall().is_some() => self.check_wall(event, contact, after)?,
@@ -126,21 +156,24 @@ impl Verifier {
             }
         }
         self.check_flights(after, |i| contact.particles().any(|particle| particle == i))?;
-        self.states.clone_from(after);
-        let mut changed = Vec::new();
-        for particle in contact.particles() {
-            self.last_event[particle as usize] = after.elapsed;
-            if !self.world.is_static(particle) {
-                changed.push(particle);
-            }
-        }
+        let both: Vec<u32> = contact.particles().collect();
+        let changed: Vec<u32> = both.iter().copied().filter(|&particle| !self.world.is_static(particle)).collect();
         self.window.events += 1;
+        self.go_on(after, &both, &changed)
+    }
+
+    /// Goes on from the states after an event, with new flights of the particles `changed`.
+    pub(super) fn go_on(&mut self, after: &States, particles: &[u32], changed: &[u32]) -> Result<(), Fault> {
+        self.states.clone_from(after);
+        for &particle in particles {
+            self.last_event[particle as usize] = after.elapsed;
+        }
         self.window.forget(changed.iter().copied());
         // An event may make its particles much faster. The window must end before they can travel around the box.
         let now = self.window.time(&self.states.elapsed);
         let left = self.window.length - now;
-        self.window.end_by(now + round_the_box(&self.world, &self.states, &changed, left));
-        self.window.ask_changed(&self.world, &self.pairs, &self.states, &changed)
+        self.window.end_by(now + round_the_box(&self.world, &self.states, changed, left));
+        self.window.ask_changed(&self.world, &self.pairs, &self.states, changed)
     }
 
     /// Proves that no event was due up to the time of the states `now`, and that free flights lead to these states.
@@ -150,6 +183,8 @@ impl Verifier {
     /// The first [`Fault`].
     pub fn witness_quiet(&mut self, now: &States, watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
+        self.witness_pending(watch)?;
+        self.pass_searches(&now.elapsed)?;
         self.pass_to(&now.elapsed, None, watch)?;
         self.check_flights(now, |_| false)
     }
@@ -163,6 +198,7 @@ impl Verifier {
         if !self.world.enter_stage(stage) {
             return Ok(());
         }
+        self.wake_all();
         self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
         self.look_anew()
     }
@@ -180,6 +216,7 @@ impl Verifier {
         if !self.world.turn_gravity(gravity) {
             return Ok(());
         }
+        self.wake_all();
         self.states.clone_from(now);
         self.before.clone_from(now);
         self.last_event.fill(now.elapsed);
@@ -196,7 +233,7 @@ impl Verifier {
     }
 
     /// Advances to a time and proves that no earlier event is missing. `executed` is the contact at this time, if any.
-    fn pass_to(
+    pub(super) fn pass_to(
         &mut self,
         elapsed: &Elapsed,
         executed: Option<Contact>,
@@ -309,7 +346,7 @@ impl Verifier {
     }
 }
 
-fn check_count(particles: usize, states: &States) -> Result<(), Fault> {
+pub(super) fn check_count(particles: usize, states: &States) -> Result<(), Fault> {
     let found = states.positions.len().min(states.velocities.len());
     if found == particles && states.positions.len() == states.velocities.len() {
         Ok(())

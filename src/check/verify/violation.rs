@@ -136,6 +136,30 @@ pub enum Fault {
         /// The particle.
         particle: ParticleId,
     },
+    /// A particle fell asleep that was not at rest, or not at a search.
+    #[error("particle {} fell asleep, but was not at rest at a search", particle.0)]
+    FellAsleep {
+        /// The particle.
+        particle: ParticleId,
+    },
+    /// A particle at rest did not fall asleep.
+    #[error("particle {} was at rest, but did not fall asleep", particle.0)]
+    StayedAwake {
+        /// The particle.
+        particle: ParticleId,
+    },
+    /// A sleeping particle woke up without a cause.
+    #[error("particle {} woke up, but nothing disturbed it", particle.0)]
+    WokeUp {
+        /// The particle.
+        particle: ParticleId,
+    },
+    /// A sleeping particle was hit, or a neighbour moved away, but it did not wake up.
+    #[error("particle {} was disturbed, but did not wake up", particle.0)]
+    StayedAsleep {
+        /// The particle.
+        particle: ParticleId,
+    },
     /// The velocity of a particle changed without an event.
     #[error("the velocity of particle {} changed by {by:.3e} without an event", particle.0)]
     Disturbed {

@@ -35,6 +35,8 @@ pub(super) struct World {
     pub inverse_inertias: Vec<f64>,
     pub accelerations: Vec<Vector>,
     pub moving: Vec<u32>,
+    /// Acceleration of all moving particles, if a stage has set it.
+    gravity: Option<Vector>,
     /// Interactions of bonded pairs, with the lower id first.
     pub bonds: BTreeMap<(u32, u32), InteractionId>,
     pub walls: Vec<Wall>,
@@ -77,6 +79,7 @@ impl World {
             accelerations: species.iter().map(|species| species.acceleration).collect(),
             moving: (0..).zip(&species).filter(|(_, species)| !species.is_static()).map(|(i, _)| i).collect(),
             bonds: bonds.collect(),
+            gravity: None,
             walls: walls(scene),
             farthest_facet: facets.iter().map(|facet| facet.farthest).fold(0.0, f64::max),
             facets,
@@ -109,6 +112,7 @@ impl World {
     pub fn turn_gravity(&mut self, gravity: &Vector) -> bool {
         let is_other = self.moving.iter().any(|&i| self.accelerations[i as usize] != *gravity);
         self.moving.iter().for_each(|&i| self.accelerations[i as usize] = *gravity);
+        self.gravity = Some(*gravity);
         is_other
     }
 
@@ -128,6 +132,35 @@ impl World {
 
     pub fn velocity_of_surface(&self, surface: u32) -> Option<SurfaceVelocity> {
         self.scene.surfaces.get(surface as usize)?.surface_velocity
+    }
+
+    /// Makes a particle static until it wakes up.
+    pub fn fall_asleep(&mut self, i: u32) {
+        let at = i as usize;
+        (self.inverse_masses[at], self.inverse_inertias[at], self.accelerations[at]) = (0.0, 0.0, Vector::zeros());
+        self.moving.retain(|&other| other != i);
+    }
+
+    pub fn wake(&mut self, i: u32) {
+        let (at, species) = (i as usize, self.scene.species_of(ParticleId(i)));
+        self.inverse_masses[at] = species.inverse_mass();
+        self.inverse_inertias[at] = species.inverse_inertia(self.scene.space.dimensions());
+        self.accelerations[at] = self.gravity.unwrap_or(species.acceleration);
+        let place = self.moving.partition_point(|&other| other < i);
+        self.moving.insert(place, i);
+    }
+
+    pub fn is_asleep(&self, i: u32) -> bool {
+        self.is_static(i) && !self.scene.species_of(ParticleId(i)).is_static()
+    }
+
+    pub fn asleep(&self) -> impl Iterator<Item = u32> {
+        (0..).take(self.inverse_masses.len()).filter(|&i| self.is_asleep(i))
+    }
+
+    /// Whether two particles interact, and a distance is at most their range.
+    pub fn touches(&self, i: u32, j: u32, distance: f64) -> bool {
+        self.interaction(i, j).is_some_and(|interaction| distance <= interaction.potential.range())
     }
 
     pub fn is_static(&self, i: u32) -> bool {

@@ -16,7 +16,7 @@ use crate::engine::prediction::Prediction;
 use crate::engine::snapshot::rotational_energy;
 use crate::engine::state::{Body, State};
 use crate::engine::{Chosen, Invariant, InvariantBroken, Simulation};
-use crate::model::{Scene, Sleep};
+use crate::model::{ParticleId, Scene, Sleep};
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -71,6 +71,11 @@ impl Sleepers {
         Self { watched, ..*self }
     }
 
+    /// Discounts an event of each particle that is not a contact.
+    pub fn skip_event(&mut self) {
+        self.watched.iter_mut().for_each(|watched| watched.events = watched.events.wrapping_add(1));
+    }
+
     pub fn next(&self) -> f64 {
         self.next
     }
@@ -85,6 +90,14 @@ impl Simulation {
     #[must_use]
     pub fn asleep(&self) -> usize {
         with_engine!(&self.engine, engine => engine.particles().filter(|&particle| engine.is_asleep(particle)).count())
+    }
+
+    /// Ids of the grains that sleep, ascending.
+    #[must_use]
+    pub fn sleeping(&self) -> Vec<ParticleId> {
+        with_engine!(&self.engine, engine => {
+            engine.by_id().filter(|&particle| engine.is_asleep(particle)).map(|particle| engine.name(particle)).collect()
+        })
     }
 }
 

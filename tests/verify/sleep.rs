@@ -1,0 +1,151 @@
+//! Grains that fall asleep and wake up.
+
+use carom::Vector;
+use carom::check::verify::{EventRange, Fault, Quantity, Verifier, verify};
+use carom::engine::event::{Event, EventKind};
+use carom::engine::{Simulation, States, Until};
+use carom::model::{ParticleId, Scene};
+use std::ops::ControlFlow;
+
+/// Rough grains of two sizes that fall into a box, on a floor that is partly a belt. A large grain follows late.
+const GRAINS: &str = "
+    seed = 6
+    space = { size = [9.0, 1.3, 90.0], x = 'walls', y = 'walls', z = 'open' }
+    dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 0.01, sleep = { interval = 0.25, distance = 0.01, wake_speed = 0.1 } }
+    species = [{ name = 'a', mass = 0.7, diameter = 0.9 }, { name = 'b', mass = 1.3, diameter = 1.1 }]
+    interaction = [
+        { species = ['a', 'a'], potential = 'hard-sphere', restitution = 0.4, friction = 0.5 },
+        { species = ['a', 'b'], potential = 'hard-sphere', restitution = 0.5, friction = 0.4 },
+        { species = ['b', 'b'], potential = 'hard-sphere', restitution = 0.5, tangential_restitution = 0.3, friction = 0.6 },
+    ]
+    surface = [
+        { shape = 'parallelogram', corner = [0.0, 0.0, 0.0], edge_1 = [7.0, 0.0, 0.0], edge_2 = [0.0, 1.3, 0.0], restitution = 0.5, friction = 0.45 },
+        { shape = 'parallelogram', corner = [7.0, 0.0, 0.0], edge_1 = [2.0, 0.0, 0.0], edge_2 = [0.0, 1.3, 0.0], restitution = 0.5, friction = 0.45, surface_velocity = [0.001, 0.0, 0.0] },
+    ]
+    fill = [{ composition = { a = 8, b = 8 }, arrangement = 'random', count = 16, region = { lower = [0.0, 0.0, 0.0], upper = [9.0, 1.3, 9.0] } }]
+    particle = [{ species = 'b', position = [4.0, 0.6, 80.0], velocity = [0.0, 0.0, 0.0] }]
+    run = { until_time = 20.0 }
+";
+
+fn scene(text: &str) -> Scene {
+    Scene::from_toml(text, "sleep.toml").unwrap()
+}
+
+fn proof(from: u64, events: u64) -> carom::check::verify::Certificate {
+    verify(scene(GRAINS), EventRange { from, events }, &mut |_| ControlFlow::Continue(()))
+}
+
+struct Recording {
+    scene: Scene,
+    start: States,
+    events: Vec<(Event, States)>,
+}
+
+impl Recording {
+    fn new() -> Self {
+        let scene = scene(GRAINS);
+        let mut simulation = Simulation::without_plan(scene.clone());
+        let mut start = States::default();
+        simulation.states(&mut start);
+        let mut events = Vec::new();
+        loop {
+            let mut some = Vec::new();
+            simulation
+                .advance_with(Until::time(16.0), |event| {
+                    some.push(*event);
+                    ControlFlow::Break(())
+                })
+                .unwrap();
+            if some.is_empty() {
+                return Self { scene, start, events };
+            }
+            let mut states = States::default();
+            simulation.states(&mut states);
+            events.extend(some.into_iter().map(|event| (event, states.clone())));
+        }
+    }
+
+    fn fault(&self) -> Option<Fault> {
+        let mut verifier = Verifier::new(&self.scene, &self.start).unwrap();
+        self.events.iter().find_map(|(event, states)| verifier.witness(event, states).err())
+    }
+
+    fn first(&self, kind: EventKind) -> usize {
+        self.events.iter().position(|(event, _)| event.kind == kind).unwrap()
+    }
+}
+
+#[test]
+fn grains_that_sleep_and_wake_are_proven_from_any_event_on() {
+    let mut simulation = Simulation::without_plan(scene(GRAINS));
+    simulation.advance(Until::time(20.0)).unwrap();
+    let counts = *simulation.event_counts();
+    assert!(counts.rest > 20 && counts.wake > 8, "{} {}", counts.rest, counts.wake);
+    let all = counts.physical();
+    let whole = proof(0, u64::MAX);
+    assert!(whole.is_proven(), "{:?}", whole.end);
+    assert_eq!(whole.counts.events(), all);
+    for part in 1..6 {
+        let proof = proof(part * all / 6, all / 8);
+        assert!(proof.is_proven(), "{part}: {:?}", proof.end);
+    }
+}
+
+#[test]
+fn falsified_sleep_is_found() {
+    let mut recording = Recording::new();
+    assert_eq!(recording.fault(), None);
+    let rest = recording.first(EventKind::Rest);
+    let wake = recording.first(EventKind::Wake);
+    let good = recording.events.clone();
+    let particle = |at: usize| good[at].0.particle;
+
+    // An event is left out: a grain stays awake or asleep.
+    recording.events.remove(rest);
+    let fault = recording.fault();
+    assert!(
+        matches!(fault, Some(Fault::StayedAwake { .. } | Fault::Disturbed { .. } | Fault::Jumped { .. })),
+        "{fault:?}"
+    );
+    recording.events.clone_from(&good);
+    recording.events.remove(wake);
+    let fault = recording.fault();
+    assert!(matches!(fault, Some(Fault::StayedAsleep { .. })), "{fault:?}");
+
+    // Another grain wakes up, or falls asleep.
+    for (at, other) in [(wake, 16), (rest, 16)] {
+        recording.events.clone_from(&good);
+        assert_ne!(particle(at), ParticleId(other));
+        recording.events[at].0.particle = ParticleId(other);
+        assert!(recording.fault().is_some());
+    }
+
+    // The numbers of the event are slightly different.
+    let spoilt: [(fn(&mut Event), Quantity); 4] = [
+        (|event| event.dissipated *= 1.0 + 1e-7, Quantity::Dissipation),
+        (|event| event.impulse *= 1.0 + 1e-7, Quantity::Impulse),
+        (|event| event.torques[0] += Vector::y() * 1e-9, Quantity::Torque),
+        (|event| event.after[0] += Vector::x() * 1e-9, Quantity::Velocity),
+    ];
+    for (spoil, expected) in spoilt {
+        recording.events.clone_from(&good);
+        spoil(&mut recording.events[rest].0);
+        let fault = recording.fault();
+        assert!(matches!(fault, Some(Fault::WrongNumbers { quantity, .. }) if quantity == expected), "{fault:?}");
+    }
+}
+
+#[test]
+fn different_rules_of_sleep_are_found() {
+    let mut recording = Recording::new();
+    for (rule, wrong) in [
+        ("interval = 0.25", "interval = 0.5"),
+        ("distance = 0.01", "distance = 0.0001"),
+        ("wake_speed = 0.1", "wake_speed = 1.0"),
+        (", sleep = { interval = 0.25, distance = 0.01, wake_speed = 0.1 }", ""),
+    ] {
+        assert_eq!(GRAINS.matches(rule).count(), 1, "{rule}");
+        recording.scene = scene(&GRAINS.replace(rule, wrong));
+        assert!(recording.fault().is_some(), "{wrong}");
+    }
+}
