@@ -24,10 +24,12 @@ mod flow;
 mod free_paths;
 mod free_time;
 mod grid;
+mod histogram;
 mod instrument;
 mod momentum_flow;
 mod near_pairs;
 mod pressure_tensor;
+mod residence_times;
 mod slope;
 mod speeds;
 mod stress;
@@ -91,6 +93,7 @@ instruments! {
     surface_forces::SurfaceForces: surface_forces,
     contacts::Contacts: contacts,
     centre_of_mass::CentreOfMass: centre_of_mass,
+    residence_times::ResidenceTimes: residence_times,
 }
 
 /// All instruments of a run. They come from the scene, or are registered by the program.

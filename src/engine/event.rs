@@ -6,7 +6,7 @@ pub use counts::{CountedKind, EventCountsBySpecies};
 
 use crate::Vector;
 use crate::base::exact::ExactSum;
-use crate::model::ParticleId;
+use crate::model::{ParticleId, SpeciesId};
 use serde::{Deserialize, Serialize};
 
 pub use crate::physics::response::Outcome;
@@ -47,8 +47,13 @@ pub enum Other {
     },
     /// A heat bath.
     Bath,
-    /// An inlet, by its index in the scene.
-    Inlet(u32),
+    /// An inlet.
+    Inlet {
+        /// Index of the inlet in the scene.
+        inlet: u32,
+        /// Species of the particle that enters.
+        species: SpeciesId,
+    },
 }
 
 /// An event that has happened: a contact, a new velocity from a thermostat, an entry or an exit.
@@ -97,7 +102,7 @@ impl Event {
     pub fn partner(&self) -> Option<ParticleId> {
         match self.other {
             Other::Particle(partner) => Some(partner),
-            Other::Surface { .. } | Other::Bath | Other::Inlet(_) => None,
+            Other::Surface { .. } | Other::Bath | Other::Inlet { .. } => None,
         }
     }
 

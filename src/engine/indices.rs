@@ -4,6 +4,7 @@ use super::neighbours::Neighbours;
 use super::neighbours::cells::NO_PARTICLE;
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
+use super::sources::inlet::Inlets;
 use super::state::State;
 use super::{Chosen, Simulation};
 
@@ -13,7 +14,8 @@ impl Simulation {
         let species = self.scene.species.len();
         let inlets = &self.scene.inlets;
         let has_inlets = with_engine!(&self.engine, engine => {
-            engine.sources.inlets.as_ref().map_or(inlets.is_empty(), |it| it.are_those_of(inlets))
+            let are_sound = |it: &Box<Inlets>| it.are_those_of(inlets) && it.are_sound(species);
+            engine.sources.inlets.as_ref().map_or(inlets.is_empty(), are_sound)
         });
         if !has_inlets {
             return Some("the inlets");
@@ -100,9 +102,9 @@ mod tests {
         dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
         species = [{ name = 'grain', mass = 1.3, diameter = 1.0 }]
         interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.9 }]
-        inlet = [{ species = 'grain', region = { lower = [0.0, 0.0, 8.0], upper = [8.0, 8.0, 12.0] }, rate = 9.0 }]
+        inlet = [{ species = 'grain', region = { lower = [0.0, 0.0, 8.0], upper = [8.0, 8.0, 12.0] }, rate = 9.0, recirculate = ['drain'] }]
         run = { until_time = 20 }
-        surface = [{ shape = 'disc', centre = [4.0, 4.0, 1.0], axis = [0.0, 0.0, 1.0], radius = 9.0, outlet = true }]";
+        surface = [{ name = 'drain', shape = 'disc', centre = [4.0, 4.0, 1.0], axis = [0.0, 0.0, 1.0], radius = 9.0, outlet = true }]";
 
     /// If a byte is changed, the change is detected, or the simulation continues or returns an error. It never panics.
     #[test]

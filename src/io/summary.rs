@@ -18,7 +18,7 @@ use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_flows, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::{InletCounts, Simulation};
-use crate::model::{InputFile, Scene, Separated, Species, StagePlan, VolumeMoves};
+use crate::model::{Inlet, InputFile, Scene, Separated, Species, StagePlan, VolumeMoves};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
@@ -158,6 +158,9 @@ pub struct InletSummary {
     pub name: String,
     /// Number of particles that have entered.
     pub entered: u64,
+    /// Number of particles that left at an outlet and entered again; `None` if no outlet is recirculated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub returned: Option<u64>,
     /// Number of particles that were due but had not entered, because no place was free.
     pub waiting: u64,
     /// Number of times that a particle found no free place.
@@ -166,12 +169,12 @@ pub struct InletSummary {
 
 impl InletSummary {
     fn of(simulation: &Simulation) -> Vec<Self> {
-        let names = simulation.scene().inlets().iter().map(|inlet| inlet.name.clone());
-        let of_one = |(name, counts): (String, InletCounts)| {
-            let InletCounts { entered, waiting, blocked, .. } = counts;
-            Self { name, entered, waiting, blocked }
+        let of_one = |(inlet, counts): (&Inlet, InletCounts)| {
+            let InletCounts { entered, returned, waiting, blocked, .. } = counts;
+            let returned = (!inlet.recirculate.is_empty()).then_some(returned);
+            Self { name: inlet.name.clone(), entered, returned, waiting, blocked }
         };
-        names.zip(simulation.inlets()).map(of_one).collect()
+        simulation.scene().inlets().iter().zip(simulation.inlets()).map(of_one).collect()
     }
 }
 

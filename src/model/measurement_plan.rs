@@ -106,6 +106,10 @@ macro_rules! with_instruments {
             centre_of_mass = centre_of_mass: Option<CentreOfMass> {
                 positive: [interval], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: true
             }
+            /// Times that particles spend between an inlet and an outlet.
+            residence_times = residence_times: Option<ResidenceTimes> {
+                positive: [longest], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true
+            }
         }
     };
 }
@@ -268,6 +272,19 @@ pub struct CentreOfMass {
     /// Time between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
+}
+
+/// Times between the entry of a particle at an inlet and its exit at an outlet, by species.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ResidenceTimes {
+    /// Number of bins of each distribution; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
+    #[serde(default, deserialize_with = "whole::given")]
+    pub bins: Option<u64>,
+    /// Upper end of the last bin `[time]`. The default is eight times the mean of the first residence times.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub longest: Option<f64>,
 }
 
 /// Radial distribution functions of all pairs of species, with their values at contact.

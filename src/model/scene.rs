@@ -322,10 +322,10 @@ impl Scene {
             let limits = [by_time, inlet.count.map(|count| count as f64), inlet.keep.map(|keep| keep as f64)];
             limits.into_iter().flatten().reduce(f64::min).unwrap_or(0.0)
         };
-        self.inlets.iter().map(of_one).sum()
+        self.inlets.iter().filter(|inlet| inlet.has_new_particles()).map(of_one).sum()
     }
 
-    /// Species of the particles that enter. A species occurs once for each inlet that contains it.
+    /// Species of the new particles that enter. A species occurs once for each inlet that contains it.
     pub(crate) fn entering_species(&self) -> impl Iterator<Item = SpeciesId> + '_ {
         self.inlets.iter().flat_map(Inlet::species)
     }

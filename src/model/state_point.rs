@@ -44,7 +44,8 @@ impl StatePoint {
         let inlets = scene.inlets.iter().map(|inlet| {
             let shares = inlet.composition.iter().map(|(id, share)| species(id.0 as usize).with(&[*share]));
             let flow = Self(3).with(&[inlet.rate, inlet.temperature]).with(inlet.velocity.as_slice());
-            flow.and(sum(shares))
+            let flow = flow.and(sum(shares));
+            if inlet.recirculate.is_empty() { flow } else { flow.and(6) }
         });
         let inlets: Vec<Self> = inlets.collect();
         let all = Self(0)

@@ -7,7 +7,7 @@ use crate::base::text::shortest;
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{
     Barostat, ContactLaw, ExchangeEnsemble, Growth, Interaction, Restitution, Roughness, RunPlan, SceneParts,
-    SurfaceLaw, Thermostat, Threads,
+    SceneSurface, SurfaceLaw, Thermostat, Threads,
 };
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -304,6 +304,12 @@ const CENTRE_OF_MASS: Feature = key(&["measure.centre_of_mass"], |it| given(it.p
 const AXIS_POINT: Feature = key(&["measure.centre_of_mass.axis_point"], |it| {
     given(it.parts.measure.centre_of_mass.as_ref().is_some_and(|plan| plan.axis_point.is_some()))
 });
+const RESIDENCE_TIMES: Feature =
+    key(&["measure.residence_times"], |it| given(it.parts.measure.residence_times.is_some()));
+const NO_PASSAGE: Feature = feature("no [[inlet]] or no outlet", &[], |it| {
+    let is_outlet = |surface: &SceneSurface| surface.law == SurfaceLaw::Outlet;
+    given(it.start.inlets.is_empty() || !it.start.surfaces.of_scene().iter().any(is_outlet))
+});
 const FLOW_ALONG_X: Feature = feature("a [[measure.flow]] along x", &["measure.flow.axis"], |it| {
     let index = it.parts.measure.flows.iter().position(|flow| flow.axis.as_deref() == Some("x"))?;
     Some((Some(path("measure.flow").index(index).key("axis")), "\"x\"".to_owned()))
@@ -477,5 +483,6 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(CENTRE_OF_MASS, NO_SIDES, "in a box without walls or open sides", "no centre_of_mass, or an axis with walls or open sides", "particles that cross a periodic side have no unique centre of mass"),
     row(AXIS_POINT, NO_WEIGHT, "without gravity along an axis with walls or open sides", "no axis_point, or such a gravity in [dynamics]", "the inclination is the angle from gravity to the centre of mass"),
     row(AXIS_POINT, ONE_SIDED_AXIS, "with fewer than two axes with walls or open sides", "no axis_point, or two such axes", "an inclination is an angle in a plane"),
+    row(RESIDENCE_TIMES, NO_PASSAGE, "without an [[inlet]] and an outlet", "no residence_times, or an [[inlet]] and a [[surface]] with `outlet = true`", "a residence time begins at an inlet and ends at an outlet"),
     row(CHAINS, NO_BONDS, "without bonds", "no chains, or bonds from [[chain]] or [[bond]]", ""),
 ];

@@ -202,9 +202,10 @@ impl SceneErrorKind {
 /// Suggests alternatives to keys of other programs.
 fn not_there(key: &str) -> Option<&'static str> {
     Some(match key {
-        "inlets" | "insertion" | "recirculate" => {
-            "particles enter at an [[inlet]]; with its key `keep`, they replace particles that leave"
+        "inlets" | "insertion" => {
+            "particles enter at an [[inlet]]; with its key `recirculate`, those that leave return"
         }
+        "recirculate" => "`recirculate` is a key of an [[inlet]]: it names the outlets whose particles return there",
         "outlet" | "outlets" => "a [[surface]] with `outlet = true` lets particles leave",
         "friction" | "friction_coefficient" | "mu" | "tangential_restitution" => {
             "`friction` and `tangential_restitution` are keys of an [[interaction]], of a wall in [space] and of a [[surface]]"

@@ -11,7 +11,7 @@ use crate::engine::surfaces::Surfaces;
 use crate::model::StaticSurface;
 use crate::model::limits::LARGEST;
 use crate::model::space::{Boundary, Space};
-use crate::model::{Bond, Particle, ParticleId, Species, SpeciesId};
+use crate::model::{Bond, Inlet, Particle, ParticleId, Species, SpeciesId};
 use crate::prepare::velocity::Drawn;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -93,8 +93,10 @@ impl Groups {
             }
             groups.particles.extend(part);
         }
-        if groups.particles.is_empty() && scene.inlets.is_empty() && scene.parts.inlets.is_empty() {
-            let why = "give [[particle]], [[file]], [[chain]], [[fill]] or [[inlet]]";
+        let is_filled = scene.inlets.iter().any(|inlet| inlet.rate.is_some())
+            || scene.parts.inlets.iter().any(Inlet::has_new_particles);
+        if groups.particles.is_empty() && !is_filled {
+            let why = "give [[particle]], [[file]], [[chain]], [[fill]] or an [[inlet]] with a rate";
             return Err(missing(&ConfigPath::root(), "particle", why));
         }
         start::list_bonds(&mut groups, &scene.bonds, interactions)?;

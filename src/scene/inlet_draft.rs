@@ -44,7 +44,12 @@ pub struct InletDraft {
     pub(crate) until: Option<f64>,
     pub(crate) count: Option<u64>,
     pub(crate) keep: Option<u64>,
+    /// Names of the outlets whose particles return.
+    pub(crate) recirculate: Vec<String>,
 }
+
+/// What is expected of an inlet without a rate.
+pub(crate) const RATE: &str = "give it, or mass_rate, or `recirculate` with the outlets whose particles return";
 
 /// How much enters per time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +61,7 @@ pub(crate) enum Rate {
 }
 
 impl InletDraft {
-    /// Creates an inlet. It needs a species and a rate.
+    /// Creates an inlet. It needs a species and a rate, or an outlet whose particles return.
     #[must_use]
     pub fn new(name: &str, region: FillRegion) -> Self {
         Self {
@@ -71,6 +76,7 @@ impl InletDraft {
             until: None,
             count: None,
             keep: None,
+            recirculate: Vec::new(),
         }
     }
 
@@ -87,13 +93,13 @@ impl InletDraft {
         self
     }
 
-    /// Sets the number of particles per time `[1 / time]`.
+    /// Sets the number of new particles per time `[1 / time]`.
     #[must_use]
     pub fn rate(self, rate: f64) -> Self {
         Self { rate: Some(Rate::Number(rate)), ..self }
     }
 
-    /// Sets the mean mass per time `[mass / time]`.
+    /// Sets the mean mass of the new particles per time `[mass / time]`.
     #[must_use]
     pub fn mass_rate(self, rate: f64) -> Self {
         Self { rate: Some(Rate::Mass(rate)), ..self }
@@ -111,13 +117,13 @@ impl InletDraft {
         Self { temperature, ..self }
     }
 
-    /// Sets the time at which the first particle is due `[time]`; the start of the scene if not set.
+    /// Sets the time at which the first new particle is due `[time]`; the start of the scene if not set.
     #[must_use]
     pub fn from(self, time: f64) -> Self {
         Self { from: Some(time), ..self }
     }
 
-    /// Sets the time after which no particle enters `[time]`.
+    /// Sets the time after which no new particle is due `[time]`.
     #[must_use]
     pub fn until(self, time: f64) -> Self {
         Self { until: Some(time), ..self }
@@ -129,7 +135,7 @@ impl InletDraft {
         Self { stage: Some(stage.to_owned()), ..self }
     }
 
-    /// Limits the number of particles that enter in all.
+    /// Limits the number of new particles that enter in all.
     #[must_use]
     pub fn count(self, count: u64) -> Self {
         Self { count: Some(count), ..self }
@@ -139,5 +145,12 @@ impl InletDraft {
     #[must_use]
     pub fn keep(self, keep: u64) -> Self {
         Self { keep: Some(keep), ..self }
+    }
+
+    /// Adds an outlet, by its name, whose particles return at this inlet.
+    #[must_use]
+    pub fn recirculate(mut self, outlet: &str) -> Self {
+        self.recirculate.push(outlet.to_owned());
+        self
     }
 }

@@ -7,6 +7,7 @@ pub(crate) mod measure;
 mod motions;
 mod parts;
 pub(crate) mod plan;
+mod recirculation;
 pub(crate) mod start;
 mod surfaces;
 
@@ -87,6 +88,7 @@ impl SceneBuilder {
         affordable_species(counts.iter().filter(|count| **count > 0).count())?;
         start::check_ranges(start)?;
         compatibility::check(self, start)?;
+        recirculation::check_recirculation(start, &self.parts)?;
         self.parts.check_shear(&start.space, start.interactions.longest_range(|_, _| true))?;
         self.parts.check_measure(&start.space, species)?;
         self.check_displacement()

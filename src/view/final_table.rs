@@ -6,11 +6,11 @@ use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::base::text::{self, clock, digits, short};
-use crate::engine::Simulation;
 use crate::engine::event::EventCounts;
+use crate::engine::{InletCounts, Simulation};
 use crate::io::Summary;
 use crate::io::rates::{Rate, rates, told_apart};
-use crate::model::VolumeMoves;
+use crate::model::{Inlet, VolumeMoves};
 use crate::run::{Ending, Finished, Stage};
 use crate::view::{audit, describe};
 
@@ -48,11 +48,7 @@ pub fn text(finished: &Finished) -> String {
         lines.pair("particles", &format!("{entry} entered, {exit} left"));
     }
     for (inlet, counts) in scene.inlets().iter().zip(simulation.inlets()) {
-        let waiting = match counts.waiting {
-            0 => String::new(),
-            waiting => format!(", and {waiting} wait for a free place: the inlet cannot keep its rate"),
-        };
-        lines.pair(&format!("inlet {}", inlet.name), &format!("{} entered in all{waiting}", counts.entered));
+        lines.pair(&format!("inlet {}", inlet.name), &of_inlet(inlet, &counts));
     }
     lines.pair("cell or list transitions", &transition.to_string());
     if let Some(reason) = finished.frames_limit {
@@ -80,6 +76,21 @@ pub fn text(finished: &Finished) -> String {
     lines.pair("equilibrated", &finished.equilibrium.to_string());
     lines.audit(finished);
     lines.text()
+}
+
+fn of_inlet(inlet: &Inlet, counts: &InletCounts) -> String {
+    let mut words = format!("{} entered in all", counts.entered);
+    if !inlet.recirculate.is_empty() {
+        words += &format!(", including {} that returned", counts.returned);
+    }
+    match counts.waiting {
+        0 => {}
+        waiting if inlet.recirculate.is_empty() => {
+            words += &format!(", and {waiting} wait for a free place: the inlet cannot keep its rate");
+        }
+        waiting => words += &format!(", and {waiting} wait for a free place"),
+    }
+    words
 }
 
 /// Describes numbers of core, capture, release, bounce and wall events, such as `12 core, 3 wall`.

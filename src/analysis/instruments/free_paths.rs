@@ -1,8 +1,7 @@
-mod histogram;
-
 use serde::{Deserialize, Serialize};
 
 use super::bins::Bins;
+use super::histogram::Histogram;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number, Published};
 use super::system::{Sample, SystemDescription};
@@ -11,7 +10,6 @@ use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::event::{Event, EventKind};
 use crate::model::measurement_plan::{BINS, FreePaths as Plan};
 use crate::physics::response::Outcome;
-use histogram::Histogram;
 
 /// Number of flights per block. The error of the mean follows from the scatter of the blocks.
 const BLOCK: u64 = 64;

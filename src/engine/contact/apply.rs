@@ -130,7 +130,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let (surface, feature) = named.unwrap_or_default();
                 (Other::Surface { surface, feature }, [first, Vector::zeros()], change.after)
             }
-            With::Inlet(inlet) => (Other::Inlet(inlet), [first, Vector::zeros()], change.after),
+            With::Inlet(inlet) => {
+                let species = self.pairs.rules.rows.species()[usize::from(self.row(change.particle))];
+                (Other::Inlet { inlet, species }, [first, Vector::zeros()], change.after)
+            }
             With::Bath | With::Restraint | With::Program => (Other::Bath, [first, Vector::zeros()], change.after),
         };
         let outcome = match kind {

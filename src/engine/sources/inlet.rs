@@ -1,4 +1,4 @@
-//! Inlets: particles enter the system at regular times.
+//! Inlets: new particles enter the system at regular times, and particles that have left return.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,23 +9,29 @@ use crate::engine::event::CountedKind;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
-use crate::engine::surfaces::Surface;
+use crate::engine::surfaces::{FIRST_SURFACE, Surface};
 use crate::engine::{Chosen, Invariant, InvariantBroken, Simulation};
 use crate::model::limits::MOST_PARTICLES;
 use crate::model::random::{Purpose, Random};
 use crate::model::state_point::StatePoint;
 use crate::model::{Inlet, Particle, Scene, SpeciesId};
+use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
 /// Number of random places at which a particle is tried before it waits.
 const ATTEMPTS: usize = 100;
 
+/// Number of times that a waiting particle is tried while a particle that has entered travels its diameter.
+const TRIES_PER_DIAMETER: f64 = 10.0;
+
 /// What an inlet has done so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InletCounts {
-    /// Number of particles that have entered.
+    /// Number of particles that have entered, new particles and particles that have returned.
     pub entered: u64,
+    /// Number of particles that have left at an outlet and have returned here.
+    pub returned: u64,
     /// Number of particles that are due, but wait for a free place.
     pub waiting: u64,
     /// Number of times that a particle found no free place.
@@ -42,16 +48,23 @@ pub(in crate::engine) struct Inlets {
 struct Source {
     inlet: Inlet,
     random: Random,
+    /// Of the waiting particles, only new ones are counted here.
     counts: InletCounts,
-    /// Number of attempts so far. One particle becomes due at each attempt.
+    /// Number of new particles that have been due so far.
     attempts: u64,
-    /// Time of the next attempt since the epoch.
+    /// Time since the epoch at which the next new particle is due.
     next: f64,
     /// Whether another particle that waits is tried at the same time.
     is_repeated: bool,
-    /// Species of the particle that enters next. It is drawn once, so that large particles, which wait longer for a
+    /// Species of the new particle that enters next. It is drawn once, so that large particles, which wait longer for a
     /// place, enter as often as they should.
     species: Option<SpeciesId>,
+    /// Numbers of the outlets whose particles return, as in [`Other::Surface`](crate::engine::event::Other::Surface).
+    outlets: Vec<u32>,
+    /// Species of the particles that have left and wait, in the order in which they left.
+    returning: VecDeque<SpeciesId>,
+    /// Time since the epoch at which the first of them is tried; infinite if none waits.
+    next_return: f64,
 }
 
 impl Inlets {
@@ -68,22 +81,39 @@ impl Inlets {
                 next: inlet.attempt(0) - scene.start_time,
                 is_repeated: false,
                 species: None,
+                outlets: outlets_of(inlet, scene),
+                returning: VecDeque::new(),
+                next_return: f64::INFINITY,
             })
             .collect();
         (!list.is_empty()).then_some(Self { list })
     }
 
     pub fn next(&self) -> f64 {
-        self.list.iter().fold(f64::INFINITY, |next, source| next.min(source.next))
+        self.list.iter().fold(f64::INFINITY, |next, source| next.min(source.earliest()))
     }
 
     pub fn shift(&mut self, shift: f64) {
-        self.list.iter_mut().for_each(|source| source.next -= shift);
+        for source in &mut self.list {
+            source.next -= shift;
+            source.next_return -= shift;
+        }
     }
 
-    /// The shortest time between two particles that are due `[time]`.
+    /// The shortest time between two new particles that are due `[time]`.
     pub fn shortest_interval(&self) -> Option<f64> {
-        self.list.iter().map(|source| source.inlet.rate.recip()).reduce(f64::min)
+        let filling = self.list.iter().filter(|source| source.inlet.has_new_particles());
+        filling.map(|source| source.inlet.rate.recip()).reduce(f64::min)
+    }
+
+    /// Takes a particle that leaves at an outlet at the time `now` since the epoch, if it returns at an inlet.
+    pub fn take(&mut self, species: SpeciesId, outlet: u32, now: f64) {
+        let Some(source) = self.list.iter_mut().find(|source| source.outlets.contains(&outlet)) else { return };
+        source.returning.push_back(species);
+        // If others wait already, all are tried together.
+        if source.next_return == f64::INFINITY {
+            source.next_return = now;
+        }
     }
 
     pub fn are_those_of(&self, inlets: &[Inlet]) -> bool {
@@ -91,15 +121,36 @@ impl Inlets {
     }
 
     pub fn counts(&self) -> Vec<InletCounts> {
-        self.list.iter().map(|source| source.counts).collect()
+        let of_one = |source: &Source| InletCounts {
+            waiting: source.counts.waiting + source.returning.len() as u64,
+            ..source.counts
+        };
+        self.list.iter().map(of_one).collect()
+    }
+
+    /// Whether the scene has the species of all particles that wait.
+    pub fn are_sound(&self, species: usize) -> bool {
+        let waiting = self.list.iter().flat_map(|source| source.returning.iter().chain(&source.species));
+        waiting.into_iter().all(|id| (id.0 as usize) < species)
     }
 }
 
+/// Numbers of the outlets whose particles return at an inlet.
+fn outlets_of(inlet: &Inlet, scene: &Scene) -> Vec<u32> {
+    let surfaces = (FIRST_SURFACE..).zip(&scene.surfaces);
+    surfaces.filter(|(_, surface)| inlet.recirculate.contains(&surface.name)).map(|(number, _)| number).collect()
+}
+
 impl Source {
-    /// Updates the number of particles that are due at an attempt. Returns whether one may enter.
-    fn is_due(&mut self, moving: u64) -> bool {
+    /// Time since the epoch of the next attempt.
+    fn earliest(&self) -> f64 {
+        self.next.min(self.next_return)
+    }
+
+    /// Updates the number of new particles that are due at the time `now`. Returns whether a particle may enter.
+    fn is_due(&mut self, now: f64, moving: u64) -> bool {
         let Inlet { count, keep, .. } = self.inlet;
-        if !self.is_repeated {
+        if !self.is_repeated && self.next <= now {
             self.attempts += 1;
             self.counts.waiting += 1;
         }
@@ -107,14 +158,43 @@ impl Source {
             self.counts.waiting = self.counts.waiting.min(keep.saturating_sub(moving));
         }
         if let Some(count) = count {
-            self.counts.waiting = self.counts.waiting.min(count.saturating_sub(self.counts.entered));
+            self.counts.waiting = self.counts.waiting.min(count.saturating_sub(self.new_particles()));
         }
-        self.counts.waiting > 0
+        self.has_waiting()
     }
 
-    /// Whether the inlet has let in all its particles.
+    fn has_waiting(&self) -> bool {
+        self.counts.waiting > 0 || !self.returning.is_empty()
+    }
+
+    /// Number of new particles that have entered.
+    fn new_particles(&self) -> u64 {
+        self.counts.entered.saturating_sub(self.counts.returned)
+    }
+
+    /// Whether the inlet has let in all its new particles.
     fn is_exhausted(&self) -> bool {
-        self.inlet.count.is_some_and(|count| self.counts.entered >= count)
+        self.inlet.count.is_some_and(|count| self.new_particles() >= count)
+    }
+
+    /// Species of the particle that is tried next. Particles that return come before new ones.
+    fn next_species(&mut self) -> SpeciesId {
+        let Self { inlet, random, species, returning, .. } = self;
+        match returning.front() {
+            Some(first) => *first,
+            None => *species.get_or_insert_with(|| inlet.species_for(random.uniform())),
+        }
+    }
+
+    /// Counts a particle that has found a place.
+    fn let_go(&mut self) {
+        self.counts.entered += 1;
+        if self.returning.pop_front().is_some() {
+            self.counts.returned += 1;
+        } else {
+            self.species = None;
+            self.counts.waiting -= 1;
+        }
     }
 }
 
@@ -136,22 +216,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         let next = inlets.next();
-        let Some((index, source)) = (0..).zip(&mut inlets.list).find(|(_, source)| source.next <= next) else {
+        let Some((index, source)) = (0..).zip(&mut inlets.list).find(|(_, source)| source.earliest() <= next) else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = next;
-        let may_enter = source.is_due(self.state.moving as u64) && u64::from(self.state.next_name) < MOST_PARTICLES;
+        let may_enter =
+            source.is_due(next, self.state.moving as u64) && u64::from(self.state.next_name) < MOST_PARTICLES;
         let (particle, tried) = if may_enter { self.draw_free(source) } else { (None, 0) };
         source.counts.blocked += u64::from(may_enter && particle.is_none());
         if particle.is_some() {
-            source.counts.entered += 1;
-            source.counts.waiting -= 1;
+            source.let_go();
         }
-        source.is_repeated = particle.is_some() && source.counts.waiting > 0;
+        source.is_repeated = particle.is_some() && source.has_waiting();
         if source.is_exhausted() {
             source.next = f64::INFINITY;
-        } else if !source.is_repeated {
+        } else if !source.is_repeated && source.next <= next {
             source.next = self.since_epoch(source.inlet.attempt(source.attempts));
+        }
+        if source.returning.is_empty() {
+            source.next_return = f64::INFINITY;
+        } else {
+            source.next_return = if source.is_repeated { next } else { self.next_try(source) };
         }
         self.sources.inlets = Some(inlets);
         let cost = Repredict::Nothing { steps: tried / PER_STEP };
@@ -162,8 +247,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Draws a particle at a free place; `None` if no place was free. Also returns the number of places that were tried.
     fn draw_free(&mut self, source: &mut Source) -> (Option<Particle>, u64) {
-        let Source { inlet, random, species, .. } = source;
-        let kind = *species.get_or_insert_with(|| inlet.species_for(random.uniform()));
+        let kind = source.next_species();
+        let Source { inlet, random, .. } = source;
         let row = self.pairs.rules.rows.row(kind);
         let (radius, inverse_mass) = {
             let species = &self.pairs.rules.species[usize::from(row)];
@@ -176,8 +261,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
         let Some(place) = places.find(|place| self.is_free(place, row, &mut near)) else { return (None, tried) };
         let drawn = random.normal_vector(&self.state.space) * (inlet.temperature * inverse_mass).sqrt();
-        *species = None;
         (Some(Particle::new(kind, place, inlet.velocity + drawn)), tried)
+    }
+
+    /// Time since the epoch at which the first particle that waits to return is tried again. A particle that has entered
+    /// must first make room, which takes about the time in which it travels its diameter.
+    fn next_try(&self, source: &Source) -> f64 {
+        let Some(first) = source.returning.front() else { return f64::INFINITY };
+        let species = &self.pairs.rules.species[usize::from(self.pairs.rules.rows.row(*first))];
+        let Inlet { velocity, temperature, .. } = &source.inlet;
+        let speed = (velocity.norm_squared() + temperature * species.inverse_mass).sqrt();
+        let (diameter, acceleration) = (2.0 * species.radius, species.acceleration.norm());
+        // The positive solution of v t + a t^2 / 2 = d.
+        let time = 2.0 * diameter / (speed + (speed * speed + 2.0 * acceleration * diameter).sqrt());
+        let now = self.clock.now;
+        (now + time / TRIES_PER_DIAMETER).max(now.next_up())
     }
 
     /// Whether a new particle at `position` would be beyond the range of all other particles, and touch no surface.

@@ -1,4 +1,4 @@
-//! Outlets: a particle that touches one leaves the system.
+//! Outlets: a particle that touches one leaves the system. It may return at an inlet.
 
 use crate::engine::InvariantBroken;
 use crate::engine::contact::apply::With;
@@ -35,8 +35,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.neighbours.withdraw(particle);
         self.schedule.predictions[particle as usize] = Prediction::NONE;
         self.state.vacant.push(particle);
+        self.send_back(particle, outlet);
         self.note_population(-1);
         Ok(if woken.is_break() { woken } else { flow })
+    }
+
+    /// Passes a particle that leaves to the inlet at which it returns, if there is one.
+    fn send_back(&mut self, particle: u32, outlet: u32) {
+        let species = self.pairs.rules.rows.species()[usize::from(self.row(particle))];
+        let number = self.sources.surfaces.get(outlet).map(|placed| placed.number);
+        if let (Some(inlets), Some(number)) = (&mut self.sources.inlets, number) {
+            inlets.take(species, number, self.clock.now);
+        }
     }
 
     /// Closes the gaps in memory that particles have left.

@@ -10,8 +10,9 @@ use super::RegionFile;
 use crate::base::whole;
 use crate::scene::names::WORDS;
 
-/// `[[inlet]]`: a region in which particles enter during the run, one after the other. A particle appears at a random
-/// place where it is beyond the range of all particles and touches no surface. If no place is free, it waits.
+/// `[[inlet]]`: a region in which new particles enter during the run, one after the other, and in which particles return
+/// that have left at an outlet. A particle appears at a random place where it is beyond the range of all particles and
+/// touches no surface. If no place is free, it waits.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct InletFile {
@@ -19,17 +20,17 @@ pub(crate) struct InletFile {
     /// not given, it is `inlet 1` for the first inlet, and so on.
     #[schemars(regex(pattern = WORDS))]
     pub name: Option<String>,
-    /// Name of the species. For several species, use `composition`.
+    /// Name of the species of the new particles. For several species, use `composition`.
     pub species: Option<String>,
-    /// Species and their relative numbers of particles. The sum of the numbers need not be 1.
+    /// Species of the new particles and their relative numbers. The sum of the numbers need not be 1.
     #[schemars(extend("additionalProperties" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub composition: Option<BTreeMap<String, f64>>,
     /// Where whole particles appear.
     pub region: RegionFile,
-    /// Number of particles per time `[1 / time]`. The first is due at `from`.
+    /// Number of new particles per time `[1 / time]`. The first is due at `from`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: Option<f64>,
-    /// Mean mass per time, instead of a number of particles `[mass / time]`.
+    /// Mean mass of the new particles per time, instead of a number of particles `[mass / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass_rate: Option<f64>,
     /// Mean velocity of the particles that enter `[length / time]`.
@@ -40,11 +41,11 @@ pub(crate) struct InletFile {
     pub temperature: Option<f64>,
     /// Stage from whose beginning `from` and `until` count. If not given, they are simulated times.
     pub stage: Option<String>,
-    /// Time at which the first particle is due `[time]`; the start of the scene or of the stage if not given.
+    /// Time at which the first new particle is due `[time]`; the start of the scene or of the stage if not given.
     pub from: Option<f64>,
-    /// Time after which no particle enters `[time]`. If not given, there is no limit.
+    /// Time after which no new particle is due `[time]`. If not given, there is no limit.
     pub until: Option<f64>,
-    /// Number of particles that enter in all. If not given, there is no limit.
+    /// Number of new particles that enter in all. If not given, there is no limit.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub count: Option<u64>,
@@ -52,4 +53,8 @@ pub(crate) struct InletFile {
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub keep: Option<u64>,
+    /// Names of the outlets whose particles return here. A particle that leaves at one of them enters again as soon as a
+    /// place is free, with the same species, a new id and the velocity of the inlet.
+    #[schemars(length(min = 1))]
+    pub recirculate: Option<Vec<String>>,
 }

@@ -9,7 +9,7 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::filling::shares_of;
-use crate::scene::inlet_draft::{InletDraft, Rate};
+use crate::scene::inlet_draft::{InletDraft, RATE, Rate};
 use crate::scene::limits::{finite, not_negative, on_flat_axes, positive};
 use crate::scene::names::{self, Taken};
 use crate::scene::region::region_of;
@@ -46,14 +46,17 @@ impl SceneBuilder {
     /// Replaces names of species by ids, a mass rate by a rate, and times since a stage by simulated times.
     fn resolved_inlet(&self, draft: &InletDraft, index: usize, species: &[Species]) -> Result<Inlet, SceneError> {
         let at = ConfigPath::entry("inlet", index);
-        let shares = shares_of(&draft.composition, species, &at, "an inlet")?;
+        refuse_keys_of_new_particles(draft, &at)?;
+        let is_single = draft.rate.is_none() && !draft.recirculate.is_empty();
+        let shares = if is_single { Vec::new() } else { shares_of(&draft.composition, species, &at, "an inlet")? };
         let total: f64 = shares.iter().map(|(_, share)| share).sum();
         let composition: Vec<_> = shares.iter().map(|(id, share)| (*id, share / total)).collect();
         let mean_mass: f64 = composition.iter().map(|(id, share)| share * species[id.0 as usize].mass).sum();
         let rate = match draft.rate {
             Some(Rate::Number(rate)) => rate,
             Some(Rate::Mass(rate)) => positive(rate, at.key("mass_rate"))? / mean_mass,
-            None => return Err(missing(&at, "rate", "give it, or mass_rate")),
+            None if is_single => 0.0,
+            None => return Err(missing(&at, "rate", RATE)),
         };
         let begin = match &draft.stage {
             Some(stage) => Some(self.start_of_stage(stage, &at.key("stage"))?),
@@ -73,12 +76,15 @@ impl SceneBuilder {
             until: draft.until.map_or(Ok(f64::INFINITY), |time| since(time, "until"))?,
             count: draft.count,
             keep: draft.keep,
+            recirculate: draft.recirculate.clone(),
         })
     }
 
     fn check_times(&self, inlet: &Inlet, at: &ConfigPath) -> Result<(), SceneError> {
         let Inlet { rate, from, until, count, keep, .. } = *inlet;
-        positive(rate, at.key("rate"))?;
+        if rate != 0.0 || inlet.recirculate.is_empty() {
+            positive(rate, at.key("rate"))?;
+        }
         let start = self.parts.start_time;
         if finite(from, at.key("from"))? < start {
             return refuse(at.key("from"), from, format!("at least {start}, the time at which the scene starts"));
@@ -94,7 +100,7 @@ impl SceneBuilder {
         let last = until.min(self.parts.run.latest_end(start).unwrap_or(f64::INFINITY));
         let are_too_many = last.is_finite() && (last - from) * rate > MOST_PARTICLES as f64;
         // Below the round-off of `from`, the interval would not advance time.
-        if are_too_many || from + 1.0 / rate <= from {
+        if are_too_many || (inlet.has_new_particles() && from + 1.0 / rate <= from) {
             let expected = format!("a rate at which at most {MOST_PARTICLES} particles are due");
             return refuse(at.key("rate"), rate, expected);
         }
@@ -106,7 +112,7 @@ impl SceneBuilder {
 }
 
 /// Whether a particle of this diameter fits into a region. A box that fills a periodic axis has no sides along it.
-fn has_room(region: &FillRegion, diameter: f64, space: &Space) -> bool {
+pub(super) fn has_room(region: &FillRegion, diameter: f64, space: &Space) -> bool {
     let FillRegion::Box(Region { lower, upper }) = region else { return region.has_room(0.5 * diameter) };
     (0..3).all(|k| match space.boundary[k] {
         Boundary::Flat => true,
@@ -116,7 +122,28 @@ fn has_room(region: &FillRegion, diameter: f64, space: &Space) -> bool {
     })
 }
 
+/// Rejects keys about new particles in an inlet at which particles only return.
+fn refuse_keys_of_new_particles(draft: &InletDraft, at: &ConfigPath) -> Result<(), SceneError> {
+    if draft.rate.is_some() || draft.recirculate.is_empty() {
+        return Ok(());
+    }
+    let keys = [
+        (if draft.composition.len() > 1 { "composition" } else { "species" }, !draft.composition.is_empty()),
+        ("stage", draft.stage.is_some()),
+        ("from", draft.from.is_some()),
+        ("until", draft.until.is_some()),
+        ("count", draft.count.is_some()),
+    ];
+    match keys.into_iter().find(|(_, is_given)| *is_given) {
+        Some((key, _)) => refuse(at.key(key), "given without a rate", "a rate of new particles, or no such key"),
+        None => Ok(()),
+    }
+}
+
 fn check_composition(inlet: &Inlet, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
+    if !inlet.has_new_particles() && inlet.composition.is_empty() {
+        return Ok(());
+    }
     let key = at.key(if inlet.composition.len() > 1 { "composition" } else { "species" });
     if inlet.composition.is_empty() {
         return Err(missing(at, "species", "an inlet needs species or composition"));

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::mem::take;
 
 use crate::Vector;
-use crate::model::{Bond, Particle, ParticleId, Scene, SceneParts, Space, Species, StaticSurface, Until};
+use crate::model::{Bond, Inlet, Particle, ParticleId, Scene, SceneParts, Space, Species, StaticSurface, Until};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
@@ -47,7 +47,7 @@ impl Scene {
         let parts = &mut builder.parts;
         let interactions = Interactions::given(take(&mut parts.interactions), &parts.table, &species)?;
         let (mut particles, static_surfaces) = (take(&mut parts.particles), take(&mut parts.static_surfaces));
-        if particles.is_empty() && parts.inlets.is_empty() {
+        if particles.is_empty() && !parts.inlets.iter().any(Inlet::has_new_particles) {
             return Err(missing(&ConfigPath::root(), "particle", "a scene needs at least one particle"));
         }
         check_particles(&mut particles, &species, &space)?;

@@ -2,7 +2,7 @@
 
 use super::vector;
 use crate::Vector;
-use crate::base::text::digits;
+use crate::base::text::{digits, listed};
 use crate::model::{FillRegion, Inlet, Scene};
 
 pub(super) fn inlet(scene: &Scene, inlet: &Inlet) -> String {
@@ -11,8 +11,15 @@ pub(super) fn inlet(scene: &Scene, inlet: &Inlet) -> String {
         if inlet.composition.len() == 1 { name.clone() } else { format!("{} {name}", digits(*share)) }
     });
     let kinds = kinds.collect::<Vec<_>>().join(" + ");
-    let mut words =
-        vec![format!("{}: {kinds} at a rate of {} {}", inlet.name, digits(inlet.rate), region(&inlet.region))];
+    let mut sources = Vec::new();
+    if inlet.has_new_particles() {
+        sources.push(format!("{kinds} at a rate of {}", digits(inlet.rate)));
+    }
+    let outlets: Vec<&str> = inlet.recirculate.iter().map(String::as_str).collect();
+    if !outlets.is_empty() {
+        sources.push(format!("what leaves at {}", listed(&outlets)));
+    }
+    let mut words = vec![format!("{}: {} {}", inlet.name, sources.join(" and "), region(&inlet.region))];
     if inlet.velocity != Vector::zeros() {
         words.push(format!("velocity {}", vector(&inlet.velocity)));
     }
@@ -25,7 +32,7 @@ pub(super) fn inlet(scene: &Scene, inlet: &Inlet) -> String {
     if inlet.until.is_finite() {
         words.push(format!("until t = {}", digits(inlet.until)));
     }
-    words.extend(inlet.count.map(|count| format!("{count} in all")));
+    words.extend(inlet.count.map(|count| format!("{count} new particles in all")));
     words.extend(inlet.keep.map(|keep| format!("while there are fewer than {keep} moving particles")));
     words.join(", ")
 }

@@ -2,8 +2,9 @@ use crate::Vector;
 use crate::check::reference::{EventKind as ReferenceKind, Reference};
 use crate::engine::event::{Event, EventKind, Other};
 use crate::engine::neighbours::Search;
-use crate::engine::{Chosen, Simulation, Until};
+use crate::engine::{Chosen, Reason, Simulation, Until};
 use crate::model::{FillRegion, Particle, Region, Scene, SpeciesId};
+use std::collections::VecDeque;
 
 /// A box with a floor that is an outlet, and a rain of two kinds of grains.
 fn rain(more: &str, inlet: &str) -> Scene {
@@ -60,14 +61,16 @@ fn energy_and_momentum_of_a_flow_are_in_the_ledger() {
     assert!(brought.norm() > 0.0);
 }
 
-/// Runs a scene in both engines, and asserts that their events agree. Returns the simulation at the end of the run, and
-/// the number of exits.
+/// Runs a scene in both engines, and asserts that their events agree. At an inlet without new particles, those that have
+/// left return in the order in which they left. Returns the simulation at the end of the run, and the number of exits.
 fn compared_with_reference(scene: &Scene, until: f64) -> (Simulation, usize) {
     let (simulation, found) = events(scene, until);
     let mut alone = scene.clone();
     alone.inlets.clear();
     let mut reference = Reference::new(&alone).unwrap();
     let mut exits = 0;
+    let mut species_of: Vec<SpeciesId> = scene.particles.iter().map(|particle| particle.species).collect();
+    let (mut outside, mut returned) = (VecDeque::new(), 0);
     for event in &found {
         if let EventKind::Entry = event.kind {
             assert!(reference.step_before(event.time).is_none(), "{event:?}");
@@ -75,7 +78,12 @@ fn compared_with_reference(scene: &Scene, until: f64) -> (Simulation, usize) {
             let species = (0..).zip(&scene.species).find(|(_, species)| has_mass(species.mass)).unwrap().0;
             let id = reference.insert(Particle::new(SpeciesId(species), event.positions[0], event.after[0]));
             assert_eq!(id, event.particle);
-            assert!(matches!(event.other, Other::Inlet(0)));
+            assert_eq!(event.other, Other::Inlet { inlet: 0, species: SpeciesId(species) });
+            species_of.push(SpeciesId(species));
+            if !scene.inlets[0].has_new_particles() {
+                assert_eq!(outside.pop_front(), Some(SpeciesId(species)), "{event:?}");
+                returned += 1;
+            }
             continue;
         }
         let expected = reference.step_before(until + 1.0).expect("an event");
@@ -84,10 +92,15 @@ fn compared_with_reference(scene: &Scene, until: f64) -> (Simulation, usize) {
         assert!(same && (event.time - expected.time).abs() < 1e-6, "{event:?} {expected:?}");
         if let EventKind::Exit = event.kind {
             exits += 1;
+            outside.push_back(species_of[event.particle.0 as usize]);
             assert!(matches!(expected.kind, ReferenceKind::Exit { number: 0 }), "{expected:?}");
             assert!((event.before[0] - expected.before[0]).norm() < 1e-5);
             assert_eq!(event.after[0], Vector::zeros());
         }
+    }
+    let counts = simulation.inlets()[0];
+    if !scene.inlets[0].has_new_particles() {
+        assert_eq!((counts.returned, counts.waiting), (returned, outside.len() as u64));
     }
     (simulation, exits)
 }
@@ -190,7 +203,12 @@ fn all_waiting_grains_enter_when_there_is_room() {
 
 #[test]
 fn pauses_and_copies_do_not_change_a_flow() {
-    let scene = rain("", "rate = 7.0, keep = 40");
+    for scene in [rain("", "rate = 7.0, keep = 40"), mill(WIDE), mill(NARROW)] {
+        check_pauses(scene);
+    }
+}
+
+fn check_pauses(scene: Scene) {
     let (whole, all) = events(&scene, 30.0);
     let mut paused = Simulation::new(scene.clone()).unwrap();
     let mut seen = Vec::new();
@@ -383,4 +401,178 @@ fn queue_and_search_follow_the_number_of_particles() {
         });
     }
     assert!(sizes[2] >= 8 * sizes[0], "{sizes:?}");
+}
+
+/// Two kinds of grains fall from a fill to a drain, and return at an inlet with the region and settings in `inlet`.
+fn mill(inlet: &str) -> Scene {
+    let toml = format!(
+        "
+        seed = 2
+        space = {{ size = [9.0, 7.0, 30.0], x = 'walls', y = 'walls', z = 'open' }}
+        dynamics = {{ gravity = [0.0, 0.0, -1.0] }}
+        species = [{{ name = 'grain', mass = 1.3, diameter = 1.0 }}, {{ name = 'small', mass = 0.7, diameter = 0.6 }}]
+        interaction = [
+            {{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.8 }},
+            {{ species = ['grain', 'small'], potential = 'square-well', lambda = 1.4, well_depth = 0.3 }},
+            {{ species = ['small', 'small'], potential = 'hard-sphere' }},
+        ]
+        surface = [
+            {{ name = 'drain', shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }},
+            {{ name = 'ball', shape = 'sphere', centre = [4.0, 3.0, 9.0], radius = 2.0, restitution = 0.9 }},
+        ]
+        fill = [{{ composition = {{ grain = 1, small = 2 }}, count = 60, arrangement = 'random', temperature = 1.0,
+            region = {{ lower = [1.0, 1.0, 12.0], upper = [8.0, 6.0, 23.0] }} }}]
+        inlet = [{{ {inlet} }}]
+        run = {{ until_time = 40 }}"
+    );
+    Scene::from_toml(&toml, "mill.toml").unwrap()
+}
+
+/// At this inlet, few grains have to wait.
+const WIDE: &str =
+    "region = { lower = [1.0, 1.0, 24.0], upper = [8.0, 6.0, 29.0] }, temperature = 0.2, recirculate = ['drain']";
+
+/// At this inlet, many grains wait for a free place.
+const NARROW: &str = "region = { lower = [2.0, 2.0, 24.0], upper = [4.0, 4.0, 25.2] }, velocity = [0.0, 0.0, -0.5], recirculate = ['drain']";
+
+#[test]
+fn circulating_flow_is_the_flow_of_the_reference_engine() {
+    for (seed, inlet, until) in [(1, WIDE, 9.0), (2, WIDE, 9.0), (3, NARROW, 9.0), (4, NARROW, 9.0)] {
+        let mut scene = mill(inlet);
+        scene.seed = seed;
+        let (simulation, exits) = compared_with_reference(&scene, until);
+        let counts = simulation.inlets()[0];
+        assert!(exits > 40 && counts.returned > 20, "{exits} {counts:?}");
+        assert_eq!(counts.waiting > 10, inlet == NARROW, "{counts:?}");
+    }
+}
+
+#[test]
+fn circulation_conserves_the_composition() {
+    for inlet in [WIDE, NARROW] {
+        let mut simulation = Simulation::new(mill(inlet)).unwrap();
+        let species = |simulation: &Simulation| -> [usize; 2] {
+            let snapshot = simulation.snapshot();
+            [0, 1].map(|kind| snapshot.species.iter().filter(|id| id.0 == kind).count())
+        };
+        let at_start = species(&simulation);
+        assert_eq!(at_start, [20, 40]);
+        let (mut returned, mut least) = (0, 60);
+        for part in 1..=40_u32 {
+            simulation.advance(Until::time(f64::from(part))).unwrap();
+            let counts = simulation.inlets()[0];
+            let present = simulation.snapshot().ids.len();
+            assert_eq!(present as u64 + counts.waiting, 60, "{part}: {counts:?}");
+            let lacking: Vec<usize> = at_start.iter().zip(species(&simulation)).map(|(all, here)| all - here).collect();
+            with_engine!(&simulation.engine, engine => {
+                let waiting = &engine.sources.inlets.as_ref().unwrap().list[0].returning;
+                assert_eq!(lacking, [0, 1].map(|kind| waiting.iter().filter(|id| id.0 == kind).count()));
+            });
+            assert!(counts.returned >= returned && counts.returned == counts.entered);
+            (returned, least) = (counts.returned, least.min(present));
+            assert_eq!(simulation.unsound_index(), None);
+        }
+        let (energy, counts) = (simulation.energy(), simulation.event_counts());
+        let balance = energy.total() + counts.dissipated.total() - counts.supplied.total();
+        let initial = Simulation::new(mill(inlet)).unwrap().energy().total();
+        // Round-off of a sum of some hundred energies.
+        let scale = counts.supplied.total().abs() + energy.kinetic + energy.potential.abs();
+        assert!((balance - initial).abs() < 1e-12 * scale, "{balance} {initial}");
+        assert!(returned > 100 && (least < 50) == (inlet == NARROW), "{returned} {least}");
+    }
+}
+
+#[test]
+fn new_grains_and_grains_that_return_enter_at_the_same_inlet() {
+    let more = "rate = 9.0, count = 30, composition = { grain = 1, small = 1 }";
+    let mut simulation = Simulation::new(mill(&format!("{WIDE}, {more}"))).unwrap();
+    for time in [1.0, 3.4, 40.0] {
+        simulation.advance(Until::time(time)).unwrap();
+        let counts = simulation.inlets()[0];
+        let new = counts.entered - counts.returned;
+        assert_eq!(simulation.snapshot().ids.len() as u64 + simulation.event_counts().exit, 60 + counts.entered);
+        // One grain is due at time 0, and then nine in a unit of time. None waits when there is room.
+        let expected = (9.0 * time).floor() + 1.0;
+        assert_eq!((new as f64, counts.waiting), (expected.min(30.0), 0), "{time}: {counts:?}");
+    }
+    assert!(simulation.inlets()[0].returned > 300, "{:?}", simulation.inlets());
+}
+
+#[test]
+fn grain_that_leaves_returns_at_once_with_a_new_id() {
+    let toml = "
+        space = { size = [8.0, 8.0, 30.0], x = 'walls', y = 'walls', z = 'open' }
+        dynamics = { gravity = [0.0, 0.0, -0.7] }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.0 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere' }]
+        surface = [
+            { name = 'left', shape = 'disc', centre = [2.0, 4.0, 1.0], axis = [0.0, 0.0, 1.0], radius = 1.0, outlet = true },
+            { name = 'right', shape = 'disc', centre = [6.0, 4.0, 1.0], axis = [0.0, 0.0, 1.0], radius = 1.0, outlet = true },
+        ]
+        inlet = [{ region = { shape = 'sphere', centre = [2.0, 4.0, 21.0], radius = 0.5 }, velocity = [0.0, 0.0, -0.5], recirculate = ['left'] }]
+        particle = [{ species = 'grain', position = [2.0, 4.0, 9.0] }, { species = 'grain', position = [6.0, 4.0, 9.0] }]
+        run = { until_time = 40 }";
+    let (simulation, all) = events(&Scene::from_toml(toml, "fall.toml").unwrap(), 40.0);
+    // From rest to a contact at a height of 1.5, and from the inlet with a speed of 0.5.
+    let first = (2.0 * 7.5 / 0.7_f64).sqrt();
+    let next = ((0.25 + 2.0 * 0.7 * 19.5_f64).sqrt() - 0.5) / 0.7;
+    let round_off = 40.0 * 16.0 * f64::EPSILON;
+    let exits: Vec<&Event> = all.iter().filter(|event| event.kind == EventKind::Exit).collect();
+    let entries: Vec<&Event> = all.iter().filter(|event| event.kind == EventKind::Entry).collect();
+    // Both grains leave at the same time. The grain on the right does not return.
+    assert_eq!((exits.len(), entries.len()), (7, 6));
+    assert!(exits[..2].iter().all(|event| (event.time - first).abs() < round_off), "{exits:?}");
+    let of_left: Vec<&&Event> = exits.iter().filter(|event| event.particle.0 != 1).collect();
+    for (number, (exit, entry)) in (0..).zip(of_left.iter().zip(&entries)) {
+        assert_eq!((entry.time, entry.particle.0), (exit.time, 2 + number));
+        assert!((exit.time - (first + f64::from(number) * next)).abs() < round_off, "{exit:?}");
+        assert_eq!((entry.after[0], entry.positions[0]), (Vector::new(0.0, 0.0, -0.5), Vector::new(2.0, 4.0, 21.0)));
+        assert_eq!(entry.other, Other::Inlet { inlet: 0, species: SpeciesId(0) });
+    }
+    assert_eq!((simulation.inlets()[0].returned, simulation.inlets()[0].waiting), (6, 0));
+}
+
+#[test]
+fn grain_waits_until_the_previous_one_has_made_room() {
+    // The region has room for one grain, which needs a time of 1 to leave it. Grains leave at 2.0 and 2.6.
+    let toml = "
+        space = { size = [3.0, 3.0, 20.0], x = 'walls', y = 'walls', z = 'open' }
+        species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere' }]
+        surface = [{ name = 'drain', shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }]
+        inlet = [{ region = { lower = [1.0, 1.0, 18.0], upper = [2.0, 2.0, 19.0] }, velocity = [0.0, 0.0, -1.0], recirculate = ['drain'] }]
+        particle = [
+            { species = 'grain', position = [2.4, 2.4, 3.5], velocity = [0.0, 0.0, -1.0] },
+            { species = 'grain', position = [0.6, 0.6, 4.1], velocity = [0.0, 0.0, -1.0] },
+        ]
+        run = { until_time = 400 }";
+    let (mut simulation, all) = events(&Scene::from_toml(toml, "pipe.toml").unwrap(), 2.95);
+    assert_eq!(all.iter().filter(|event| event.kind == EventKind::Entry).count(), 1);
+    // The grain is tried ten times while the previous one travels its diameter: at 2.6, 2.7, 2.8 and 2.9.
+    let counts = simulation.inlets()[0];
+    assert_eq!((counts.returned, counts.waiting, counts.blocked), (1, 1, 4));
+    assert_eq!(simulation.snapshot().ids.len(), 1);
+    let mut entries = Vec::new();
+    let mut see = |event: &Event| entries.extend((event.kind == EventKind::Entry).then_some(event.time));
+    simulation.advance_with(Until::time(400.0), &mut see).unwrap();
+    assert!((3.0..3.1 + 1e-12).contains(&entries[0]), "{entries:?}");
+    // From then on, the grains are so far apart that they return at once. A turn takes a time of 17.
+    assert!(simulation.inlets()[0].blocked <= 5, "{:?}", simulation.inlets());
+    assert!(entries.windows(3).all(|three| (three[2] - three[0] - 17.0).abs() < 1e-9), "{entries:?}");
+    assert_eq!((simulation.inlets()[0].returned, simulation.inlets()[0].waiting), (1 + entries.len() as u64, 0));
+}
+
+#[test]
+fn run_ends_if_nothing_can_leave() {
+    let toml = "
+        space = { size = [9.0, 9.0, 9.0], x = 'open', y = 'open', z = 'open' }
+        species = [{ name = 'atom', mass = 1.0, diameter = 1.0 }]
+        interaction = [{ species = ['atom', 'atom'], potential = 'hard-sphere' }]
+        surface = [{ name = 'drain', shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }]
+        inlet = [{ region = { lower = [1.0, 1.0, 6.0], upper = [8.0, 8.0, 8.0] }, velocity = [0.0, 0.0, 1.0], recirculate = ['drain'] }]
+        particle = [{ species = 'atom', position = [4.0, 4.0, 4.0], velocity = [0.0, 0.0, -1.0] }]
+        run = { until_time = 400 }";
+    let mut simulation = Simulation::new(Scene::from_toml(toml, "up.toml").unwrap()).unwrap();
+    assert_eq!(simulation.advance(Until::default()), Ok(Reason::Idle));
+    assert_eq!((simulation.event_counts().exit, simulation.inlets()[0].returned), (1, 1));
 }

@@ -8,7 +8,8 @@ const FIRST: usize = 1000;
 /// Upper end of the last bin, divided by the mean of the first values.
 const MEANS: f64 = 8.0;
 
-/// A histogram of positive values that chooses the bin width. `count` includes values above the last bin.
+/// A histogram of positive values that chooses the bin width, unless the width is given. `count` includes values above
+/// the last bin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Histogram {
     /// The first values, before the bin width is chosen.
@@ -23,6 +24,11 @@ pub(super) struct Histogram {
 impl Histogram {
     pub fn new(bins: usize) -> Self {
         Self { first: Vec::new(), width: 0.0, counts: vec![0; bins], count: 0, sum: 0.0 }
+    }
+
+    /// A histogram whose last bin ends at `longest`, if it is given.
+    pub fn up_to(longest: Option<f64>, bins: usize) -> Self {
+        Self { width: longest.map_or(0.0, |longest| longest / bins as f64), ..Self::new(bins) }
     }
 
     pub fn add(&mut self, value: f64) {
