@@ -4,7 +4,6 @@ use super::neighbours::Neighbours;
 use super::neighbours::cells::NO_PARTICLE;
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
-use super::sources::inlet::Inlets;
 use super::state::State;
 use super::{Chosen, Simulation};
 
@@ -14,8 +13,8 @@ impl Simulation {
         let species = self.scene.species.len();
         let inlets = &self.scene.inlets;
         let has_inlets = with_engine!(&self.engine, engine => {
-            let are_sound = |it: &Box<Inlets>| it.are_those_of(inlets) && it.are_sound(species);
-            engine.sources.inlets.as_ref().map_or(inlets.is_empty(), are_sound)
+            let found = engine.sources.inlets.as_deref();
+            found.map_or(inlets.is_empty(), |it| it.are_those_of(inlets) && it.are_sound(species))
         });
         if !has_inlets {
             return Some("the inlets");

@@ -166,3 +166,81 @@ fn full_inlet_tells_how_many_particles_wait() {
     assert_eq!(of("entered") + of("waiting"), (9.0_f64 * 9.0 * 3.0 / 2.9).floor() + 1.0);
     assert!(of("waiting") > 10.0 && of("blocked") > 10.0, "{inlet}");
 }
+
+/// The rain with grains that fall at the start, and return from the drain to the cloud.
+fn circulating(region: &str) -> String {
+    let inlet = "composition = { grain = 2, dust = 1 }\nregion = { lower = [0.0, 0.0, 20.0], upper = [8.0, 7.0, 29.0] }\nmass_rate = 9.0\n";
+    assert!(RAIN.contains(inlet));
+    let fill = "[[fill]]\ncomposition = { grain = 2, dust = 1 }\narrangement = \"random\"\ncount = 60\n\
+        region = { lower = [0.0, 0.0, 3.0], upper = [8.0, 7.0, 19.0] }\n\n[run]";
+    let circulating = RAIN.replace(inlet, &format!("{region}\nrecirculate = [\"drain\"]\n")).replace("[run]", fill);
+    format!("{circulating}\n[measure]\nresidence_times = {{ bins = 20 }}\n")
+}
+
+#[test]
+fn grains_that_leave_return_and_their_residence_times_are_measured() {
+    let place = Place::with(&circulating("region = { lower = [0.0, 0.0, 20.0], upper = [8.0, 7.0, 29.0] }"));
+    let check = place.carom(&["check", "scene.toml"]);
+    let told = String::from_utf8_lossy(&check.stdout).into_owned();
+    assert!(told.contains("cloud: what leaves at drain in a box"), "{told}");
+    let run = place.carom(&["run", "scene.toml", "--out", "mill", "--quiet"]);
+    assert!(run.status.success(), "{}", errors(&run));
+    let number = |row: &BTreeMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
+    let rows = place.thermo("mill");
+    assert!(rows.iter().all(|row| number(row, "particles") == 60.0), "all grains return at once");
+    let results = place.summary("mill");
+    assert_eq!(results["faults"], Value::Array(Vec::new()));
+    let inlet = &results["inlets"][0];
+    assert_eq!((&inlet["returned"], &inlet["waiting"]), (&results["events"]["exit"], &Value::from(0)));
+    assert_eq!(inlet["entered"], inlet["returned"]);
+    let table = place.read("mill/report.txt");
+    let returned = inlet["returned"].as_u64().unwrap();
+    assert!(table.contains(&format!("{returned} entered in all, including {returned} that returned\n")), "{table}");
+    let measured: Value = serde_json::from_str(&place.read("mill/measurements.json")).unwrap();
+    let of = |name: &str| {
+        let numbers = measured["numbers"].as_array().unwrap();
+        numbers.iter().find(|number| number["name"] == name).unwrap_or_else(|| panic!("{name}")).clone()
+    };
+    let mean = |name: &str| of(name)["mean"].as_f64().unwrap();
+    assert_eq!(mean("residence_time_count") + mean("residence_time_from_start"), returned as f64);
+    assert_eq!(mean("residence_time_unfinished") + mean("residence_time_count"), returned as f64);
+    let by_species = ["grain", "dust"].map(|name| mean(&format!("residence_time_count_{name}")));
+    assert_eq!(by_species[0] + by_species[1], mean("residence_time_count"));
+    // A fall from the middle of the inlet takes a time of 7. Grains hold one another, but hardly slow down.
+    assert!((6.0..8.5).contains(&mean("residence_time")) && mean("residence_time_deviation") < 2.0, "{measured}");
+    for name in ["residence_times", "residence_times_grain", "residence_times_dust"] {
+        assert_eq!(place.read(&format!("mill/measurements/{name}.csv")).lines().count(), 21, "{name}");
+    }
+    let verified = place.carom(&["verify", "mill"]);
+    let told = String::from_utf8_lossy(&verified.stdout).into_owned();
+    assert!(told.contains("NOTHING PROVEN") && !told.contains("differ"), "{told}");
+}
+
+#[test]
+fn grains_that_wait_are_reported_and_are_in_checkpoints() {
+    let narrow =
+        circulating("region = { lower = [3.0, 3.0, 20.0], upper = [4.2, 4.2, 21.2] }\nvelocity = [0.0, 0.0, -0.1]");
+    let place = Place::with(&narrow);
+    let whole = place.carom(&["run", "scene.toml", "--out", "whole", "--quiet", "--until-time", "30"]);
+    assert!(whole.status.success(), "{}", errors(&whole));
+    let waiting = |folder: &str| place.summary(folder)["inlets"][0]["waiting"].as_u64().unwrap();
+    let last = place.thermo("whole").pop().unwrap();
+    assert_eq!(last["particles"].parse::<u64>().unwrap() + waiting("whole"), 60, "{last:?}");
+    assert!(waiting("whole") > 10, "{last:?}");
+    let told = String::from_utf8_lossy(&whole.stdout).into_owned();
+    assert!(told.contains("that returned, and") && !told.contains("cannot keep its rate"), "{told}");
+    // The first part ends while grains wait.
+    let part = place.carom(&["run", "scene.toml", "--out", "parts", "--quiet", "--until-time", "11"]);
+    assert!(part.status.success() && waiting("parts") > 10, "{}", errors(&part));
+    let rest = place.carom(&["run", "--resume", "parts", "--quiet", "--until-time", "30"]);
+    assert!(rest.status.success(), "{}", errors(&rest));
+    for file in ["thermo.csv", "trajectory.xyz"] {
+        assert_eq!(place.read(&format!("whole/{file}")), place.read(&format!("parts/{file}")), "{file}");
+    }
+    let numbers = |folder: &str| -> Value {
+        let measured: Value = serde_json::from_str(&place.read(&format!("{folder}/measurements.json"))).unwrap();
+        measured["numbers"].clone()
+    };
+    assert_eq!(numbers("whole"), numbers("parts"));
+    assert_eq!(place.summary("whole")["inlets"], place.summary("parts")["inlets"]);
+}

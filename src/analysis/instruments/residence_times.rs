@@ -26,8 +26,8 @@ const SQUARE: usize = 1;
 /// A particle that returns to an inlet has a new id, and a new residence time begins. The time for which it waits outside
 /// is not part of any residence time. Particles that are in the system at the start of the measurement have no known
 /// entry; their exits are counted apart. Particles that are in the system at the end are not measured. They have longer
-/// times than the others, so that the mean is too small by a fraction of about `tau / t`, for a residence time `tau` and
-/// a measurement of the duration `t`.
+/// times than the others, so that the mean is too small by about `s^2 / t`, for a standard deviation `s` and a
+/// measurement of the duration `t`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct ResidenceTimes {
     /// Time of entry and species of each particle that has entered and has not left.
