@@ -2,6 +2,7 @@ use super::*;
 use crate::analysis::instruments::test_system::{Recorded, estimate, instrument, measure, number, report, start};
 use crate::engine::Simulation;
 use crate::model::Scene;
+use crate::model::random::{Purpose, Random};
 
 fn scene(text: &str) -> (SystemDescription, Simulation) {
     start(Scene::from_toml(text, "residence.toml").unwrap())
@@ -122,4 +123,23 @@ fn nothing_is_measured_before_the_first_particle_has_entered_and_left() {
     assert_eq!(mean(&measured, "residence_time_count"), 0.0);
     assert_eq!(mean(&measured, "residence_time_unfinished"), 2.0);
     assert!(measured.curves.iter().all(|curve| curve.variables[0].values.is_empty()));
+}
+
+#[test]
+fn error_of_the_standard_deviation_is_that_of_independent_times() {
+    // Uniform from 0 to 1: the variance is 1 / 12, and the mean fourth power of the deviation from the mean is 1 / 80.
+    let mut times = Times::new(&Plan::default());
+    let mut random = Random::new(1, Purpose::Placement, 0);
+    times.add(0.0);
+    let count = 20_000;
+    (1..count).for_each(|_| times.add(random.uniform()));
+    let Estimate { mean, standard_error } = times.standard_deviation().unwrap();
+    let exact = (1.0 / 12.0_f64).sqrt();
+    let error = (1.0 / 80.0 - 1.0 / 144.0_f64).sqrt() / f64::from(count).sqrt() / (2.0 * exact);
+    assert!((mean - exact).abs() < 4.0 * error, "{mean} {exact}");
+    // The error is uncertain by at most 13 %. The bound is a little more than three times as large.
+    assert!((standard_error.unwrap() / error - 1.0).abs() < 0.45, "{standard_error:?} {error}");
+    let mut equal = Times::new(&Plan::default());
+    (0..100).for_each(|_| equal.add(0.7));
+    assert_eq!(equal.standard_deviation().map(|estimate| estimate.mean), Some(0.0));
 }

@@ -484,15 +484,15 @@ fn circulation_conserves_the_composition() {
 
 #[test]
 fn new_grains_and_grains_that_return_enter_at_the_same_inlet() {
-    let more = "rate = 9.0, count = 30, composition = { grain = 1, small = 1 }";
+    let more = "rate = 2.0, count = 30, composition = { grain = 1, small = 1 }";
     let mut simulation = Simulation::new(mill(&format!("{WIDE}, {more}"))).unwrap();
-    for time in [1.0, 3.4, 40.0] {
+    for time in [1.1, 12.2, 40.0] {
         simulation.advance(Until::time(time)).unwrap();
         let counts = simulation.inlets()[0];
         let new = counts.entered - counts.returned;
         assert_eq!(simulation.snapshot().ids.len() as u64 + simulation.event_counts().exit, 60 + counts.entered);
-        // One grain is due at time 0, and then nine in a unit of time. None waits when there is room.
-        let expected = (9.0 * time).floor() + 1.0;
+        // One grain is due at time 0, and then two in a unit of time. Grains return from 4 on.
+        let expected = (2.0 * time).floor() + 1.0;
         assert_eq!((new as f64, counts.waiting), (expected.min(30.0), 0), "{time}: {counts:?}");
     }
     assert!(simulation.inlets()[0].returned > 300, "{:?}", simulation.inlets());
