@@ -19,6 +19,17 @@ impl Simulation {
         if !has_inlets {
             return Some("the inlets");
         }
+        let sleep = self.scene.sleep;
+        let is_sleep_sound = with_engine!(&self.engine, engine => {
+            let rows = &engine.pairs.rules.rows;
+            rows.has_sleep() == sleep.is_some()
+                && engine.sources.sleepers.as_ref().map_or(sleep.is_none(), |it| {
+                    it.watched.len() == engine.state.bodies.len() && it.are_those_of(sleep)
+                })
+        });
+        if !is_sleep_sound {
+            return Some("the sleeping particles");
+        }
         with_engine!(&self.engine, engine => engine.unsound_index(species))
     }
 }
@@ -105,6 +116,14 @@ mod tests {
         run = { until_time = 20 }
         surface = [{ name = 'drain', shape = 'disc', centre = [4.0, 4.0, 1.0], axis = [0.0, 0.0, 1.0], radius = 9.0, outlet = true }]";
 
+    const HEAP: &str = "
+        space = { size = [8.0, 8.0, 12.0], x = 'walls', y = 'walls', z = { lower = 'wall', upper = 'open', restitution = 0.4 } }
+        dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-2, sleep = { interval = 0.3, distance = 0.01, wake_speed = 0.1 } }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.0 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.5 }]
+        fill = [{ species = 'grain', arrangement = 'random', count = 30, region = { lower = [0.0, 0.0, 0.0], upper = [8.0, 8.0, 3.0] } }]
+        run = { until_time = 20 }";
+
     /// If a byte is changed, the change is detected, or the simulation continues or returns an error. It never panics.
     #[test]
     fn changed_bytes_of_a_simulation_are_noticed_or_harmless() {
@@ -112,9 +131,12 @@ mod tests {
         let scenes = [spheres(hard(), 0.05, 32), spheres(hard(), 0.45, 32), mixture()].map(|it| it.build().unwrap());
         let box_of_grains = Scene::from_toml(WALLED, "walled.toml").unwrap();
         let flow = Scene::from_toml(FLOW, "flow.toml").unwrap();
-        for scene in scenes.into_iter().chain([box_of_grains, flow]) {
+        let heap = Scene::from_toml(HEAP, "heap.toml").unwrap();
+        for scene in scenes.into_iter().chain([box_of_grains, flow, heap]) {
+            let may_sleep = scene.sleep.is_some();
             let mut simulation = Simulation::new(scene).unwrap();
-            simulation.advance(Until::events(300)).unwrap();
+            simulation.advance(Until::events(if may_sleep { 9_000 } else { 300 })).unwrap();
+            assert_eq!(may_sleep, simulation.asleep() > 0);
             let bytes = postcard::to_stdvec(&simulation).unwrap();
             assert_eq!(simulation.unsound_index(), None);
             let mut refused = [0_usize; 3];

@@ -85,7 +85,9 @@ impl SceneBuilder {
     pub(super) fn check_plan(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         let species = start.interactions.species;
         let counts = with_entering(start.groups.counts(species.len()), &start.inlets);
-        affordable_species(counts.iter().filter(|count| **count > 0).count())?;
+        let occurring = counts.iter().filter(|count| **count > 0).count();
+        // Sleeping grains have their own row in the tables.
+        affordable_species(if self.parts.sleep.is_some() { 2 * occurring } else { occurring })?;
         start::check_ranges(start)?;
         compatibility::check(self, start)?;
         recirculation::check_recirculation(start, &self.parts)?;

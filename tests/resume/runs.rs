@@ -5,7 +5,7 @@ use std::process::{Child, Command, Output, Stdio};
 use super::files::files;
 
 /// Scenes for every kind of engine and driving, with numbers of events.
-pub const SCENES: [(&str, &str); 10] = [
+pub const SCENES: [(&str, &str); 11] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
     ("pendulum", "400000"),
@@ -16,6 +16,7 @@ pub const SCENES: [(&str, &str); 10] = [
     ("sheared", "60000"),
     ("isobaric", "60000"),
     ("circulating_silo", "60000"),
+    ("heap", "60000"),
 ];
 
 pub const GROWN: &str = r#"
@@ -141,6 +142,47 @@ speeds = true
 chains = true
 "#;
 
+/// Grains rain onto a floor with a hole, and fall asleep there.
+pub const HEAP: &str = r#"
+[space]
+size = [7.0, 6.0, 20.0]
+x = "walls"
+z = "open"
+[dynamics]
+gravity = [0.0, 0.0, -1.0]
+contact_time = 0.01
+sleep = { interval = 0.25, distance = 0.01, wake_speed = 0.2 }
+[[species]]
+name = "A"
+mass = 1.3
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+restitution = 0.5
+friction = 0.5
+[[surface]]
+name = "floor"
+shape = "box"
+lower = [0.0, -1.0, 1.0]
+upper = [5.5, 7.0, 2.0]
+restitution = 0.5
+friction = 0.5
+[[surface]]
+name = "drain"
+shape = "plane"
+point = [0.0, 0.0, 0.5]
+normal = [0.0, 0.0, 1.0]
+outlet = true
+[[inlet]]
+name = "rain"
+species = "A"
+region = { lower = [0.5, 0.5, 15.0], upper = [6.5, 5.5, 19.0] }
+rate = 3.0
+[run]
+until_events = 1000
+"#;
+
 pub fn carom(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -158,6 +200,7 @@ pub fn start(scene: &str, events: &str, folder: &Path) -> Command {
         "grown" => Some(GROWN),
         "sheared" => Some(SHEARED),
         "isobaric" => Some(ISOBARIC),
+        "heap" => Some(HEAP),
         _ => None,
     };
     let scene = text.map_or_else(

@@ -56,7 +56,9 @@ impl Rows {
         if self.is_asleep(row) { row - self.awake } else { row }
     }
 
-    fn has_sleep(&self) -> bool {
+    /// Whether sleeping particles have rows.
+    #[must_use]
+    pub fn has_sleep(&self) -> bool {
         self.species.len() > usize::from(self.awake)
     }
 
@@ -73,7 +75,7 @@ impl Rows {
     #[must_use]
     pub fn are_sound(&self) -> bool {
         let awake = usize::from(self.awake);
-        (self.species.len() == awake || self.species.len() == 2 * awake || awake == usize::from(u16::MAX))
+        (self.species.len() == awake || self.species.len() == 2 * awake)
             && self.rows.iter().all(|row| usize::from(*row) < awake.max(1))
     }
 

@@ -71,6 +71,10 @@ impl Sleepers {
         Self { watched, ..*self }
     }
 
+    pub fn are_those_of(&self, plan: Option<Sleep>) -> bool {
+        Some(self.plan) == plan
+    }
+
     /// Discounts an event of each particle that is not a contact.
     pub fn skip_event(&mut self) {
         self.watched.iter_mut().for_each(|watched| watched.events = watched.events.wrapping_add(1));

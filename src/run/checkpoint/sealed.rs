@@ -14,7 +14,7 @@ const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
 
 const MAGIC: usize = 16;
 
-const VERSION: usize = 13;
+const VERSION: usize = 14;
 
 const PIECE: usize = 1 << 20;
 
