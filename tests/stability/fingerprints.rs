@@ -103,7 +103,7 @@ const SCENES: [(&str, u64); 12] = [
 #[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
 const FINGERPRINTS: &[(&str, [u64; 3])] = &[
     ("bouncing_ball", [0x3eb7d631c4034797, 0x9fba7893bc15dcfa, 0x57abde7cf6cc7e08]),
-    ("circulating_silo", [0xe15211a6577da33d, 0x3d86a01ef8e57c50, 0x18785cd8eeab6a50]),
+    ("circulating_silo", [0x2e26cbf1e2ef3740, 0x46a493a97cdfac6d, 0x3568cbe22aed7d74]),
     ("elastic_spheres_1d", [0x2f7cc64dd2137dfa, 0xb057f7ef9843d214, 0x8fef0acfd850f983]),
     ("everything", [0xa377722dbd8006d1, 0xeb069bdc005fc343, 0xca6fce05eb70cefc]),
     ("granular_cooling", [0xff38450fddfa14b5, 0x3e2e27ae99343fc5, 0xd6c454ac3d20e80b]),
