@@ -29,7 +29,7 @@ use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::{self, Frames};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
-use crate::scene::file::{AuditFile, DiameterFile, DynamicsFile, OutputFile, SceneFile, SpeciesFile};
+use crate::scene::file::{AuditFile, DiameterFile, DynamicsFile, OutputFile, SceneFile, SleepFile, SpeciesFile};
 use crate::scene::given::GivenParticles;
 pub(crate) use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
@@ -94,6 +94,11 @@ impl<'k> Keys<'k> {
     }
 }
 
+fn sleep(file: &SleepFile) -> Sleep {
+    let SleepFile { interval, distance, wake_speed } = *file;
+    Sleep { interval, distance, wake_speed }
+}
+
 fn tc_rule(dynamics: &DynamicsFile) -> Result<TcRule, SceneError> {
     let Some(word) = &dynamics.tc_rule else { return Ok(TcRule::default()) };
     let at = ConfigPath::root().key("dynamics");
@@ -142,8 +147,7 @@ pub(crate) fn parts(
     scene.gravity = vector(dynamics.gravity.unwrap_or_default());
     scene.parts.contact_time = dynamics.contact_time;
     scene.parts.tc_rule = tc_rule(&dynamics)?;
-    scene.parts.sleep =
-        dynamics.sleep.map(|it| Sleep { interval: it.interval, distance: it.distance, wake_speed: it.wake_speed });
+    scene.parts.sleep = dynamics.sleep.as_ref().map(sleep);
     scene.parts.live = live::parse_live(file.description, file.live)?;
     scene.parts.audit = parse_audit(&file.audit);
     let materials = Materials::parse(file.material, &file.species)?;

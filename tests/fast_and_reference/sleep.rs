@@ -16,6 +16,59 @@ const TIME: f64 = 5.0;
 /// Round-off of positions and times grows at each contact of two round grains, but not at contacts with the floor.
 const TOLERANCE: f64 = 1e-7;
 
+/// A box with a floor, half of which may be a belt.
+const BOX: &str = "
+[space]
+size = [7.0, 7.0, 40.0]
+x = 'walls'
+y = 'walls'
+z = 'open'
+[run]
+until_time = 5.0
+[dynamics]
+gravity = [0.0, 0.0, -1.0]
+contact_time = 0.01
+sleep = { interval = 0.25, distance = DISTANCE, wake_speed = WAKE_SPEED }
+[[species]]
+name = 'grain'
+mass = 1.3
+diameter = 1.0
+[[species]]
+name = 'large'
+mass = 2.9
+diameter = 1.4
+[[interaction]]
+species = ['grain', 'grain']
+potential = 'hard-sphere'
+restitution = 0.6
+ROUGH
+[[interaction]]
+species = ['grain', 'large']
+potential = 'hard-sphere'
+restitution = 0.6
+ROUGH
+[[interaction]]
+species = ['large', 'large']
+potential = 'hard-sphere'
+restitution = 0.6
+ROUGH
+[[surface]]
+shape = 'parallelogram'
+corner = [0.0, 0.0, 1.0]
+edge_1 = [4.0, 0.0, 0.0]
+edge_2 = [0.0, 7.0, 0.0]
+restitution = 0.4
+ROUGH
+BELT
+[[surface]]
+shape = 'parallelogram'
+corner = [4.0, 0.0, 1.0]
+edge_1 = [3.0, 0.0, 0.0]
+edge_2 = [0.0, 7.0, 0.0]
+restitution = 0.4
+ROUGH
+";
+
 /// Grains lie near the floor, apart from each other. Later, others fall onto them.
 #[derive(Debug, Clone)]
 struct Recipe {
@@ -65,59 +118,12 @@ impl Recipe {
         } else {
             String::new()
         };
-        let toml = format!(
-            "
-[space]
-size = [7.0, 7.0, 40.0]
-x = 'walls'
-y = 'walls'
-z = 'open'
-[run]
-until_time = 5.0
-[dynamics]
-gravity = [0.0, 0.0, -1.0]
-contact_time = 0.01
-sleep = {{ interval = 0.25, distance = {}, wake_speed = {} }}
-[[species]]
-name = 'grain'
-mass = 1.3
-diameter = 1.0
-[[species]]
-name = 'large'
-mass = 2.9
-diameter = 1.4
-[[interaction]]
-species = ['grain', 'grain']
-potential = 'hard-sphere'
-restitution = 0.6
-{rough}
-[[interaction]]
-species = ['grain', 'large']
-potential = 'hard-sphere'
-restitution = 0.6
-{rough}
-[[interaction]]
-species = ['large', 'large']
-potential = 'hard-sphere'
-restitution = 0.6
-{rough}
-[[surface]]
-shape = 'parallelogram'
-corner = [0.0, 0.0, 1.0]
-edge_1 = [4.0, 0.0, 0.0]
-edge_2 = [0.0, 7.0, 0.0]
-restitution = 0.4
-{rough}{belt}
-[[surface]]
-shape = 'parallelogram'
-corner = [4.0, 0.0, 1.0]
-edge_1 = [3.0, 0.0, 0.0]
-edge_2 = [0.0, 7.0, 0.0]
-restitution = 0.4
-{rough}
-{particles}",
-            self.distance, self.wake_speed
-        );
+        let toml = BOX
+            .replace("DISTANCE", &self.distance.to_string())
+            .replace("WAKE_SPEED", &self.wake_speed.to_string())
+            .replace("ROUGH", &rough)
+            .replace("BELT", &belt)
+            + &particles;
         Scene::from_toml(&toml, "sleep.toml").ok()
     }
 }

@@ -35,6 +35,8 @@ fn proof(from: u64, events: u64) -> carom::check::verify::Certificate {
     verify(scene(GRAINS), EventRange { from, events }, &mut |_| ControlFlow::Continue(()))
 }
 
+type Spoil = fn(&mut Event);
+
 struct Recording {
     scene: Scene,
     start: States,
@@ -121,7 +123,7 @@ fn falsified_sleep_is_found() {
     }
 
     // The numbers of the event are slightly different.
-    let spoilt: [(fn(&mut Event), Quantity); 4] = [
+    let spoilt: [(Spoil, Quantity); 4] = [
         (|event| event.dissipated *= 1.0 + 1e-7, Quantity::Dissipation),
         (|event| event.impulse *= 1.0 + 1e-7, Quantity::Impulse),
         (|event| event.torques[0] += Vector::y() * 1e-9, Quantity::Torque),

@@ -81,7 +81,6 @@ impl ApplicableObservables {
         let is_moving = |index: usize| !species_of(index).is_static();
         let moving = all.clone().filter(|&index| is_moving(index)).count();
         let mass = |index: usize| if is_moving(index) { species_of(index).mass } else { 0.0 };
-        let up = super::upwards(scene);
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_surfaces = !scene.surfaces.is_empty();
         let has_walls = (0..3).any(|axis| scene.space.walls(axis) > 0);
@@ -131,7 +130,7 @@ impl ApplicableObservables {
             filled: filled(scene),
             is_sheared: scene.shear_rate.is_some(),
             total_mass: all.map(mass).sum(),
-            up,
+            up: super::upwards(scene),
             masses: scene.species.iter().map(|it| if it.is_static() { 0.0 } else { it.mass }).collect(),
             periods: scene.space.periods(),
             regions: Regions::of(scene.output.regions.clone()),

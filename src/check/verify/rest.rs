@@ -19,7 +19,7 @@ pub(super) struct SleepWatch {
     plan: Sleep,
     fewest_contacts: f64,
     /// Number of searches so far.
-    searches: u64,
+    searches: f64,
     /// False until the first search of a proof that begins in the middle of a run.
     is_known: bool,
     /// Places at the previous search; for sleeping grains, where they sleep.
@@ -38,8 +38,8 @@ impl SleepWatch {
         let count = states.positions.len();
         Some(Self {
             plan,
-            fewest_contacts: plan.fewest_contacts(contact_time),
-            searches: crate::base::numbers::trunc_to_u64(states.elapsed.total() / plan.interval),
+            fewest_contacts: (plan.interval / (4.0 * contact_time)).ceil(),
+            searches: (states.elapsed.total() / plan.interval).floor(),
             is_known,
             places: states.positions.clone(),
             contacts: vec![0; count],
@@ -49,7 +49,7 @@ impl SleepWatch {
     }
 
     fn next(&self) -> f64 {
-        (self.searches + 1) as f64 * self.plan.interval
+        (self.searches + 1.0) * self.plan.interval
     }
 
     pub fn note(&mut self, particles: &[u32], is_driven: bool) {
@@ -88,7 +88,7 @@ impl SleepWatch {
     }
 
     fn search(&mut self, world: &World, states: &States) {
-        self.searches += 1;
+        self.searches += 1.0;
         self.is_known = true;
         for &i in &world.moving {
             self.places[i as usize] = states.positions[i as usize];
