@@ -4,20 +4,20 @@ use crate::model::Scene;
 
 /// Grains of two sizes that fall into a box, fall asleep, and are woken by a large grain. With few grains, the engine
 /// uses neighbour lists.
-fn falling(grains: u32) -> Scene {
+fn falling(grains: u32, side: f64) -> Scene {
     let toml = format!(
         "
         seed = 3
-        space = {{ size = [6.0, 6.0, 40.0], x = 'walls', y = 'periodic', z = {{ lower = 'wall', upper = 'open', restitution = 0.4 }} }}
-        dynamics = {{ gravity = [0.0, 0.0, -1.0], contact_time = 0.01, sleep = {{ interval = 0.3, distance = 0.01, wake_speed = 0.1 }} }}
+        space = {{ size = [{side}, {side}, 40.0], x = 'walls', y = 'walls', z = {{ lower = {{ restitution = 0.4, friction = 0.5 }}, upper = 'open' }} }}
+        dynamics = {{ gravity = [0.0, 0.0, -1.0], contact_time = 0.005, sleep = {{ interval = 0.3, distance = 0.03, wake_speed = 0.3 }} }}
         species = [{{ name = 'A', mass = 1.3, diameter = 1.0 }}, {{ name = 'B', mass = 0.7, diameter = 0.8 }}]
         interaction = [
             {{ species = ['A', 'A'], potential = 'hard-sphere', restitution = 0.4, friction = 0.5 }},
             {{ species = ['A', 'B'], potential = 'hard-sphere', restitution = 0.4, friction = 0.5 }},
             {{ species = ['B', 'B'], potential = 'hard-sphere', restitution = 0.4, friction = 0.5 }},
         ]
-        fill = [{{ composition = {{ A = 1, B = 1 }}, arrangement = 'random', count = {grains}, region = {{ lower = [0.0, 0.0, 0.0], upper = [6.0, 6.0, 5.0] }}, temperature = 0.1 }}]
-        particle = [{{ species = 'A', position = [3.0, 3.0, 39.0], velocity = [0.0, 0.0, 0.0] }}]
+        fill = [{{ composition = {{ A = 1, B = 1 }}, arrangement = 'random', count = {grains}, region = {{ lower = [0.0, 0.0, 0.0], upper = [{side}, {side}, 8.0] }}, temperature = 0.1 }}]
+        particle = [{{ species = 'A', position = [1.4, 1.3, 39.0], velocity = [0.0, 0.0, 0.0] }}]
         run = {{ until_time = 20 }}"
     );
     Scene::from_toml(toml.as_str(), "falling.toml").unwrap()
@@ -25,8 +25,8 @@ fn falling(grains: u32) -> Scene {
 
 #[test]
 fn lists_cells_and_indices_stay_complete_while_grains_sleep_and_wake() {
-    for grains in [25, 90] {
-        let mut simulation = Simulation::without_plan(falling(grains));
+    for (grains, side) in [(25, 3.0), (90, 5.0)] {
+        let mut simulation = Simulation::without_plan(falling(grains, side));
         let mut most = 0;
         for part in 1..=60 {
             simulation.advance(Until::time(f64::from(part) * 0.31)).unwrap();
