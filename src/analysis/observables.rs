@@ -192,7 +192,7 @@ impl Observer {
                 let present: usize = simulation.population().iter().sum();
                 [present as u64, event_counts.entry, event_counts.exit]
             }),
-            asleep: simulation.scene().sleep().is_some().then(|| simulation.asleep()),
+            asleep: simulation.scene().sleep().is_some().then(|| simulation.sleeping().len()),
         }
     }
 

@@ -185,6 +185,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let before = self.state.bodies[particle as usize].velocity;
         let change = Change::of_one(With::Program, particle, &before, after, self.inverse_mass(particle));
         let _ = self.apply(&change, &mut None);
+        self.forget_contacts(particle);
     }
 
     /// Discards all predictions and predicts all particles again.

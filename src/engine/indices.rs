@@ -136,7 +136,7 @@ mod tests {
             let may_sleep = scene.sleep.is_some();
             let mut simulation = Simulation::new(scene).unwrap();
             simulation.advance(Until::events(if may_sleep { 9_000 } else { 300 })).unwrap();
-            assert_eq!(may_sleep, simulation.asleep() > 0);
+            assert_ne!(may_sleep, simulation.sleeping().is_empty());
             let bytes = postcard::to_stdvec(&simulation).unwrap();
             assert_eq!(simulation.unsound_index(), None);
             let mut refused = [0_usize; 3];

@@ -271,7 +271,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (position, inverse_mass) = (self.state.bodies[particle as usize].position, self.inverse_mass(particle));
         let change = Change::of_one(other, particle, &Vector::zeros(), velocity, inverse_mass);
         let supplied = change.supplied + self.energy_besides_motion(particle, &position);
-        self.apply(&Change { counted, supplied, ..change }, observe)
+        let flow = self.apply(&Change { counted, supplied, ..change }, observe);
+        self.forget_contacts(particle);
+        self.search_again();
+        flow
     }
 
     /// Stops a particle that leaves. The energy that it takes away counts as negative supplied energy, without the

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{FillRegion, SpeciesId};
 use crate::Vector;
 
-/// An inlet: a region in which new particles appear at a constant rate, and in which particles that have left return.
+/// An inlet: a region where new particles appear at a constant rate, or where particles return from outlets.
 ///
 /// A particle appears at a random place of the region where it is beyond the range of all particles and touches no
 /// surface. If there is no such place, it waits, and enters as soon as a later attempt finds one.

@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 pub struct Sleep {
     /// Time between two searches for grains at rest `[time]`.
     pub interval: f64,
-    /// A grain is at rest if it has moved by at most this distance since the previous search, and if its contacts follow
-    /// each other in less than [`Self::MOST_CONTACT_TIMES`] contact times on average `[length]`. If a grain has moved by
-    /// more, all grains wake up that were within this distance of touching it.
+    /// A grain is at rest if two conditions hold since the previous search: it has moved by at most this distance, and its
+    /// contacts were less than [`Self::MOST_CONTACT_TIMES`] contact times apart on average. A grain that has moved farther
+    /// wakes its neighbours: the grains whose surfaces were at most this distance away `[length]`.
     pub distance: f64,
-    /// A grain wakes up if a particle hits it with a higher relative speed `[length / time]`. Grains with a higher speed
-    /// do not fall asleep.
+    /// A particle that hits a grain at a higher relative speed wakes it. Faster grains do not fall asleep
+    /// `[length / time]`.
     pub wake_speed: f64,
 }
 

@@ -163,11 +163,11 @@ pub(crate) struct SleepFile {
     /// Time between two searches for grains at rest `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: f64,
-    /// A grain falls asleep if it has moved by at most this distance since the previous search, and was always in contact
-    /// `[length]`.
+    /// A grain falls asleep if two conditions hold since the previous search: it has moved by at most this distance, and its
+    /// contacts were less than 4 contact times apart on average. At most 0.05 of the smallest diameter `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub distance: f64,
-    /// A sleeping grain wakes up if a particle hits it with a higher relative speed `[length / time]`.
+    /// A particle that hits a sleeping grain at a higher relative speed wakes it `[length / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub wake_speed: f64,
 }

@@ -8,6 +8,7 @@ mod motions;
 mod parts;
 pub(crate) mod plan;
 mod recirculation;
+mod sleep;
 pub(crate) mod start;
 mod surfaces;
 
@@ -15,7 +16,7 @@ pub(crate) use measure::measurement_times;
 
 use crate::Vector;
 use crate::model::space::{Boundary, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, CountSpace, Inlet, Scene, SceneParts, Separated, Sleep, Species};
+use crate::model::{AuditPlan, CountRegion, CountSpace, Inlet, Scene, SceneParts, Separated, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::compatibility;
@@ -37,9 +38,6 @@ pub(super) fn with_entering(mut counts: Vec<usize>, inlets: &[Inlet]) -> Vec<usi
     }
     counts
 }
-
-/// Fewest contact times between two searches for grains at rest. A grain at rest has several contacts in between.
-const SHORTEST_SLEEP: f64 = 20.0;
 
 impl SceneBuilder {
     /// Validates the parts and places the particles.
@@ -89,6 +87,7 @@ impl SceneBuilder {
         // Sleeping grains have their own row in the tables.
         affordable_species(if self.parts.sleep.is_some() { 2 * occurring } else { occurring })?;
         start::check_ranges(start)?;
+        sleep::check_sleep(&self.parts, species)?;
         compatibility::check(self, start)?;
         recirculation::check_recirculation(start, &self.parts)?;
         self.parts.check_shear(&start.space, start.interactions.longest_range(|_, _| true))?;
@@ -178,7 +177,6 @@ impl SceneBuilder {
         finite(self.parts.start_time, ConfigPath::root().key("start_time"))?;
         positive_if_given(self.parts.separate_overlaps, ConfigPath::root().key("separate_overlaps"))?;
         positive_if_given(self.parts.contact_time, ConfigPath::root().key("dynamics").key("contact_time"))?;
-        self.check_sleep()?;
         let audit = ConfigPath::root().key("audit");
         let AuditPlan { energy, momentum, overlap } = self.parts.audit;
         for (limit, key) in [(energy, "energy"), (momentum, "momentum"), (overlap, "overlap")] {
@@ -191,21 +189,6 @@ impl SceneBuilder {
         positive_if_given(self.parts.output.frame_interval, output.key("frame_interval"))?;
         check_regions(&self.parts.output.regions)?;
         self.parts.check_exchange()
-    }
-
-    fn check_sleep(&self) -> Result<(), SceneError> {
-        let Some(sleep) = self.parts.sleep else { return Ok(()) };
-        let at = |key| ConfigPath::root().key("dynamics").key("sleep").key(key);
-        let Sleep { interval, distance, wake_speed } = sleep;
-        for (value, key) in [(interval, "interval"), (distance, "distance"), (wake_speed, "wake_speed")] {
-            positive_if_given(Some(value), at(key))?;
-        }
-        let shortest = self.parts.contact_time.map_or(0.0, |contact_time| SHORTEST_SLEEP * contact_time);
-        if interval < shortest {
-            let expected = format!("at least {SHORTEST_SLEEP} contact times, which is {shortest}");
-            return refuse(at("interval"), interval, expected);
-        }
-        Ok(())
     }
 
     /// Validates the species. Their accelerations are set later.

@@ -16,7 +16,7 @@ const TIME: f64 = 5.0;
 /// Round-off of positions and times grows at each contact of two round grains, but not at contacts with the floor.
 const TOLERANCE: f64 = 1e-7;
 
-/// A box with a floor, half of which may be a belt.
+/// A box with a floor. A part of the floor may be a belt.
 const BOX: &str = "
 [space]
 size = [7.0, 7.0, 40.0]
@@ -33,25 +33,25 @@ sleep = { interval = 0.25, distance = DISTANCE, wake_speed = WAKE_SPEED }
 name = 'grain'
 mass = 1.3
 diameter = 1.0
+material = 'stone'
 [[species]]
 name = 'large'
 mass = 2.9
 diameter = 1.4
+material = 'stone'
+[[material]]
+between = ['stone', 'stone']
+restitution = 0.6
+ROUGH
 [[interaction]]
 species = ['grain', 'grain']
 potential = 'hard-sphere'
-restitution = 0.6
-ROUGH
 [[interaction]]
 species = ['grain', 'large']
 potential = 'hard-sphere'
-restitution = 0.6
-ROUGH
 [[interaction]]
 species = ['large', 'large']
 potential = 'hard-sphere'
-restitution = 0.6
-ROUGH
 [[surface]]
 shape = 'parallelogram'
 corner = [0.0, 0.0, 1.0]

@@ -2,54 +2,39 @@
 
 use carom::Vector;
 use carom::engine::event::{Event, EventKind};
-use carom::engine::{Simulation, Until};
-use carom::model::{ParticleId, Scene};
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::{Particle, ParticleId, Scene, SpeciesId};
 
-const G: f64 = 0.7;
-const MASS: f64 = 1.3;
+use crate::starts_in_contact::{G, MASS, ledger_error, listed, scene_above_floor};
+
 const RESTITUTION: f64 = 0.6;
 const WAKE_SPEED: f64 = 0.2;
 
-/// Grains of mass 1.3 and 0.9 and diameter 1 above the floor of a box.
-fn grains(more: &str, start: &[(&str, [f64; 3])]) -> Scene {
-    let particle = |(species, position): &(&str, [f64; 3])| {
-        format!("[[particle]]\nspecies = \"{species}\"\nposition = {position:?}\nvelocity = [0.0, 0.0, 0.0]\n")
-    };
-    let particles: String = start.iter().map(particle).collect();
-    let toml = format!(
+/// Mass of the lighter species.
+const LIGHT: f64 = 0.9;
+
+/// Grains at rest at the given positions, and a species of lighter grains, of which a test may insert some.
+fn grains(more: &str, start: &[[f64; 3]]) -> Scene {
+    let sleep = format!("sleep = {{ interval = 0.25, distance = 0.01, wake_speed = {WAKE_SPEED} }}");
+    let particles: String = start.iter().map(|position| listed(position, &[0.0; 3])).collect();
+    let light = format!(
         "
-[space]
-size = [8.0, 8.0, 40.0]
-x = \"walls\"
-y = \"walls\"
-z = {{ lower = \"wall\", upper = \"open\", restitution = 0.4 }}
-[dynamics]
-gravity = [0.0, 0.0, -{G}]
-contact_time = 0.01
-sleep = {{ interval = 0.25, distance = 0.01, wake_speed = {WAKE_SPEED} }}
-[[species]]
-name = \"grain\"
-mass = {MASS}
-diameter = 1.0
 [[species]]
 name = \"light\"
-mass = 0.9
+mass = {LIGHT}
 diameter = 1.0
-[[interaction]]
-species = [\"grain\", \"grain\"]
-potential = \"hard-sphere\"
-restitution = {RESTITUTION}
 [[interaction]]
 species = [\"grain\", \"light\"]
 potential = \"hard-sphere\"
 restitution = {RESTITUTION}
-{particles}
-[run]
-until_time = 100.0
-{more}
 "
     );
-    Scene::from_toml(&toml, "sleep.toml").unwrap()
+    scene_above_floor("", &sleep, &(light + &particles + more))
+}
+
+/// A light grain.
+fn light(position: Vector, velocity: Vector) -> Particle {
+    Particle::new(SpeciesId(1), position, velocity)
 }
 
 fn events_until(simulation: &mut Simulation, time: f64) -> Vec<Event> {
@@ -58,16 +43,9 @@ fn events_until(simulation: &mut Simulation, time: f64) -> Vec<Event> {
     events
 }
 
-/// Relative error of the sum of all energies.
-fn ledger_error(simulation: &Simulation, start: f64) -> f64 {
-    let (energy, counts) = (simulation.energy(), simulation.event_counts());
-    let supplied = counts.supplied.total();
-    (energy.total() + counts.dissipated.total() - supplied - start).abs() / (start.abs() + supplied)
-}
-
 #[test]
 fn grain_on_a_floor_falls_asleep_and_costs_no_more_events() {
-    let mut simulation = Simulation::without_plan(grains("", &[("grain", [3.0, 4.0, 0.7])]));
+    let mut simulation = Simulation::without_plan(grains("", &[[3.0, 4.0, 0.7]]));
     let start = simulation.energy().total();
     let events = events_until(&mut simulation, 20.0);
     let rest = *events.last().unwrap();
@@ -77,7 +55,10 @@ fn grain_on_a_floor_falls_asleep_and_costs_no_more_events() {
     let lost = 0.5 * MASS * rest.before[0].norm_squared();
     assert!((rest.dissipated / lost - 1.0).abs() < 1e-14);
     assert!((rest.impulse + rest.before[0] * MASS).norm() < 1e-16);
-    assert_eq!((simulation.asleep(), simulation.event_counts().rest, simulation.event_counts().wake), (1, 1, 0));
+    assert_eq!(
+        (simulation.sleeping().len(), simulation.event_counts().rest, simulation.event_counts().wake),
+        (1, 1, 0)
+    );
     let snapshot = simulation.snapshot();
     assert_eq!((snapshot.positions[0], snapshot.velocities[0]), (rest.positions[0], Vector::zeros()));
     // The potential energy of a sleeping grain counts.
@@ -87,13 +68,13 @@ fn grain_on_a_floor_falls_asleep_and_costs_no_more_events() {
 
 #[test]
 fn grain_that_bounces_or_rolls_does_not_fall_asleep() {
-    let mut simulation = Simulation::without_plan(grains("", &[("grain", [3.0, 4.0, 0.5])]));
+    let mut simulation = Simulation::without_plan(grains("", &[[3.0, 4.0, 0.5]]));
     // The distance in an interval is 0.0125.
     simulation.set_velocities(&[Vector::new(0.05, 0.0, 0.0)]).unwrap();
     simulation.advance(Until::time(30.0)).unwrap();
     assert_eq!(simulation.event_counts().rest, 0);
     // An elastic grain that returns to the same place at each search has too few contacts: it flies for 0.25.
-    let elastic = grains("", &[("grain", [3.0, 4.0, 0.5])]);
+    let elastic = grains("", &[[3.0, 4.0, 0.5]]);
     let mut simulation = Simulation::without_plan(elastic);
     simulation.set_velocities(&[Vector::new(0.0, 0.0, 0.125 * G)]).unwrap();
     simulation.advance(Until::time(0.3)).unwrap();
@@ -102,13 +83,13 @@ fn grain_that_bounces_or_rolls_does_not_fall_asleep() {
 
 /// A grain falls onto a sleeping grain, exactly above its centre, from a gap of `height`.
 fn hit(height: f64) -> (Simulation, Vec<Event>, f64) {
-    let scene = grains("", &[("grain", [3.0, 4.0, 0.5])]);
+    let scene = grains("", &[[3.0, 4.0, 0.5]]);
     let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::time(2.0)).unwrap();
-    assert_eq!(simulation.asleep(), 1);
+    assert_eq!(simulation.sleeping().len(), 1);
     let top = simulation.snapshot().positions[0].z;
     let above = Vector::new(3.0, 4.0, top + 1.0 + height);
-    simulation.insert(&[carom::model::Particle::new(carom::model::SpeciesId(1), above, Vector::zeros())]).unwrap();
+    simulation.insert(&[light(above, Vector::zeros())]).unwrap();
     let start = simulation.energy().total() + simulation.event_counts().dissipated.total()
         - simulation.event_counts().supplied.total();
     // The second contact with the floor follows at once.
@@ -129,16 +110,15 @@ fn fast_hit_wakes_a_grain_and_both_masses_count() {
     assert_eq!(contact.partner(), Some(ParticleId(0)));
     assert!((contact.before[0].z + speed).abs() < 1e-12);
     // `v' = v - (1 + e) m_other / (m + m_other) v`, with the other grain at rest.
-    let light = 0.9;
     let after = [
-        -speed * (1.0 - (1.0 + RESTITUTION) * MASS / (MASS + light)),
-        -speed * (1.0 + RESTITUTION) * light / (MASS + light),
+        -speed * (1.0 - (1.0 + RESTITUTION) * MASS / (MASS + LIGHT)),
+        -speed * (1.0 + RESTITUTION) * LIGHT / (MASS + LIGHT),
     ];
     for (found, expected) in contact.after.iter().zip(after) {
         assert!((found.z - expected).abs() < 1e-12, "{found} {expected}");
     }
     assert!(events.len() > wake + 2, "the woken grain meets the floor");
-    assert_eq!(simulation.asleep(), 0);
+    assert_eq!(simulation.sleeping().len(), 0);
     assert!(ledger_error(&simulation, start) < 1e-13);
 }
 
@@ -151,16 +131,38 @@ fn slow_hit_bounces_off_a_sleeping_grain_as_off_a_static_one() {
     let contact = events.iter().find(|event| event.partner().is_some()).unwrap();
     assert!((contact.after[0].z - RESTITUTION * speed).abs() < 1e-12);
     assert_eq!(contact.after[1], Vector::zeros());
-    assert_eq!((simulation.asleep(), simulation.event_counts().wake), (1, 0));
+    assert_eq!((simulation.sleeping().len(), simulation.event_counts().wake), (1, 0));
     assert!(ledger_error(&simulation, start) < 1e-13);
+}
+
+#[test]
+fn run_ends_when_all_grains_sleep_and_goes_on_when_one_enters() {
+    let mut simulation = Simulation::without_plan(grains("", &[[3.0, 4.0, 0.5]]));
+    assert_eq!(simulation.advance(Until::events(100_000)), Ok(Reason::Idle));
+    assert_eq!(simulation.sleeping(), [ParticleId(0)]);
+    simulation.insert(&[light(Vector::new(6.0, 6.0, 0.5), Vector::zeros())]).unwrap();
+    assert_eq!(simulation.advance(Until::events(100_000)), Ok(Reason::Idle));
+    assert_eq!(simulation.sleeping(), [0, 1].map(ParticleId));
+}
+
+#[test]
+fn the_entry_of_a_grain_is_no_contact() {
+    // Seven contacts are needed until the search at 2.25. Contacts are 0.01 apart, and the first is at the entry.
+    for (time, rests) in [(2.1945, 0), (2.1845, 1)] {
+        let mut simulation = Simulation::without_plan(grains("", &[[1.0, 1.0, 19.0]]));
+        simulation.advance(Until::time(time)).unwrap();
+        simulation.insert(&[light(Vector::new(6.0, 6.0, 0.5), Vector::zeros())]).unwrap();
+        simulation.advance(Until::time(2.26)).unwrap();
+        assert_eq!(simulation.event_counts().rest, rests, "{time}");
+    }
 }
 
 /// A column of two grains at rest.
 fn column() -> Simulation {
-    let scene = grains("", &[("grain", [3.0, 4.0, 0.5]), ("grain", [3.0, 4.0, 1.5])]);
+    let scene = grains("", &[[3.0, 4.0, 0.5], [3.0, 4.0, 1.5]]);
     let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::time(10.0)).unwrap();
-    assert_eq!(simulation.asleep(), 2, "both grains of the column sleep");
+    assert_eq!(simulation.sleeping().len(), 2, "both grains of the column sleep");
     simulation
 }
 
@@ -168,7 +170,7 @@ fn column() -> Simulation {
 fn grain_wakes_and_falls_when_its_support_leaves() {
     let mut simulation = column();
     simulation.remove(&[ParticleId(0)]).unwrap();
-    assert_eq!(simulation.asleep(), 0);
+    assert_eq!(simulation.sleeping().len(), 0);
     let from = simulation.snapshot().positions[0].z;
     simulation.advance(Until::time(10.5)).unwrap();
     let fallen = from - simulation.snapshot().positions[0].z;
@@ -180,7 +182,7 @@ fn setting_velocities_wakes_all_grains() {
     let mut simulation = column();
     // A program that sets velocities wakes all grains.
     simulation.set_velocities(&[Vector::new(2.0, 0.0, 0.0), Vector::zeros()]).unwrap();
-    assert_eq!(simulation.asleep(), 0);
+    assert_eq!(simulation.sleeping().len(), 0);
     simulation.advance(Until::time(14.0)).unwrap();
     assert!(simulation.snapshot().positions[1].z < 0.6, "the upper grain has fallen");
 }
@@ -188,12 +190,12 @@ fn setting_velocities_wakes_all_grains() {
 #[test]
 fn mover_wakes_the_grains_that_it_touched() {
     // Two grains lie side by side. The first is pushed away along y, so that it does not hit the second.
-    let scene = grains("", &[("grain", [3.0, 4.0, 0.5]), ("grain", [4.004, 4.0, 0.5])]);
+    let scene = grains("", &[[3.0, 4.0, 0.5], [4.004, 4.0, 0.5]]);
     let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::time(10.0)).unwrap();
-    assert_eq!(simulation.asleep(), 2);
+    assert_eq!(simulation.sleeping().len(), 2);
     let from = Vector::new(3.0, 2.6, simulation.snapshot().positions[0].z);
-    let bullet = carom::model::Particle::new(carom::model::SpeciesId(1), from, Vector::new(0.0, 8.0, 0.0));
+    let bullet = light(from, Vector::new(0.0, 8.0, 0.0));
     simulation.insert(&[bullet]).unwrap();
     let events = events_until(&mut simulation, 10.3);
     let woken: Vec<(u32, f64)> = events
@@ -210,10 +212,7 @@ fn mover_wakes_the_grains_that_it_touched() {
 
 #[test]
 fn grains_on_a_belt_stay_awake() {
-    let belt = "
-[[stage]]
-name = \"first\"
-until_time = 5.0
+    let floor = "
 [[surface]]
 shape = \"parallelogram\"
 corner = [0.0, 0.0, 1.0]
@@ -221,13 +220,9 @@ edge_1 = [8.0, 0.0, 0.0]
 edge_2 = [0.0, 8.0, 0.0]
 friction = 0.01
 restitution = 0.5
-surface_velocity = [0.0, 0.0, 0.0]
-stages = [\"first\"]
 ";
-    let still = grains(&belt.replace("surface_velocity = [0.0, 0.0, 0.0]\n", ""), &[("grain", [3.0, 4.0, 1.5])]);
-    let moving = grains(&belt.replace("[0.0, 0.0, 0.0]", "[0.001, 0.0, 0.0]"), &[("grain", [3.0, 4.0, 1.5])]);
-    for (scene, rests) in [(still, 1), (moving, 0)] {
-        let mut simulation = Simulation::without_plan(scene);
+    for (velocity, rests) in [("", 1), ("surface_velocity = [0.001, 0.0, 0.0]\n", 0)] {
+        let mut simulation = Simulation::without_plan(grains(&format!("{floor}{velocity}"), &[[3.0, 4.0, 1.5]]));
         simulation.advance(Until::time(4.9)).unwrap();
         assert_eq!(simulation.event_counts().rest, rests);
     }

@@ -5,27 +5,26 @@ use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 
 /// Gravity, contact time and mass of the grains.
-const G: f64 = 0.7;
+pub const G: f64 = 0.7;
 const TC: f64 = 1e-2;
-const MASS: f64 = 1.3;
+pub const MASS: f64 = 1.3;
 
-/// A box with a floor, and grains at the given positions with the given velocities.
-fn grains(more: &str, start: &[([f64; 3], [f64; 3])]) -> Simulation {
-    let particle = |(position, velocity): &([f64; 3], [f64; 3])| {
-        format!("[[particle]]\nspecies = \"grain\"\nposition = {position:?}\nvelocity = {velocity:?}\n")
-    };
-    let particles: String = start.iter().map(particle).collect();
+/// A box with a floor. `first` comes before its tables, `dynamics` is added to its dynamics, and `last` follows.
+pub fn scene_above_floor(first: &str, dynamics: &str, last: &str) -> Scene {
     let toml = format!(
         "
-{more}
+{first}
 [space]
 size = [8.0, 8.0, 20.0]
 x = \"walls\"
 y = \"walls\"
 z = {{ lower = \"wall\", upper = \"open\", restitution = 0.4 }}
+[run]
+until_time = 100.0
 [dynamics]
 gravity = [0.0, 0.0, -{G}]
 contact_time = {TC}
+{dynamics}
 [[species]]
 name = \"grain\"
 mass = {MASS}
@@ -34,16 +33,24 @@ diameter = 1.0
 species = [\"grain\", \"grain\"]
 potential = \"hard-sphere\"
 restitution = 0.6
-{particles}
-[run]
-until_time = 100.0
-"
+{last}"
     );
-    Simulation::without_plan(Scene::from_toml(&toml, "contact.toml").unwrap())
+    Scene::from_toml(&toml, "contact.toml").unwrap()
+}
+
+/// The table of a particle.
+pub fn listed(position: &[f64; 3], velocity: &[f64; 3]) -> String {
+    format!("[[particle]]\nspecies = \"grain\"\nposition = {position:?}\nvelocity = {velocity:?}\n")
+}
+
+/// Grains at the given positions with the given velocities.
+fn grains(more: &str, start: &[([f64; 3], [f64; 3])]) -> Simulation {
+    let particles: String = start.iter().map(|(position, velocity)| listed(position, velocity)).collect();
+    Simulation::without_plan(scene_above_floor(more, "", &particles))
 }
 
 /// Relative error of the sum of all energies.
-fn ledger_error(simulation: &Simulation, start: f64) -> f64 {
+pub fn ledger_error(simulation: &Simulation, start: f64) -> f64 {
     let (energy, counts) = (simulation.energy(), simulation.event_counts());
     let supplied = counts.supplied.total();
     (energy.total() + counts.dissipated.total() - supplied - start).abs() / (energy.total().abs() + supplied)

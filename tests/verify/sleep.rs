@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 /// Rough grains of two sizes that fall into a box, on a floor that is partly a belt. A large grain follows late.
 const GRAINS: &str = "
     seed = 6
-    space = { size = [9.0, 1.3, 90.0], x = 'walls', y = 'walls', z = 'open' }
+    space = { size = [9.0, 1.3, 90.0], x = { lower = 'wall', upper = 'wall', restitution = 0.5 }, y = { lower = 'wall', upper = 'wall', restitution = 0.5 }, z = 'open' }
     dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 0.01, sleep = { interval = 0.25, distance = 0.01, wake_speed = 0.1 } }
     species = [{ name = 'a', mass = 0.7, diameter = 0.9 }, { name = 'b', mass = 1.3, diameter = 1.1 }]
     interaction = [
@@ -91,6 +91,25 @@ fn grains_that_sleep_and_wake_are_proven_from_any_event_on() {
         let proof = proof(part * all / 6, all / 8);
         assert!(proof.is_proven(), "{part}: {:?}", proof.end);
     }
+}
+
+#[test]
+fn grains_wake_at_changes_of_surfaces_and_gravity() {
+    let gate = "{ shape = 'parallelogram', corner = [0.0, 0.0, 12.0], edge_1 = [9.0, 0.0, 0.0], edge_2 = [0.0, 1.3, 0.0], \
+        restitution = 0.5, friction = 0.45, stages = ['fill'] },";
+    let text = GRAINS
+        .replace("contact_time = 0.01", "contact_time = 0.005")
+        .replace("distance = 0.01, wake_speed = 0.1", "distance = 0.03, wake_speed = 0.3")
+        .replace("surface = [", &format!("surface = [{gate}"))
+        .replace("lower = [0.0, 0.0, 0.0], upper = [9.0, 1.3, 9.0]", "lower = [0.0, 0.0, 12.0], upper = [9.0, 1.3, 21.0]")
+        .replace("run = {", "stage = [{ name = 'fill', until_time = 25.1 }, { name = 'fall', until_time = 20.1 }]\n    run = { gravity = [0.1, 0.0, -1.0],");
+    let scene = scene(&text);
+    let mut simulation = Simulation::without_plan(scene.clone());
+    simulation.advance(Until::time(25.0)).unwrap();
+    assert!(simulation.sleeping().len() > 8, "{}", simulation.sleeping().len());
+    let whole = verify(scene, EventRange { from: 0, events: u64::MAX }, &mut |_| ControlFlow::Continue(()));
+    assert!(whole.is_proven(), "{:?}", whole.end);
+    assert!(whole.duration > 65.0, "{}", whole.duration);
 }
 
 #[test]

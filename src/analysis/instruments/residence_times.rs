@@ -24,10 +24,9 @@ const SQUARE: usize = 1;
 /// Residence times: the time of a particle between its entry at an inlet and its exit at an outlet.
 ///
 /// A particle that returns to an inlet has a new id, and a new residence time begins. The time for which it waits outside
-/// is not part of any residence time. Particles that are in the system at the start of the measurement have no known
-/// entry; their exits are counted apart. Particles that are in the system at the end are not measured. They have longer
-/// times than the others, so that the mean is too small by about `s^2 / t`, for a standard deviation `s` and a
-/// measurement of the duration `t`.
+/// does not count. Particles that are present at the start have no known entry, and are counted apart when they leave.
+/// Particles that are present at the end are not measured, and with them many long times are missing. The mean is
+/// therefore too small by about `s^2 / t`, where `s` is the standard deviation and `t` the duration of the measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct ResidenceTimes {
     /// Time of entry and species of each particle that has entered and has not left.
@@ -43,9 +42,9 @@ pub(super) struct ResidenceTimes {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Times {
     mean: BlockAverage,
-    /// The first residence time. The variance is that of the differences from it, so that close times keep their digits.
+    /// The first residence time. It is subtracted from all times, because the variance of small numbers has less round-off.
     first: f64,
-    /// Averages of the differences and of their squares.
+    /// Averages of these differences and of their squares.
     differences: CurveAverage,
     histogram: Histogram,
 }

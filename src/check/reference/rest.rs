@@ -87,7 +87,8 @@ impl Reference {
         }
     }
 
-    /// Returns the particles within `distance` of touching particle `i` at the place of the previous search.
+    /// Returns the neighbours of a particle at its place of the previous search: particles whose surfaces were at most the
+    /// distance of the plan away.
     fn touching(&self, i: u32, sleepers: &Sleepers) -> Vec<u32> {
         let touches = |&j: &u32| {
             let [a, b] = [i, j].map(|p| self.scene.particles[p as usize].species.0 as usize);
@@ -101,7 +102,7 @@ impl Reference {
         (0..id(self.positions.len())).filter(touches).collect()
     }
 
-    /// Searches for particles at rest, and for sleeping particles whose neighbours have moved away.
+    /// Searches for particles at rest, and for sleeping particles that have lost a neighbour.
     pub(super) fn search_for_rest(&mut self) {
         let Some(sleepers) = &self.sleepers else { return };
         let count = self.positions.len();

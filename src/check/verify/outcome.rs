@@ -279,6 +279,8 @@ impl Encounter<'_> {
             )
         };
         let plain = || vec![Leaving::at(rebound(slack), None, true)];
+        // The contacts of a static particle do not count, even if it is only asleep.
+        let moving: Vec<u32> = motion.particles.iter().copied().filter(|&i| !self.world.is_static(i)).collect();
         let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
             let Bend { radius, acceleration, .. } = *bend;
             let around = bend.along.map_or(motion.tangential(), |along| {
@@ -299,7 +301,7 @@ impl Encounter<'_> {
                 closing: (closing, bound),
                 closing_at_rest: (closing_at_rest, bound),
             };
-            let leavings = contacts.leavings(&arrival, motion.particles, &self.after.elapsed);
+            let leavings = contacts.leavings(&arrival, &moving, &self.after.elapsed);
             // At a surface that moves, the slip must be comparable with the normal speed itself.
             let speeds = [-slack, 0.0, slack].map(|error| (approach.0 + error).max(0.0));
             let at_moving = |leaving: Leaving| Leaving {

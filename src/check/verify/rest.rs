@@ -208,9 +208,12 @@ impl Verifier {
         }
     }
 
-    /// Wakes all grains, because gravity or the surfaces have changed.
+    /// Wakes all grains now, because gravity or the surfaces have changed.
     pub(super) fn wake_all(&mut self) {
-        self.world.asleep().collect::<Vec<_>>().into_iter().for_each(|i| self.wake(i));
+        for i in self.world.asleep().collect::<Vec<_>>() {
+            self.last_event[i as usize] = self.states.elapsed;
+            self.wake(i);
+        }
     }
 
     /// Checks the numbers of an event at which a grain falls asleep or wakes up.

@@ -192,14 +192,21 @@ impl Verifier {
     /// Adds and removes surfaces at the start of a stage, when the particles are in the states `now`.
     ///
     /// # Errors
-    /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
+    /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched. If grains sleep,
+    /// [`Fault::Jumped`] or [`Fault::Disturbed`] if free flights do not lead to these states.
     pub fn enter_stage(&mut self, stage: &str, now: &States) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
         if !self.world.enter_stage(stage) {
             return Ok(());
         }
-        self.wake_all();
         self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
+        if self.world.asleep().next().is_some() {
+            // The grains that wake up fall from now on.
+            self.check_flights(now, |_| false)?;
+            self.states.clone_from(now);
+            self.before.clone_from(now);
+            self.wake_all();
+        }
         self.look_anew()
     }
 

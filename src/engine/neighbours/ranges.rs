@@ -9,7 +9,8 @@ pub struct Ranges {
     pub between: Vec<f64>,
     /// The largest interaction distance, including bonds `[length]`.
     pub longest: f64,
-    /// The largest interaction distance without bonds `[length]`.
+    /// The largest interaction distance without bonds `[length]`. If grains sleep, a little more, so that the cells also
+    /// contain the neighbours that a grain almost touches.
     pub of_cells: f64,
     /// True if bonded pairs may start beyond `of_cells`. Their nearest images may be across any side of the box.
     pub may_be_overstretched: bool,
@@ -24,7 +25,7 @@ impl Ranges {
             longest: scene.bonds().iter().fold(scene.longest_range(), |longest, bond| {
                 longest.max(scene.interactions()[bond.interaction.0 as usize].potential.range())
             }),
-            of_cells: scene.longest_range(),
+            of_cells: scene.longest_range() + scene.sleep().map_or(0.0, |sleep| sleep.distance),
             may_be_overstretched: scene.allow_invalid_start(),
         }
     }

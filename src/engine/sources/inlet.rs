@@ -21,14 +21,14 @@ use std::ops::ControlFlow;
 /// Number of random places at which a particle is tried before it waits.
 const ATTEMPTS: usize = 100;
 
-/// Number of times that a waiting particle is tried while a particle that has entered travels its diameter.
+/// A waiting particle is tried this many times while the previous particle travels its diameter.
 const TRIES_PER_DIAMETER: f64 = 10.0;
 
 /// What an inlet has done so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InletCounts {
-    /// Number of particles that have entered, new particles and particles that have returned.
+    /// Number of particles that have entered: new particles, and those that have returned.
     pub entered: u64,
     /// Number of particles that have left at an outlet and have returned here.
     pub returned: u64,
@@ -48,7 +48,7 @@ pub(in crate::engine) struct Inlets {
 struct Source {
     inlet: Inlet,
     random: Random,
-    /// Of the waiting particles, only new ones are counted here.
+    /// Here, `waiting` counts only new particles.
     counts: InletCounts,
     /// Number of new particles that have been due so far.
     attempts: u64,
@@ -61,7 +61,7 @@ struct Source {
     species: Option<SpeciesId>,
     /// Numbers of the outlets whose particles return, as in [`Other::Surface`](crate::engine::event::Other::Surface).
     outlets: Vec<u32>,
-    /// Species of the particles that have left and wait, in the order in which they left.
+    /// Species of the particles that wait to return, in the order in which they left.
     returning: VecDeque<SpeciesId>,
     /// Time since the epoch at which the first of them is tried; infinite if none waits.
     next_return: f64,
@@ -106,7 +106,8 @@ impl Inlets {
         filling.map(|source| source.inlet.rate.recip()).reduce(f64::min)
     }
 
-    /// Takes a particle that leaves at an outlet at the time `now` since the epoch, if it returns at an inlet.
+    /// Notes that a particle leaves at an outlet at the time `now` since the epoch. It waits at the inlet of the outlet, if
+    /// there is one.
     pub fn take(&mut self, species: SpeciesId, outlet: u32, now: f64) {
         let Some(source) = self.list.iter_mut().find(|source| source.outlets.contains(&outlet)) else { return };
         source.returning.push_back(species);
@@ -264,8 +265,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (Some(Particle::new(kind, place, inlet.velocity + drawn)), tried)
     }
 
-    /// Time since the epoch at which the first particle that waits to return is tried again. A particle that has entered
-    /// must first make room, which takes about the time in which it travels its diameter.
+    /// Time since the epoch at which the first waiting particle is tried again. The previous particle must first make room.
+    /// It does so in about the time in which it travels its diameter.
     fn next_try(&self, source: &Source) -> f64 {
         let Some(first) = source.returning.front() else { return f64::INFINITY };
         let species = &self.pairs.rules.species[usize::from(self.pairs.rules.rows.row(*first))];

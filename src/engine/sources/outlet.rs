@@ -40,7 +40,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(if woken.is_break() { woken } else { flow })
     }
 
-    /// Passes a particle that leaves to the inlet at which it returns, if there is one.
+    /// Tells the inlet of an outlet, if there is one, that a particle returns.
     fn send_back(&mut self, particle: u32, outlet: u32) {
         let species = self.pairs.rules.rows.species()[usize::from(self.row(particle))];
         let number = self.sources.surfaces.get(outlet).map(|placed| placed.number);

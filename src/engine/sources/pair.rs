@@ -34,22 +34,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let flown = [i, j].map(|particle| time - self.state.bodies[particle as usize].time);
         self.stream(i, time);
         self.stream(j, time);
+        let mut woken = ControlFlow::Continue(());
         if TABLE && self.sources.sleepers.is_some() && self.is_asleep(j) {
-            return self.hit_sleeper([i, j], side, time, flown, observe);
+            woken = self.wake_if_hit(j, i, observe);
         }
-        self.meet([i, j], side, time, flown, observe)
-    }
-
-    /// Executes the contact of two particles that have been streamed to its time.
-    #[inline(always)]
-    pub(in crate::engine) fn meet(
-        &mut self,
-        [i, j]: [u32; 2],
-        side: Side,
-        time: f64,
-        flown: [f64; 2],
-        observe: &mut Observe<'_>,
-    ) -> Result<ControlFlow<()>, InvariantBroken> {
         let (state, interaction) = self.pair_state(i, j);
         let Some((seen, law, opening_speed)) = self.discontinuity(state, interaction, side, time) else {
             return Err(self.broken(i, Some(j), Invariant::Discontinuity));
@@ -58,10 +46,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.note_state(&pair, &seen, flown);
         let (outcome, change, roughness) = self.respond(&pair, &seen, &law, time);
         self.set_state_after(i, j, outcome, state, interaction)?;
-        Ok(match roughness {
+        let flow = match roughness {
             None => self.apply(&change, observe),
             Some(rough) => self.apply_to_rough_pair(change, pair, rough, observe),
-        })
+        };
+        Ok(if woken.is_break() { woken } else { flow })
     }
 
     /// Returns the outcome and the smooth part of the change. If the contact is rough, also returns its roughness, and

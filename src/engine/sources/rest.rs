@@ -17,7 +17,6 @@ use crate::engine::snapshot::rotational_energy;
 use crate::engine::state::{Body, State};
 use crate::engine::{Chosen, Invariant, InvariantBroken, Simulation};
 use crate::model::{ParticleId, Scene, Sleep};
-use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -43,10 +42,7 @@ pub(in crate::engine) struct Sleepers {
     plan: Sleep,
     /// The smallest number of contacts of a particle at rest between two searches.
     fewest_contacts: f64,
-    start_time: f64,
-    /// Number of searches so far.
-    searches: u32,
-    /// Time of the next search since the epoch.
+    /// Time of the next search since the epoch; infinite if all particles sleep.
     next: f64,
     /// By the numbers of the particles in memory.
     pub watched: Vec<Watched>,
@@ -59,8 +55,6 @@ impl Sleepers {
         Some(Self {
             plan,
             fewest_contacts: plan.fewest_contacts(scene.contact_time?),
-            start_time: scene.start_time,
-            searches: 0,
             next: plan.interval,
             watched: state.bodies.iter().map(Watched::from).collect(),
         })
@@ -75,7 +69,7 @@ impl Sleepers {
         Some(self.plan) == plan
     }
 
-    /// Discounts an event of each particle that is not a contact.
+    /// Leaves out an event of each particle, which was not a contact.
     pub fn skip_event(&mut self) {
         self.watched.iter_mut().for_each(|watched| watched.events = watched.events.wrapping_add(1));
     }
@@ -90,12 +84,6 @@ impl Sleepers {
 }
 
 impl Simulation {
-    /// Number of grains that sleep.
-    #[must_use]
-    pub fn asleep(&self) -> usize {
-        with_engine!(&self.engine, engine => engine.particles().filter(|&particle| engine.is_asleep(particle)).count())
-    }
-
     /// Ids of the grains that sleep, ascending.
     #[must_use]
     pub fn sleeping(&self) -> Vec<ParticleId> {
@@ -106,7 +94,8 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Searches for particles that are at rest, and for sleeping particles whose neighbours have moved away.
+    /// Searches for particles at rest, which fall asleep, and for sleeping particles that have lost a neighbour, which wake
+    /// up.
     pub(in crate::engine) fn look_for_rest(
         &mut self,
         observe: &mut Observe<'_>,
@@ -119,9 +108,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now = now;
         let particles: Vec<u32> = self.by_id().filter(|&particle| !self.is_of_static_species(particle)).collect();
         let [rests, is_disturbed] = self.looked_at(&particles, &sleepers);
-        sleepers.searches += 1;
-        let next = sleepers.start_time + f64::from(sleepers.searches + 1) * sleepers.plan.interval;
-        sleepers.next = self.since_epoch(next);
         for &particle in particles.iter().filter(|&&particle| !self.is_asleep(particle)) {
             let (place, _) = self.state_at(particle, now);
             let events = self.state.bodies[particle as usize].events;
@@ -147,13 +133,45 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         if any_sleeps {
-            // Particles meet sleeping particles earlier or later than they would have met moving ones.
-            woken = particles.into_iter().filter(|&particle| !self.is_asleep(particle)).collect();
+            // Their predicted contacts with particles that now sleep are wrong.
+            woken = particles.iter().copied().filter(|&particle| !self.is_asleep(particle)).collect();
+        }
+        let is_over = particles.iter().all(|&particle| self.is_asleep(particle));
+        let next = if is_over { f64::INFINITY } else { self.next_search() };
+        if let Some(sleepers) = &mut self.sources.sleepers {
+            sleepers.next = next;
         }
         Ok((Repredict::Some(woken), flow))
     }
 
-    /// Returns which particles are at rest, and which particles touched a particle that has moved away.
+    /// Time of the next search after now, since the epoch. Searches are at the multiples of the interval.
+    fn next_search(&self) -> f64 {
+        let Some(sleepers) = &self.sources.sleepers else { return f64::INFINITY };
+        let (interval, epoch) = (sleepers.plan.interval, self.clock.epoch);
+        // A search is at a multiple of the interval within round-off.
+        let done = ((epoch + self.clock.now) / interval + 1e-6).floor();
+        ((done + 1.0) * interval - epoch).max(self.clock.now.next_up())
+    }
+
+    /// Schedules the next search if there is none, because a particle has entered or woken up.
+    pub(in crate::engine) fn search_again(&mut self) {
+        let next = self.next_search();
+        if let Some(sleepers) = &mut self.sources.sleepers
+            && sleepers.next == f64::INFINITY
+        {
+            sleepers.next = next;
+            self.schedule_global();
+        }
+    }
+
+    /// Sets the number of contacts of a particle to zero.
+    pub(in crate::engine) fn forget_contacts(&mut self, particle: u32) {
+        if let Some(sleepers) = &mut self.sources.sleepers {
+            sleepers.watched[particle as usize].events = self.state.bodies[particle as usize].events;
+        }
+    }
+
+    /// Returns which particles are at rest, and which particles have lost a neighbour.
     fn looked_at(&self, particles: &[u32], sleepers: &Sleepers) -> [Vec<bool>; 2] {
         let (plan, now) = (&sleepers.plan, self.clock.now);
         let mut rests = vec![false; self.state.bodies.len()];
@@ -177,7 +195,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         [rests, is_disturbed]
     }
 
-    /// Finds all other particles within `distance` of touching `particle` at `place`.
+    /// Finds the neighbours of a particle at `place`: particles whose surfaces are at most `distance` away.
     fn find_touching(&self, particle: u32, place: &Vector, distance: f64, near: &mut Candidates) {
         let rows = self.pairs.rules.rows.species().len();
         self.neighbours.find_candidates_at(place, near);
@@ -189,7 +207,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Notes a contact with a surface that moves, or whose material moves. The particle does not fall asleep.
+    /// Notes that a particle touches a surface whose material moves, so that it does not fall asleep.
     #[cold]
     #[inline(never)]
     pub(in crate::engine) fn note_drive(&mut self, particle: u32) {
@@ -228,34 +246,26 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (zero, inverse_mass) = (Vector::zeros(), self.inverse_mass(particle));
         let change = Change::of_one(With::Program, particle, &zero, zero, inverse_mass);
         let flow = self.apply(&Change { counted: Some(CountedKind::Wake), ..change }, observe);
-        let events = self.state.bodies[particle as usize].events;
-        if let Some(sleepers) = &mut self.sources.sleepers {
-            sleepers.watched[particle as usize].events = events;
-        }
+        self.forget_contacts(particle);
+        self.search_again();
         flow
     }
 
-    /// Executes a contact with a sleeping particle. If it is fast enough, the particle wakes up first.
+    /// Wakes a sleeping particle if `other`, which is about to hit it, is fast enough.
     #[cold]
     #[inline(never)]
-    pub(in crate::engine) fn hit_sleeper(
+    pub(in crate::engine) fn wake_if_hit(
         &mut self,
-        [i, j]: [u32; 2],
-        side: Side,
-        time: f64,
-        flown: [f64; 2],
+        sleeping: u32,
+        other: u32,
         observe: &mut Observe<'_>,
-    ) -> Result<ControlFlow<()>, InvariantBroken> {
+    ) -> ControlFlow<()> {
         let wake_speed = self.sources.sleepers.as_ref().map_or(f64::INFINITY, |sleepers| sleepers.plan.wake_speed);
-        let mut flow = ControlFlow::Continue(());
-        if self.state.bodies[i as usize].velocity.norm() > wake_speed {
-            flow = self.wake(j, observe);
-        }
-        let met = self.meet([i, j], side, time, flown, observe)?;
-        Ok(if flow.is_break() { flow } else { met })
+        let is_hit = self.state.bodies[other as usize].velocity.norm() > wake_speed;
+        if is_hit { self.wake(sleeping, observe) } else { ControlFlow::Continue(()) }
     }
 
-    /// Wakes all particles that touch a particle at its last known place, before it leaves the system.
+    /// Wakes the neighbours of a particle that leaves the system.
     pub(in crate::engine) fn wake_neighbours(&mut self, particle: u32, observe: &mut Observe<'_>) -> ControlFlow<()> {
         let Some(sleepers) = &self.sources.sleepers else { return ControlFlow::Continue(()) };
         let (place, distance) = (sleepers.watched[particle as usize].place, sleepers.plan.distance);
@@ -265,7 +275,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.wake_some(near.found().to_vec(), observe)
     }
 
-    /// Wakes all particles, because something else than their neighbours may have changed.
+    /// Wakes all particles, for example because gravity has changed.
     pub(in crate::engine) fn wake_all(&mut self) {
         if self.sources.sleepers.is_some() {
             let asleep = self.particles().filter(|&particle| self.is_asleep(particle)).collect();

@@ -10,9 +10,9 @@ use super::RegionFile;
 use crate::base::whole;
 use crate::scene::names::WORDS;
 
-/// `[[inlet]]`: a region in which new particles enter during the run, one after the other, and in which particles return
-/// that have left at an outlet. A particle appears at a random place where it is beyond the range of all particles and
-/// touches no surface. If no place is free, it waits.
+/// `[[inlet]]`: a region where particles enter during the run, one after the other. They are new, or they return from an
+/// outlet. A particle appears at a random place, beyond the range of all particles, where it touches no surface. If no
+/// place is free, it waits.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct InletFile {

@@ -1,4 +1,4 @@
-//! Validates inlets at which particles return that have left at outlets.
+//! Validates inlets where particles return from outlets.
 
 use crate::Vector;
 use crate::base::numbers::id;
@@ -9,7 +9,7 @@ use crate::scene::validate::inlets::has_room;
 use crate::scene::validate::start::Configuration;
 use crate::scene::validate::with_entering;
 
-/// Checks that particles return from outlets that exist, each of them to one inlet, and that the inlets have room.
+/// Checks that the outlets exist, that each of them belongs to one inlet, and that the inlets have room.
 pub(super) fn check_recirculation(start: &Configuration<'_>, parts: &SceneParts) -> Result<(), SceneError> {
     let surfaces = start.surfaces.of_scene();
     let mut taken: Vec<(&String, &Inlet)> = Vec::new();
@@ -54,7 +54,7 @@ fn check_outlet(name: &str, surfaces: &[SceneSurface], at: &ConfigPath) -> Resul
     }
 }
 
-/// Species of the moving particles that occur in the scene and that an outlet of the inlet lets out.
+/// Moving species of the scene whose particles can leave at an outlet of the inlet.
 fn returning_species<'s>(inlet: &Inlet, start: &Configuration<'s>) -> Vec<&'s Species> {
     let outlets = start.surfaces.of_scene().iter().filter(|surface| inlet.recirculate.contains(&surface.name));
     let outlets: Vec<&SceneSurface> = outlets.collect();

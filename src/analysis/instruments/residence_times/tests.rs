@@ -94,10 +94,9 @@ fn mean_residence_time_is_the_number_of_particles_divided_by_the_rate() {
     let measured = report(&instrument, &system);
     let (time, error) = estimate(&measured, "residence_time");
     let expected = 60.0 * duration / counts.exit as f64;
-    // In the duration t, n atoms leave, and N are in the box at the start and at the end. The measured times sum to
-    // N t - B - E, where B is the time until the atoms of the start leave, and E the time since those of the end entered.
-    // In a steady flow, B and E are N <t^2> / (2 tau) on average, so that the mean is too small by s^2 / t. The standard
-    // deviation s is about tau.
+    // In a measurement of the duration t, the N atoms in the box spend the time N t there. Two parts of it are not
+    // measured: the times of the first N atoms, and the times of the last N atoms. In a steady flow, each part is
+    // N <t^2> / (2 tau) on average. The mean is therefore too small by s^2 / t. The standard deviation s is about tau.
     let left_out = expected * expected / duration;
     println!("{time} +- {error}, expected {expected}, {} exits", counts.exit);
     assert!((time + left_out - expected).abs() < 4.0 * error, "{time} +- {error}, {expected}");

@@ -6,11 +6,11 @@ use crate::engine::{Chosen, Reason, Simulation, Until};
 use crate::model::{FillRegion, Particle, Region, Scene, SpeciesId};
 use std::collections::VecDeque;
 
-/// A box with a floor that is an outlet, and a rain of two kinds of grains.
-fn rain(more: &str, inlet: &str) -> Scene {
+/// A box with a floor that is an outlet, and two kinds of grains.
+fn flow(seed: u32, inlet: &str, more: &str) -> Scene {
     let toml = format!(
         "
-        seed = 7
+        seed = {seed}
         space = {{ size = [9.0, 7.0, 30.0], x = 'walls', y = 'walls', z = 'open' }}
         dynamics = {{ gravity = [0.0, 0.0, -1.0] }}
         species = [{{ name = 'grain', mass = 1.3, diameter = 1.0 }}, {{ name = 'small', mass = 0.7, diameter = 0.6 }}]
@@ -23,11 +23,18 @@ fn rain(more: &str, inlet: &str) -> Scene {
             {{ name = 'drain', shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }},
             {{ name = 'ball', shape = 'sphere', centre = [4.0, 3.0, 9.0], radius = 2.0, restitution = 0.9 }},
         ]
-        inlet = [{{ composition = {{ grain = 1, small = 2 }}, region = {{ lower = [1.0, 1.0, 24.0], upper = [8.0, 6.0, 29.0] }}, temperature = 0.2, {inlet} }}]
+        inlet = [{{ {inlet} }}]
         run = {{ until_time = 40 }}
         {more}"
     );
-    Scene::from_toml(&toml, "rain.toml").unwrap()
+    Scene::from_toml(&toml, "flow.toml").unwrap()
+}
+
+/// A rain of grains.
+fn rain(more: &str, inlet: &str) -> Scene {
+    let drops = "composition = { grain = 1, small = 2 }, temperature = 0.2, \
+        region = { lower = [1.0, 1.0, 24.0], upper = [8.0, 6.0, 29.0] }";
+    flow(7, &format!("{drops}, {inlet}"), more)
 }
 
 fn events(scene: &Scene, until: f64) -> (Simulation, Vec<Event>) {
@@ -61,8 +68,8 @@ fn energy_and_momentum_of_a_flow_are_in_the_ledger() {
     assert!(brought.norm() > 0.0);
 }
 
-/// Runs a scene in both engines, and asserts that their events agree. At an inlet without new particles, those that have
-/// left return in the order in which they left. Returns the simulation at the end of the run, and the number of exits.
+/// Runs a scene in both engines, and asserts that their events agree. If the inlet has no new particles, also asserts
+/// that particles return in the order in which they left. Returns the simulation at the end, and the number of exits.
 fn compared_with_reference(scene: &Scene, until: f64) -> (Simulation, usize) {
     let (simulation, found) = events(scene, until);
     let mut alone = scene.clone();
@@ -403,29 +410,11 @@ fn queue_and_search_follow_the_number_of_particles() {
     assert!(sizes[2] >= 8 * sizes[0], "{sizes:?}");
 }
 
-/// Two kinds of grains fall from a fill to a drain, and return at an inlet with the region and settings in `inlet`.
+/// Grains fall from a fill, and return at an inlet with the region and settings in `inlet`.
 fn mill(inlet: &str) -> Scene {
-    let toml = format!(
-        "
-        seed = 2
-        space = {{ size = [9.0, 7.0, 30.0], x = 'walls', y = 'walls', z = 'open' }}
-        dynamics = {{ gravity = [0.0, 0.0, -1.0] }}
-        species = [{{ name = 'grain', mass = 1.3, diameter = 1.0 }}, {{ name = 'small', mass = 0.7, diameter = 0.6 }}]
-        interaction = [
-            {{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.8 }},
-            {{ species = ['grain', 'small'], potential = 'square-well', lambda = 1.4, well_depth = 0.3 }},
-            {{ species = ['small', 'small'], potential = 'hard-sphere' }},
-        ]
-        surface = [
-            {{ name = 'drain', shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }},
-            {{ name = 'ball', shape = 'sphere', centre = [4.0, 3.0, 9.0], radius = 2.0, restitution = 0.9 }},
-        ]
-        fill = [{{ composition = {{ grain = 1, small = 2 }}, count = 60, arrangement = 'random', temperature = 1.0,
-            region = {{ lower = [1.0, 1.0, 12.0], upper = [8.0, 6.0, 23.0] }} }}]
-        inlet = [{{ {inlet} }}]
-        run = {{ until_time = 40 }}"
-    );
-    Scene::from_toml(&toml, "mill.toml").unwrap()
+    let fill = "fill = [{ composition = { grain = 1, small = 2 }, count = 60, arrangement = 'random', temperature = 1.0, \
+        region = { lower = [1.0, 1.0, 12.0], upper = [8.0, 6.0, 23.0] } }]";
+    flow(2, inlet, fill)
 }
 
 /// At this inlet, few grains have to wait.

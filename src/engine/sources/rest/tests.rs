@@ -1,3 +1,5 @@
+use crate::engine::neighbours::candidates::Candidates;
+use crate::engine::parts::Engine;
 use crate::engine::sources::list_rebuild::tests::are_complete;
 use crate::engine::{Chosen, Simulation, Until};
 use crate::model::Scene;
@@ -23,6 +25,26 @@ fn falling(grains: u32, side: f64) -> Scene {
     Scene::from_toml(toml.as_str(), "falling.toml").unwrap()
 }
 
+/// Checks the neighbours of all particles against a test of all pairs.
+fn finds_all_neighbours<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>) {
+    let distance = engine.sources.sleepers.as_ref().unwrap().plan.distance;
+    let mut near = Candidates::default();
+    for particle in engine.particles() {
+        let place = engine.state_at(particle, engine.clock.now).0;
+        engine.find_touching(particle, &place, distance, &mut near);
+        let mut found = near.found().to_vec();
+        found.sort_unstable();
+        let rows = engine.pairs.rules.rows.species().len();
+        let touches = |&other: &u32| {
+            let range =
+                engine.ranges.between[usize::from(engine.row(particle)) * rows + usize::from(engine.row(other))];
+            (engine.state_at(other, engine.clock.now).0 - place).norm() <= range + distance
+        };
+        let expected: Vec<u32> = engine.particles().filter(|&other| other != particle).filter(touches).collect();
+        assert_eq!(found, expected, "{particle}");
+    }
+}
+
 #[test]
 fn lists_cells_and_indices_stay_complete_while_grains_sleep_and_wake() {
     for (grains, side) in [(25, 3.0), (90, 5.0)] {
@@ -31,17 +53,18 @@ fn lists_cells_and_indices_stay_complete_while_grains_sleep_and_wake() {
         for part in 1..=60 {
             simulation.advance(Until::time(f64::from(part) * 0.31)).unwrap();
             assert_eq!(simulation.unsound_index(), None, "{grains} {part}");
-            most = most.max(simulation.asleep());
+            most = most.max(simulation.sleeping().len());
             with_engine!(&simulation.engine, engine => {
                 if let Some(verlet) = engine.neighbours.verlet() {
                     are_complete(engine, verlet);
                 }
+                finds_all_neighbours(engine);
             });
         }
         assert!(most > grains as usize * 4 / 5, "{most} of {grains} slept");
         let counts = simulation.event_counts();
         assert!(counts.wake > 3, "the large grain wakes others: {}", counts.wake);
-        assert_eq!(counts.rest - counts.wake, simulation.asleep() as u64);
+        assert_eq!(counts.rest - counts.wake, simulation.sleeping().len() as u64);
         assert_eq!(simulation.real_overlaps(), []);
     }
 }
