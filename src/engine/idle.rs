@@ -127,7 +127,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns true if a pair provably never meets. Its particles have no relative motion, or they recede or miss each
     /// other along the axes that are not periodic.
-    fn never_meet(&self, me: &Streamed, other: u32) -> bool {
+    pub(super) fn never_meet(&self, me: &Streamed, other: u32) -> bool {
         let Some(squared) = self.squared_range_from_outside(me.id, other) else { return true };
         let (position, velocity) = self.state_at(other, self.clock.now);
         let velocity = me.velocity - velocity;
@@ -164,6 +164,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return seen.map(|seen| seen.squared);
         }
         let meeting = self.pairs.rules.meeting(self.row(a), self.row(b));
+        // A particle that passes very near wakes a sleeping one.
+        let passing = self.sources.sleepers.as_ref().filter(|_| self.is_asleep(b)).map_or(0.0, |it| it.plan.distance);
+        if passing > 0.0 {
+            let range = meeting.squared.sqrt() + passing;
+            return meeting.exists.then_some(range * range);
+        }
         meeting.exists.then_some(meeting.squared)
     }
 }

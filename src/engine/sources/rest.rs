@@ -39,10 +39,10 @@ impl From<&Body> for Watched {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Sleepers {
-    plan: Sleep,
+    pub plan: Sleep,
     /// The smallest number of contacts of a particle at rest between two searches.
     fewest_contacts: f64,
-    /// Time of the next search since the epoch; infinite if all particles sleep.
+    /// Time of the next search since the epoch; infinite if all particles sleep or fly away.
     next: f64,
     /// By the numbers of the particles in memory.
     pub watched: Vec<Watched>,
@@ -136,12 +136,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             // Their predicted contacts with particles that now sleep are wrong.
             woken = particles.iter().copied().filter(|&particle| !self.is_asleep(particle)).collect();
         }
-        let is_over = particles.iter().all(|&particle| self.is_asleep(particle));
-        let next = if is_over { f64::INFINITY } else { self.next_search() };
+        let next = if woken.is_empty() && self.need_no_search(&particles) { f64::INFINITY } else { self.next_search() };
         if let Some(sleepers) = &mut self.sources.sleepers {
             sleepers.next = next;
         }
         Ok((Repredict::Some(woken), flow))
+    }
+
+    /// Whether all particles sleep, or those that are awake fly away for ever.
+    fn need_no_search(&self, particles: &[u32]) -> bool {
+        let mut awake = particles.iter().filter(|&&particle| !self.is_asleep(particle)).peekable();
+        let flies_on = |particle: u32| self.schedule.predictions[particle as usize].due_time() == f64::INFINITY;
+        awake.peek().is_none() || awake.all(|&particle| flies_on(particle)) && self.is_over()
+    }
+
+    /// Whether the next search would wake particles, because they have lost a neighbour.
+    pub(in crate::engine) fn will_wake_some(&self) -> bool {
+        let Some(sleepers) = &self.sources.sleepers else { return false };
+        let mut near = Candidates::default();
+        self.particles().filter(|&particle| !self.is_static(particle)).any(|particle| {
+            let place = &sleepers.watched[particle as usize].place;
+            self.find_touching(particle, place, sleepers.plan.distance, &mut near);
+            near.found().iter().any(|&other| self.is_asleep(other))
+        })
     }
 
     /// Time of the next search after now, since the epoch. Searches are at the multiples of the interval.
