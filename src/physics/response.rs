@@ -89,8 +89,8 @@ pub struct Response {
     pub radial: f64,
     /// Factor that multiplies the relative tangential velocity; 1 except in sliding contacts of the TC model.
     pub tangential_scale: f64,
-    /// Whether the roughness of the contact law acts in this contact.
-    pub is_rough: bool,
+    /// Roughness in this contact; `None` if it is smooth.
+    pub roughness: Option<Roughness>,
     /// Whether the pair was at rest and gained energy, see [`tc_contact`].
     pub is_lifted: bool,
     /// What becomes of the energy lost to friction.
@@ -114,21 +114,21 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactL
         outcome,
         radial,
         tangential_scale: 1.0,
-        is_rough: false,
+        roughness: None,
         is_lifted: false,
         rattle: Rattle::NONE,
     };
     if energy_step == f64::INFINITY {
         // The particles do not touch at the end of a bond, so this barrier is smooth.
-        let (outcome, is_rough) = match side {
-            Side::Positive => (Outcome::Core, law.roughness.is_some()),
-            Side::Negative => (Outcome::Bounce, false),
+        let (outcome, roughness) = match side {
+            Side::Positive => (Outcome::Core, law.roughness),
+            Side::Negative => (Outcome::Bounce, None),
         };
         let restitution = match law.restitution {
             Restitution::Constant(restitution) => restitution,
             ref varying => varying.at(radial.abs() / squared.sqrt(), reduced_mass),
         };
-        return Response { is_rough, ..smooth(outcome, reflect(side, radial, restitution)) };
+        return Response { roughness, ..smooth(outcome, reflect(side, radial, restitution)) };
     }
     let beyond = radial * radial - 2.0 * energy_step / reduced_mass * squared;
     if beyond <= 0.0 {
@@ -172,8 +172,8 @@ pub struct Leaving {
     pub speed: f64,
     /// Factor that multiplies the relative tangential velocity; 1 unless the contact is sliding.
     pub tangential_scale: f64,
-    /// Whether the roughness of the contact law acts in this contact.
-    pub is_rough: bool,
+    /// Roughness in this contact; `None` if it is smooth.
+    pub roughness: Option<Roughness>,
     /// Whether the pair was at rest and gained energy.
     pub is_lifted: bool,
     /// Whether the pair slides along the barrier, without friction.
@@ -188,7 +188,7 @@ impl Leaving {
         Self {
             speed,
             tangential_scale: 1.0,
-            is_rough: false,
+            roughness: None,
             is_lifted: false,
             is_sliding: false,
             rattle: Rattle::NONE,
@@ -209,6 +209,10 @@ pub enum TcRule {
 /// Maximum number of contacts within one contact time. A pair that would have more contacts slides. It then gets twice
 /// the limiting speed, so that its next contacts are not at the limit, where round-off would decide whether they slide.
 const SLIDING: f64 = 64.0;
+
+/// A contact reverses the slip if the approach is slower than this number of times the speed of a grain at rest, whose contacts
+/// are exactly one contact time apart. Without this rule, round-off would decide whether they reverse it.
+const RESTING: f64 = 2.0;
 
 /// Largest factor by which the energy lost to friction may increase the normal speed in one contact.
 const FASTER: f64 = 16.0;
@@ -238,11 +242,11 @@ impl Rattle {
 
     /// A contact with a surface that moves, or whose material does, at the normal speed `approach`.
     ///
-    /// Such a surface supplies energy without end, and grains that slide on it could rattle ever more. The slip must
-    /// therefore be comparable with this normal speed itself.
+    /// Such a surface supplies energy without end, and grains that slide on it could rattle ever more. The slip is therefore
+    /// compared with the geometric mean of this normal speed and the largest one that the contact can gain.
     #[must_use]
     pub fn at_moving_surface(self, approach: f64) -> Self {
-        Self { speed: self.speed.min(approach), ..self }
+        Self { speed: (self.fastest * approach).sqrt(), ..self }
     }
 
     /// Increase of the normal speed. `lost` is the energy that friction takes, divided by the reduced mass, and `slip` is
@@ -267,7 +271,9 @@ impl Rattle {
 /// hardly any normal speed, a small part of the tangential velocity is turned into the normal direction. None of these
 /// rules adds energy.
 ///
-/// Elastic contacts remain rough. The impulses of a pair that stays in contact then add up to the normal force, and the
+/// Elastic contacts remain rough, and reverse the slip unless they slide ([`Roughness::elastic`]). So do the contacts of grains
+/// at rest, which are one contact time apart. If a contact only stopped the slip, a grain that friction holds would creep: the
+/// load accelerates it between two contacts. The impulses of a pair that stays in contact then add up to the normal force, and the
 /// tangential impulses to the friction force of Coulomb's law. In the published model they are smooth, and a grain that
 /// has come to rest on a slope would slide without friction.
 ///
@@ -287,7 +293,7 @@ pub fn tc_contact(rule: TcRule, law: &ContactLaw, since: f64, arrival: &Arrival,
         return if since < contact_time {
             Leaving::smoothly(approach)
         } else {
-            Leaving { is_rough: law.roughness.is_some(), ..Leaving::smoothly(restitution * approach) }
+            Leaving { roughness: law.roughness, ..Leaving::smoothly(restitution * approach) }
         };
     }
     let away_for_contact_time = (0.5 * closing * contact_time).max(0.0);
@@ -303,12 +309,14 @@ pub fn tc_contact(rule: TcRule, law: &ContactLaw, since: f64, arrival: &Arrival,
         let tangential_scale = if tangential > 0.0 { left / tangential } else { 1.0 };
         return Leaving { tangential_scale, is_sliding: true, ..Leaving::smoothly(speed) };
     }
-    let is_rough = law.roughness.is_some();
+    let elastic = law.roughness.map(Roughness::elastic);
     if since < contact_time {
-        return Leaving { is_rough, rattle: Rattle::new(approach, since, contact_time), ..Leaving::smoothly(approach) };
+        let rattle = Rattle::new(approach, since, contact_time);
+        return Leaving { roughness: elastic, rattle, ..Leaving::smoothly(approach) };
     }
     let speed = (restitution * approach).max(away_for_contact_time.min(approach));
-    Leaving { is_rough, ..Leaving::smoothly(speed) }
+    let roughness = if approach < RESTING * away_for_contact_time { elastic } else { law.roughness };
+    Leaving { roughness, ..Leaving::smoothly(speed) }
 }
 
 #[cfg(test)]
@@ -404,13 +412,30 @@ mod tests {
         let arrival = Arrival { approach: 3.0, restitution: 0.5, tangential: 1.0, closing: 1.0, closing_at_rest: 1.0 };
         for (since, fastest) in [(0.0, 48.0), (0.004, 48.0), (0.08, 3.75), (0.1, 0.0)] {
             let leaving = tc_contact(TcRule::Resting, &law, since, &arrival, 0.1);
-            assert_eq!((leaving.rattle.fastest, leaving.is_rough), (fastest, true));
+            assert_eq!(leaving.rattle.fastest, fastest);
             assert_eq!(leaving.speed, if since < 0.1 { 3.0 } else { 1.5 });
         }
         // A pair at the limit of sliding does not slide in its next contact.
+        let elastic = law.roughness.map(Roughness::elastic);
         let slow = tc_contact(TcRule::Resting, &law, 0.05, &Arrival { approach: 0.0, ..arrival }, 0.1);
         let next = tc_contact(TcRule::Resting, &law, 0.05, &Arrival { approach: slow.speed, ..arrival }, 0.1);
-        assert_eq!((next.speed, next.is_rough, next.tangential_scale), (slow.speed, true, 1.0));
+        assert_eq!((next.speed, next.roughness, next.tangential_scale), (slow.speed, elastic, 1.0));
+    }
+
+    #[test]
+    fn elastic_contacts_and_contacts_at_rest_reverse_the_slip() {
+        let law = ContactLaw::smooth(0.5).with_friction(0.3);
+        let elastic = ContactLaw::smooth(0.5).with_friction(0.3).with_tangential_restitution(1.0);
+        let smooth = ContactLaw::smooth(0.5).with_tangential_restitution(-1.0);
+        // A grain at rest has the speed 1 * 0.1 / 2 at its contacts.
+        for (approach, since, is_reversed) in
+            [(0.05, 0.1, true), (0.099, 0.1, true), (0.101, 0.1, false), (0.101, 0.099, true), (9.0, 0.0, true)]
+        {
+            let arrival = Arrival { approach, restitution: 0.5, tangential: 1.0, closing: 1.0, closing_at_rest: 1.0 };
+            let roughness = |law: &ContactLaw| tc_contact(TcRule::Resting, law, since, &arrival, 0.1).roughness;
+            assert_eq!(roughness(&law), if is_reversed { elastic.roughness } else { law.roughness });
+            assert_eq!(roughness(&smooth), smooth.roughness, "it stays smooth");
+        }
     }
 
     #[test]
@@ -419,7 +444,7 @@ mod tests {
         let arrival = Arrival { approach: 3.0, restitution: 0.5, tangential: 1.0, closing: 1e9, closing_at_rest: 1e9 };
         let left = |since: f64| tc_contact(TcRule::LudingMcNamara, &law, since, &arrival, 0.1);
         assert_eq!(left(0.05), Leaving::smoothly(3.0));
-        assert_eq!(left(0.1), Leaving { is_rough: true, ..Leaving::smoothly(1.5) });
+        assert_eq!(left(0.1), Leaving { roughness: law.roughness, ..Leaving::smoothly(1.5) });
     }
 
     #[test]
@@ -433,8 +458,8 @@ mod tests {
         assert_eq!(gain(1.0, 1e9), 12.0, "up to 15");
         assert_eq!(Rattle::new(3.0, 0.0, 0.1).gain(3.0, 1e9, 1e9), 45.0, "up to 16 times");
         assert_eq!(Rattle::NONE.gain(3.0, 1.0, 8.0), 0.0);
-        let moving = rattle.at_moving_surface(3.0);
-        assert_eq!([moving.gain(3.0, 12.0, 8.0), moving.gain(3.0, 24.0, 8.0)], [2.0, 0.0]);
+        let moving = Rattle::new(3.0, 0.025, 0.1).at_moving_surface(3.0);
+        assert_eq!([moving.gain(3.0, 24.0, 8.0), moving.gain(3.0, 48.0, 8.0)], [2.0, 0.0], "sqrt(3 * 12) = 6");
     }
 
     #[test]

@@ -36,6 +36,14 @@ impl Roughness {
         acts && (self.tangential_restitution < 1.0 || self.friction < f64::INFINITY)
     }
 
+    /// Returns the law of an elastic contact: a contact that sticks reverses the tangential velocity. Friction and smooth
+    /// surfaces stay as they are.
+    #[must_use]
+    pub fn elastic(self) -> Self {
+        let is_smooth = self.tangential_restitution == -1.0;
+        Self { tangential_restitution: if is_smooth { -1.0 } else { 1.0 }, ..self }
+    }
+
     /// Returns the tangential impulse on the first particle `[mass length / time]`.
     ///
     /// `slip` is the tangential velocity `gt` of the first surface relative to the second, and `mass` is `m_t`. Without

@@ -1,7 +1,7 @@
 //! Bodies that stay in contact with a rough plane: friction and rolling as in the textbook.
 
 use carom::Run;
-use carom::Vector;
+
 use carom::engine::{Simulation, Snapshot, Until};
 use carom::model::Scene;
 
@@ -79,16 +79,13 @@ fn balls_roll_or_slide_down_a_slope_and_blocks_slide_or_stay() {
 }
 
 #[test]
-fn block_on_a_rough_slope_creeps_no_faster_than_it_gains_speed_between_two_contacts() {
-    let steep = 0.3;
-    let pull = steep / libm::hypot(1.0, steep);
-    for (law, fastest) in
-        [("friction = 0.5", 0.5 * pull * CONTACT_TIME), ("friction = 0.5, tangential_restitution = 1.0", 1e-6)]
-    {
-        let Snapshot { positions, .. } = moved(steep, law, 1e9, 0.0, 20.0);
-        let creep = (positions[0] - Vector::new(45.0, 3.0, 0.7)).x / 20.0;
-        println!("{law}: {creep:e}");
-        assert!(creep >= -1e-6 && creep <= 1.001 * fastest, "{law}: {creep:e}, {fastest:e}");
+fn block_on_a_rough_slope_stays() {
+    for law in ["friction = 0.5", "friction = 0.5, tangential_restitution = 1.0"] {
+        let place = |time: f64| moved(0.3, law, 1e9, 0.0, time).positions[0].x;
+        let [start, middle, end] = [1.0, 10.0, 20.0].map(place);
+        println!("{law}: {:e} {:e}", start - 45.0, end - start);
+        // If each contact only stopped the block, it would creep by 1.3e-3 between the times 10 and 20.
+        assert!((start - 45.0).abs() < 1e-3 && (end - middle).abs() < 1e-6, "{law}: {start} {middle} {end}");
     }
 }
 
@@ -225,16 +222,18 @@ fn packing_on_a_belt_rattles_no_more_often_than_on_a_floor() {
             "
         );
         let mut simulation = Simulation::new(Scene::from_toml(text, "packing.toml").unwrap()).unwrap();
-        simulation.advance(Until::time(30.0)).unwrap();
-        let before = simulation.event_counts().physical();
-        simulation.advance(Until::time(40.0)).unwrap();
-        (simulation.event_counts().physical() - before) as f64
+        [30.0, 150.0].map(|start| {
+            simulation.advance(Until::time(start)).unwrap();
+            let before = simulation.event_counts().physical();
+            simulation.advance(Until::time(start + 10.0)).unwrap();
+            (simulation.event_counts().physical() - before) as f64
+        })
     };
     let at_rest = contacts("");
     let moved = "motion = [{ kind = 'translation', velocity = [0.3, 0.0, 0.0], until = 1.0 }]";
     for motion in ["surface_velocity = [0.3, 0.0, 0.0]", moved] {
         let contacts = contacts(motion);
-        println!("{motion}: {contacts}, at rest {at_rest}");
-        assert!(contacts < 1.5 * at_rest, "{motion}: {contacts} {at_rest}");
+        println!("{motion}: {contacts:?}, at rest {at_rest:?}");
+        assert!((0..2).all(|k| contacts[k] < 3.0 * at_rest[k]), "{motion}: {contacts:?} {at_rest:?}");
     }
 }

@@ -80,12 +80,19 @@ impl Encounter {
         };
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
         let (is_rough, rattle) = (!tc_model.is_smooth, tc_model.rattle);
-        // Such a surface supplies energy, so the slip must be comparable with the normal speed itself.
-        let rattle = if sliding.is_some() { [rattle[0], rattle[1].min(arrival.approach)] } else { rattle };
+        // Such a surface supplies energy, so the slip must be smaller than at a surface at rest.
+        let rattle = if sliding.is_some() { [rattle[0], libm::sqrt(rattle[0] * arrival.approach)] } else { rattle };
         let recedes = arrival.approach == 0.0 && speed == 0.0;
         let along = material + (along - material) * scale;
         let after = along + normal * if recedes { vn } else { side.sign() * speed };
-        (outcome, after, self.law.roughness.filter(|_| is_rough).map(|roughness| (roughness, rattle)))
+        let mut roughness = self.law.roughness.filter(|_| is_rough);
+        if let Some(Roughness { tangential_restitution, .. }) = &mut roughness
+            && tc_model.reverses_slip
+            && *tangential_restitution > -1.0
+        {
+            *tangential_restitution = 1.0;
+        }
+        (outcome, after, roughness.map(|roughness| (roughness, rattle)))
     }
 }
 
@@ -112,6 +119,8 @@ pub(super) struct TcModel {
     last: Vec<f64>,
     /// Whether the latest contact was smooth, because the particle slid or was at rest.
     pub is_smooth: bool,
+    /// Whether the latest contact was elastic, or that of a particle at rest, so that it reverses the slip.
+    pub reverses_slip: bool,
     /// Two speeds for the energy that the latest contact lost to friction. The second is the normal speed at which its
     /// contacts would be `t_c` apart. The energy increases the normal speed up to the first, which is at most the second, and
     /// at most 16 times the speed before.
@@ -121,7 +130,7 @@ pub(super) struct TcModel {
 impl TcModel {
     pub fn new(contact_time: f64, particles: usize) -> Self {
         let last = vec![f64::NEG_INFINITY; particles];
-        Self { contact_time, is_published: false, last, is_smooth: false, rattle: [0.0; 2] }
+        Self { contact_time, is_published: false, last, is_smooth: false, reverses_slip: false, rattle: [0.0; 2] }
     }
 
     pub fn with(self, rule: TcRule) -> Self {
@@ -148,12 +157,13 @@ impl TcModel {
         particles.iter().for_each(|&particle| self.last[particle as usize] = time);
 
         if self.is_published {
-            (self.is_smooth, self.rattle) = (is_recent, [0.0; 2]);
+            (self.is_smooth, self.reverses_slip, self.rattle) = (is_recent, false, [0.0; 2]);
             return (if is_recent { approach } else { restitution * approach }, 1.0);
         }
         let back_after_contact_time = 0.5 * closing * self.contact_time;
         let slowest = back_after_contact_time / 64.0;
         self.is_smooth = approach < slowest;
+        self.reverses_slip = is_recent || approach < closing * self.contact_time;
         let apart = |most: f64| if is_recent { approach * (self.contact_time / since).min(most) } else { 0.0 };
         self.rattle = [apart(16.0), apart(f64::INFINITY)];
         if approach < slowest {

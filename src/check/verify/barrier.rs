@@ -27,6 +27,8 @@ pub(super) struct Leaving {
     pub sliding: Option<(f64, f64)>,
     /// Whether a rough barrier exerts a tangential impulse in this contact.
     pub is_rough: bool,
+    /// Whether a rough barrier reverses the slip, because the contact is elastic or that of a particle at rest.
+    pub reverses_slip: bool,
     /// Normal speed up to which the energy lost to friction goes into the normal motion, with its uncertainty
     /// `[length / time]`; 0 if this energy is lost.
     pub fastest: (f64, f64),
@@ -38,7 +40,7 @@ pub(super) struct Leaving {
 impl Leaving {
     /// Leaves at this speed, without a gain from friction.
     pub fn at(speed: (f64, f64), sliding: Option<(f64, f64)>, is_rough: bool) -> Self {
-        Self { speed, sliding, is_rough, fastest: (0.0, 0.0), rattling: [0.0; 3] }
+        Self { speed, sliding, is_rough, reverses_slip: false, fastest: (0.0, 0.0), rattling: [0.0; 3] }
     }
 
     /// Returns the normal speed, with its uncertainty, if friction takes the energy `lost` from surfaces that slip at the
@@ -169,12 +171,15 @@ impl ContactMemory {
                     let speed = (approach.0 + sign * approach.1).max(0.0);
                     speed * self.contact_time / (since + later).max(0.0)
                 });
-                leavings.push(Leaving { fastest, rattling, ..Leaving::at(approach, None, true) });
+                leavings.push(Leaving { fastest, rattling, reverses_slip: true, ..Leaving::at(approach, None, true) });
             }
             if is_recent != Some(true) {
                 let speed = rebound.0.max(away.0.min(approach.0));
                 let bound = rebound.1.max(approach.1) + away.1;
-                leavings.push(Leaving::at((speed, bound), None, true));
+                let (excess, uncertain) = (approach.0 - 2.0 * away.0, approach.1 + 2.0 * away.1);
+                let leaving = Leaving::at((speed, bound), None, true);
+                leavings.extend((excess <= uncertain).then_some(Leaving { reverses_slip: true, ..leaving }));
+                leavings.extend((excess >= -uncertain).then_some(leaving));
             }
         }
         if approach.0 <= slowest.0 + uncertain {

@@ -302,10 +302,13 @@ impl Encounter<'_> {
                 closing_at_rest: (closing_at_rest, bound),
             };
             let leavings = contacts.leavings(&arrival, &moving, &self.after.elapsed);
-            // At a surface that moves, the slip must be comparable with the normal speed itself.
-            let speeds = [-slack, 0.0, slack].map(|error| (approach.0 + error).max(0.0));
+            // A surface that moves supplies energy, so the slip must be smaller than at a surface at rest.
+            let signs = [-1.0, 0.0, 1.0];
+            let speeds = signs.map(|sign| (approach.0 + sign * slack).max(0.0));
             let at_moving = |leaving: Leaving| Leaving {
-                rattling: std::array::from_fn(|k| leaving.rattling[k].min(speeds[k])),
+                rattling: std::array::from_fn(|k| {
+                    libm::sqrt((leaving.fastest.0 + signs[k] * leaving.fastest.1).max(0.0) * speeds[k])
+                }),
                 ..leaving
             };
             if motion.works { leavings.into_iter().map(at_moving).collect() } else { leavings }
@@ -342,7 +345,8 @@ impl Encounter<'_> {
         });
         let rubbed = motion.rub.filter(|_| leaving.is_rough).map_or(Rubbed::NONE, |rub| {
             let kick = if approach > 0.0 { approach + speed } else { 0.0 };
-            rub.rubbed((mu * kick, mu * (2.0 * self.bounds.normal_velocity + speed_bound)), &self.bounds)
+            let pushed = (mu * kick, mu * (2.0 * self.bounds.normal_velocity + speed_bound));
+            rub.rubbed(pushed, leaving.reverses_slip, &self.bounds)
         });
         let (speed, speed_bound) =
             leaving.speed_with((rubbed.dissipated / mu, rubbed.dissipated_bound / mu), rubbed.slip);

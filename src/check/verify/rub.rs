@@ -60,13 +60,15 @@ impl Rub {
 
     /// Returns the tangential impulse. `pushed` is the normal impulse and its uncertainty. At the limit of friction,
     /// sticking and sliding have equal impulses, so no case has to be decided.
-    pub fn rubbed(&self, pushed: (f64, f64), bounds: &Bounds) -> Rubbed {
+    /// A contact that `reverses_slip` by the TC model has the tangential restitution 1, except in a smooth law.
+    pub fn rubbed(&self, pushed: (f64, f64), reverses_slip: bool, bounds: &Bounds) -> Rubbed {
         let turn = |k: usize| self.arms[k] * self.arms[k] * self.inverse_inertias[k];
         let mass = 1.0 / (self.inverse_mass + turn(0) + turn(1));
         let (slip, turning) = (self.slip(), self.turning_speed());
         let slip_bound = bounds.normal_velocity + rounded(turning) + turning * bounds.direction + self.material_bound;
         let Roughness { tangential_restitution, friction } = self.roughness;
-        let stick = (1.0 + tangential_restitution) * mass;
+        let is_reversed = reverses_slip && tangential_restitution > -1.0;
+        let stick = if is_reversed { 2.0 * mass } else { (1.0 + tangential_restitution) * mass };
         let sticking = stick * slip.norm();
         let limit = if pushed.0 > 0.0 { friction * pushed.0 } else { 0.0 };
         let limit_bound = if friction < f64::INFINITY { friction * pushed.1 + rounded(limit) } else { 0.0 };

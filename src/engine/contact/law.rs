@@ -55,9 +55,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         } else if leaving.speed != restitution * arriving {
             response.radial = side.sign() * leaving.speed * length;
         }
-        let is_rough = leaving.is_rough && side == Side::Positive;
         let Leaving { tangential_scale, is_lifted, rattle, .. } = leaving;
-        Response { tangential_scale, is_rough, is_lifted, rattle, ..response }
+        let roughness = leaving.roughness.filter(|_| side == Side::Positive);
+        Response { tangential_scale, roughness, is_lifted, rattle, ..response }
     }
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
@@ -79,8 +79,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let arrival = Arrival { approach: arriving, restitution, tangential, closing, closing_at_rest };
         let Some(leaving) = self.tc_model(&[i], law, arrival, time) else {
             let speed = if vn < 0.0 { -restitution * vn } else { vn };
-            let is_rough = law.roughness.is_some();
-            return Leaving { is_rough, ..Leaving::smoothly(speed) };
+            return Leaving { roughness: law.roughness, ..Leaving::smoothly(speed) };
         };
         // An elastic contact keeps the normal speed, even if the particle recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
@@ -135,7 +134,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let leaving = tc_contact(times.rule, law, since, &arrival, times.contact_time);
         let is_recent = since < times.contact_time;
         let is_altered = leaving.speed != arrival.restitution * arrival.approach
-            || leaving.is_rough != law.roughness.is_some()
+            || leaving.roughness != law.roughness
             || leaving.tangential_scale != 1.0;
         let kept = is_altered && !(is_recent || leaving.is_sliding || leaving.is_lifted);
         let totals = &mut self.counts.totals;

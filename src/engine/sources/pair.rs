@@ -65,7 +65,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> (Outcome, Change, Option<(Roughness, Rattle)>) {
         // In a multicanonical simulation, weights replace the energy step of the potential.
         let felt = self.weighted(seen);
-        let Response { outcome, radial: leaving, tangential_scale, is_rough, is_lifted, rattle } =
+        let Response { outcome, radial: leaving, tangential_scale, roughness, is_lifted, rattle } =
             self.leave(pair, &felt, law, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // The relative velocity changes by `change` times the vector between the centres.
@@ -103,7 +103,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             supplied: self.supplied(pair, &before, &after[0], impulse) + by_weights,
             after,
         };
-        (outcome, change, law.roughness.filter(|_| is_rough).map(|roughness| (roughness, rattle)))
+        (outcome, change, roughness.map(|roughness| (roughness, rattle)))
     }
 
     /// Energy that sliding images and growing diameters supply in a contact.

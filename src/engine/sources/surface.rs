@@ -114,7 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // A rough surface with a material acts on the velocity relative to the material.
         let material = at.material.filter(|_| law.roughness.is_some());
         let along = material.map_or(at.velocity, |material| at.velocity - material);
-        let Leaving { speed, tangential_scale, is_rough, is_lifted, rattle, .. } =
+        let Leaving { speed, tangential_scale, roughness, is_lifted, rattle, .. } =
             self.leave_surface(i, (&along, vn), closing, law, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let scaled = match material {
@@ -126,8 +126,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
         let supplied = if at.does_no_work() { 0.0 } else { change.supplied + dissipated };
-        let rough = law.roughness.filter(|_| is_rough);
-        let rough = rough.map(|roughness| Push { roughness, impulse: (speed - vn) / inverse_mass, speed, rattle });
+        let rough = roughness.map(|roughness| Push { roughness, impulse: (speed - vn) / inverse_mass, speed, rattle });
         (Change { supplied, dissipated, is_lifted, ..change }, rough)
     }
 
