@@ -28,6 +28,13 @@ impl Sleep {
         (self.interval / (Self::MOST_CONTACT_TIMES * contact_time)).ceil()
     }
 
+    /// The largest number of contacts between two searches of a grain that wakes no other. A grain that rattles in a narrow gap
+    /// between sleeping grains has many more.
+    #[must_use]
+    pub fn most_contacts(&self, contact_time: f64) -> f64 {
+        64.0 * (self.interval / contact_time)
+    }
+
     pub(crate) fn numbers(&self) -> [f64; 3] {
         [self.interval, self.distance, self.wake_speed]
     }

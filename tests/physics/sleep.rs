@@ -243,3 +243,19 @@ restitution = 0.5
         assert_eq!(simulation.event_counts().rest, rests);
     }
 }
+
+#[test]
+fn grain_that_rattles_in_a_gap_wakes_its_neighbours() {
+    let gap = 2e-8;
+    let mut simulation = Simulation::without_plan(grains("", &[[3.0, 4.0, 0.7], [5.0 + gap, 4.0, 0.7]]));
+    simulation.advance(Until::time(5.01)).unwrap();
+    assert_eq!(simulation.sleeping().len(), 2);
+    let [left, right] = [0, 1].map(|k| simulation.snapshot().positions[k]);
+    assert!((right - left).norm() < 2.0 + 3.0 * gap && (left.z - right.z).abs() < 1e-4);
+    simulation.insert(&[light((left + right) * 0.5, Vector::new(0.05, 0.0, 0.0))]).unwrap();
+    let events = events_until(&mut simulation, 5.03);
+    let wakes: Vec<usize> = (0..events.len()).filter(|&k| events[k].kind == EventKind::Wake).collect();
+    // 64 contacts in a contact time, and 25 contact times between two searches.
+    assert_eq!(wakes, [1601, 1603]);
+    assert!(events.len() < 2000, "without the rule, there are some 50,000: {}", events.len());
+}

@@ -15,6 +15,7 @@ use crate::model::{ParticleId, Scene, Sleep, Species};
 pub(super) struct Sleepers {
     plan: Sleep,
     fewest_contacts: f64,
+    most_contacts: f64,
     /// For each species, a static species of the same diameter.
     pub still: Vec<Species>,
     searches: u32,
@@ -37,6 +38,7 @@ impl Sleepers {
         Some(Self {
             plan,
             fewest_contacts: plan.fewest_contacts(contact_time),
+            most_contacts: plan.most_contacts(contact_time),
             still: scene.species.iter().map(still).collect(),
             searches: 0,
             is_asleep: vec![false; count],
@@ -77,11 +79,13 @@ impl Reference {
         self.sleepers.as_ref().is_some_and(|sleepers| sleepers.is_asleep[i as usize])
     }
 
-    /// Wakes a particle that is hit by a fast one.
+    /// Wakes a particle that is hit by a fast one, or by one that rattles in a narrow gap.
     pub(super) fn wake_if_hit(&mut self, i: u32, j: u32) {
         let Some(sleepers) = &self.sleepers else { return };
         for (sleeping, hits) in [(i, j), (j, i)] {
-            if self.is_asleep(sleeping) && self.velocities[hits as usize].norm() > sleepers.plan.wake_speed {
+            let is_fast = self.velocities[hits as usize].norm() > sleepers.plan.wake_speed;
+            let rattles = f64::from(sleepers.contacts[hits as usize]) > sleepers.most_contacts;
+            if self.is_asleep(sleeping) && (is_fast || rattles) {
                 return self.wake(sleeping);
             }
         }

@@ -43,6 +43,16 @@ impl Leaving {
         Self { speed, sliding, is_rough, reverses_slip: false, fastest: (0.0, 0.0), rattling: [0.0; 3] }
     }
 
+    /// Leaves a surface that moves, which the particle has approached at this speed. Such a surface supplies energy, so the slip
+    /// must be smaller than at a surface at rest.
+    pub fn at_moving_surface(self, (approach, uncertain): (f64, f64)) -> Self {
+        let rattling = [-1.0, 0.0, 1.0].map(|sign| {
+            let fastest = (self.fastest.0 + sign * self.fastest.1).max(0.0);
+            libm::sqrt(fastest * (approach + sign * uncertain).max(0.0))
+        });
+        Self { rattling, ..self }
+    }
+
     /// Returns the normal speed, with its uncertainty, if friction takes the energy `lost` from surfaces that slip at the
     /// speed `slip`. `lost` is divided by the reduced mass. Both have uncertainties, too.
     pub fn speed_with(&self, lost: (f64, f64), slip: (f64, f64)) -> (f64, f64) {

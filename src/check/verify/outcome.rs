@@ -302,15 +302,7 @@ impl Encounter<'_> {
                 closing_at_rest: (closing_at_rest, bound),
             };
             let leavings = contacts.leavings(&arrival, &moving, &self.after.elapsed);
-            // A surface that moves supplies energy, so the slip must be smaller than at a surface at rest.
-            let signs = [-1.0, 0.0, 1.0];
-            let speeds = signs.map(|sign| (approach.0 + sign * slack).max(0.0));
-            let at_moving = |leaving: Leaving| Leaving {
-                rattling: std::array::from_fn(|k| {
-                    libm::sqrt((leaving.fastest.0 + signs[k] * leaving.fastest.1).max(0.0) * speeds[k])
-                }),
-                ..leaving
-            };
+            let at_moving = |leaving: Leaving| leaving.at_moving_surface((approach.0, slack));
             if motion.works { leavings.into_iter().map(at_moving).collect() } else { leavings }
         });
         let straight = leavings.iter().filter(|leaving| leaving.sliding.is_none());

@@ -18,6 +18,8 @@ use std::ops::ControlFlow;
 pub(super) struct SleepWatch {
     plan: Sleep,
     fewest_contacts: f64,
+    /// A grain with more contacts since the previous search wakes the sleeping grains that it hits.
+    most_contacts: f64,
     /// Number of searches so far.
     searches: f64,
     /// False until the first search of a proof that begins in the middle of a run.
@@ -39,6 +41,7 @@ impl SleepWatch {
         Some(Self {
             plan,
             fewest_contacts: (plan.interval / (4.0 * contact_time)).ceil(),
+            most_contacts: 64.0 * (plan.interval / contact_time),
             searches: (states.elapsed.total() / plan.interval).floor(),
             is_known,
             places: states.positions.clone(),
@@ -190,7 +193,12 @@ impl Verifier {
         let limit = sleep.plan.wake_speed;
         let both: Vec<u32> = contact.particles().collect();
         let speed = both.iter().map(|&i| self.before.velocities[i as usize].norm()).fold(0.0, f64::max);
-        let expected: Vec<u32> = both.into_iter().filter(|&i| self.world.is_asleep(i) && speed > limit).collect();
+        // Before the first search, the number of contacts since the previous one is not known.
+        let rattles = both.iter().any(|&i| f64::from(sleep.contacts[i as usize]) > sleep.most_contacts);
+        let is_open = !sleep.is_known && speed <= limit;
+        let wakes = speed > limit || rattles;
+        let asleep = both.into_iter().filter(|&i| self.world.is_asleep(i));
+        let expected: Vec<u32> = asleep.filter(|i| if is_open { found.contains(i) } else { wakes }).collect();
         if let Some(&i) = found.iter().find(|i| !expected.contains(i)) {
             return Err(wrong(i, false));
         }

@@ -42,6 +42,8 @@ pub(in crate::engine) struct Sleepers {
     pub plan: Sleep,
     /// The smallest number of contacts of a particle at rest between two searches.
     fewest_contacts: f64,
+    /// The largest number of contacts between two searches of a particle that wakes no other.
+    most_contacts: f64,
     /// Time of the next search since the epoch; infinite if all particles sleep or fly away.
     next: f64,
     /// By the numbers of the particles in memory.
@@ -55,6 +57,7 @@ impl Sleepers {
         Some(Self {
             plan,
             fewest_contacts: plan.fewest_contacts(scene.contact_time?),
+            most_contacts: plan.most_contacts(scene.contact_time?),
             next: plan.interval,
             watched: state.bodies.iter().map(Watched::from).collect(),
         })
@@ -268,7 +271,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         flow
     }
 
-    /// Wakes a sleeping particle if `other`, which is about to hit it, is fast enough.
+    /// Wakes a sleeping particle if `other`, which is about to hit it, is fast enough, or has had too many contacts.
     #[cold]
     #[inline(never)]
     pub(in crate::engine) fn wake_if_hit(
@@ -277,8 +280,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         other: u32,
         observe: &mut Observe<'_>,
     ) -> ControlFlow<()> {
-        let wake_speed = self.sources.sleepers.as_ref().map_or(f64::INFINITY, |sleepers| sleepers.plan.wake_speed);
-        let is_hit = self.state.bodies[other as usize].velocity.norm() > wake_speed;
+        let Some(sleepers) = &self.sources.sleepers else { return ControlFlow::Continue(()) };
+        let body = &self.state.bodies[other as usize];
+        let contacts = body.events.wrapping_sub(sleepers.watched[other as usize].events);
+        let is_hit = body.velocity.norm() > sleepers.plan.wake_speed || f64::from(contacts) > sleepers.most_contacts;
         if is_hit { self.wake(sleeping, observe) } else { ControlFlow::Continue(()) }
     }
 
