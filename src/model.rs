@@ -32,6 +32,7 @@ pub mod thermostat;
 pub mod threads;
 pub mod triangle_mesh;
 pub mod umbrella_plan;
+mod units;
 pub mod until;
 
 pub use crate::physics::response::{ContactLaw, TcRule};
@@ -64,4 +65,5 @@ pub use thermostat::{Thermostat, ThermostatError};
 pub use threads::Threads;
 pub use triangle_mesh::TriangleMesh;
 pub use umbrella_plan::UmbrellaPlan;
+pub use units::Units;
 pub use until::Until;

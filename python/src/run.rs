@@ -8,11 +8,11 @@ use std::time::Duration;
 use carom::analysis::instruments::CHAIN_SIZES;
 use carom::analysis::observables::OBSERVABLES;
 use carom::base::durability::without_sync;
-use carom::base::text::{self, with_causes};
+use carom::base::text::with_causes;
 use carom::exchange::DISTANCE;
 use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Existing, Folder, refuse_input};
-use carom::model::{Threads, Until};
+use carom::model::{Threads, Units, Until};
 use carom::run::{Ending, Progress, Run, Stage, foreseen_rate};
 use carom::scene::KeptParticles;
 use carom::view::{final_table, report};
@@ -216,12 +216,14 @@ fn execute(
 }
 
 #[pyfunction]
-pub fn observable_units(dimensions: usize) -> BTreeMap<&'static str, String> {
+#[pyo3(signature = (dimensions, names = None))]
+pub fn observable_units(dimensions: usize, names: Option<[String; 3]>) -> BTreeMap<&'static str, String> {
+    let units = names.map_or_else(Units::default, |[length, mass, time]| Units::new(&length, &mass, &time));
     OBSERVABLES
         .iter()
         .chain(&CHAIN_SIZES)
         .chain([&DISTANCE])
-        .map(|(name, unit)| (*name, text::unit(unit, dimensions)))
+        .map(|(name, unit)| (*name, units.of(unit, dimensions)))
         .collect()
 }
 

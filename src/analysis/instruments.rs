@@ -179,10 +179,7 @@ impl Instruments {
             instrument.report(system, &mut own);
             measured.join(own);
         }
-        let series = measured.curves.iter_mut().flat_map(|curve| &mut curve.series).map(|series| &mut series.unit);
-        for unit in measured.numbers.iter_mut().map(|number| &mut number.unit).chain(series) {
-            *unit = crate::base::text::unit(unit, system.space.dimensions());
-        }
+        measured.for_each_unit(|unit| *unit = system.units.of(unit, system.space.dimensions()));
         measured
     }
 }

@@ -20,7 +20,7 @@ use crate::analysis::statistics::{BlockAverage, Estimate, Stationarity};
 use crate::base::numbers::trunc_to_usize;
 use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Simulation};
-use crate::model::{Barostat, Scene, Thermostat};
+use crate::model::{Barostat, Scene, Thermostat, Units};
 use serde::{Deserialize, Serialize};
 
 const TEMPERATURE: &str = "temperature";
@@ -252,9 +252,15 @@ impl Observer {
         all.map(|((name, _), average)| (*name, self.stationarity_of(name, average))).collect()
     }
 
-    /// Whether the run was in equilibrium or in a steady state, from stationarity and the number of events.
+    /// Whether the run was in equilibrium or in a steady state, from stationarity and the number of events. The reasons
+    /// contain the names of `units`.
     #[must_use]
-    pub fn equilibrium(&self, stationarity: &[(&'static str, Stationarity)], counted: &EventCounts) -> Equilibrium {
+    pub fn equilibrium(
+        &self,
+        stationarity: &[(&'static str, Stationarity)],
+        counted: &EventCounts,
+        units: &Units,
+    ) -> Equilibrium {
         let alone = counted.wall + counted.exit;
         let taken = 2 * (counted.physical() - alone) - counted.core_static + alone + counted.thermostat;
         let conditions = Conditions {
@@ -264,7 +270,7 @@ impl Observer {
             // All particles that have entered count.
             events_per_particle: taken as f64 / (self.applicable.moving as u64 + counted.entry).max(1) as f64,
         };
-        Equilibrium::of(stationarity, &conditions)
+        Equilibrium::of(stationarity, &conditions, units)
     }
 
     fn stationarity_of(&self, name: &str, average: &BlockAverage) -> Stationarity {

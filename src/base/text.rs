@@ -73,20 +73,6 @@ pub fn tiny(number: f64) -> String {
     if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
 }
 
-/// Inserts the number of dimensions into a unit. In two dimensions, `energy / length^D` becomes `energy / length^2`.
-#[must_use]
-pub fn unit(unit: &str, dimensions: usize) -> String {
-    let (volume, viscosity, conductivity, through_area) = match dimensions {
-        1 => ("length", "mass length / time", "length / time", "/ time"),
-        2 => ("length^2", "mass / time", "1 / time", "/ (length time)"),
-        _ => ("length^3", "mass / (length time)", "1 / (length time)", "/ (length^2 time)"),
-    };
-    unit.replace("mass length^(2 - D) / time", viscosity)
-        .replace("length^(2 - D) / time", conductivity)
-        .replace("/ (length^(D - 1) time)", through_area)
-        .replace("length^D", volume)
-}
-
 /// Turns a name into an identifier for a column. For example, `g(r) A,B` becomes `g_r_A_B`.
 #[must_use]
 pub fn identifier(name: &str) -> String {
@@ -157,15 +143,5 @@ mod tests {
         let names = ["g(r) A,B", "in the bin", "in_the_bin", "in-the-bin", "|v|", "a_b_2", "a b", "a-b"];
         let expected = ["g_r_A_B", "in_the_bin", "in_the_bin_2", "in_the_bin_3", "v", "a_b_2", "a_b", "a_b_3"];
         assert_eq!(identifiers(names), expected);
-    }
-
-    #[test]
-    fn units_have_the_dimension_of_the_scene() {
-        let all = |text: &str| [1, 2, 3].map(|dimensions| unit(text, dimensions));
-        assert_eq!(all("energy / length^D"), ["energy / length", "energy / length^2", "energy / length^3"]);
-        assert_eq!(all("mass length^(2 - D) / time"), ["mass length / time", "mass / time", "mass / (length time)"]);
-        let fluxes = ["energy / time", "energy / (length time)", "energy / (length^2 time)"];
-        assert_eq!(all("energy / (length^(D - 1) time)"), fluxes);
-        assert_eq!(all("1 / time"), ["1 / time"; 3]);
     }
 }

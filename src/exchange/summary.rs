@@ -12,7 +12,7 @@ use super::replicas::Exchange;
 use super::results::ExchangeResults;
 use crate::analysis::reweighting::DensityOfStates;
 use crate::model::exchange_plan::ends;
-use crate::model::{InputFile, UmbrellaPlan};
+use crate::model::{InputFile, UmbrellaPlan, Units};
 
 /// Summary of an exchange, `summary.json`, with the contents of the tables. It contains no wall times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,6 +24,9 @@ pub struct ExchangeSummary {
     pub scene: String,
     /// Seed of the scene.
     pub seed: u64,
+    /// Names of the units of length, mass and time; absent if the scene has no names.
+    #[serde(default, skip_serializing_if = "Units::are_unnamed")]
+    pub units: Units,
     /// The files that the scene read, with their checksums.
     pub inputs: Vec<InputFile>,
     /// Checksums of the tables, by name. Empty for an incomplete exchange.
@@ -63,6 +66,11 @@ pub struct ExchangeSummary {
 }
 
 impl ExchangeSummary {
+    /// Returns the unit of a quantity with the names of the scene.
+    pub(crate) fn unit_of(&self, unit: &str) -> String {
+        self.units.of(unit, self.dimensions)
+    }
+
     /// Returns the summary of the current state of an exchange.
     #[must_use]
     pub fn of(exchange: &Exchange) -> Self {
@@ -71,6 +79,7 @@ impl ExchangeSummary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: scene.name().to_owned(),
             seed: scene.seed(),
+            units: scene.units().clone(),
             inputs: scene.inputs().to_vec(),
             tables: BTreeMap::new(),
             engine: simulation.engine().to_string(),

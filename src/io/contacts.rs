@@ -3,14 +3,15 @@
 use super::thermo::Column;
 use crate::base::shortest::Shortest;
 use crate::engine::event::{Event, EventKind};
+use crate::model::Units;
 use crate::physics::response::Outcome;
 
 pub(super) const HEADER: &str = "time,kind,particle,partner,impulse,energy_step,dissipated\n";
 
 const UNITS: [&str; 7] = ["time", "", "1", "1", "mass length / time", "energy", "energy"];
 
-pub(super) fn columns() -> Vec<Column> {
-    HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, unit)).collect()
+pub(super) fn columns(units: &Units) -> Vec<Column> {
+    HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, &units.of(unit, 3))).collect()
 }
 
 /// Returns the line of an event. For a wall, the line names the side of the box, such as `-z`.

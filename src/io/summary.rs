@@ -18,7 +18,7 @@ use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_flows, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::{InletCounts, Simulation};
-use crate::model::{Inlet, InputFile, Scene, Separated, Species, StagePlan, VolumeMoves};
+use crate::model::{Inlet, InputFile, Scene, Separated, Species, StagePlan, Units, VolumeMoves};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
@@ -31,6 +31,9 @@ pub struct Summary {
     pub version: String,
     pub scene: String,
     pub seed: u64,
+    /// Names of the units of length, mass and time; absent if the scene has no names.
+    #[serde(default, skip_serializing_if = "Units::are_unnamed")]
+    pub units: Units,
     /// Input files of the scene, with checksums.
     #[serde(default)]
     pub inputs: Vec<InputFile>,
@@ -269,6 +272,7 @@ impl Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: scene.name.clone(),
             seed: scene.seed,
+            units: scene.units.clone(),
             inputs: scene.inputs.clone(),
             engine: simulation.engine().to_string(),
             particles: simulation.population().iter().sum(),

@@ -11,7 +11,7 @@ use super::table::{line, quoted};
 use crate::analysis::observables::{ApplicableObservables, Row};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text;
-use crate::model::{RunPlan, Scene};
+use crate::model::{RunPlan, Scene, Units};
 use crate::run::Stage;
 
 /// Name and unit of a column of a table.
@@ -38,6 +38,7 @@ pub(super) struct Columns {
     is_driven: bool,
     regions: Vec<String>,
     plan: RunPlan,
+    units: Units,
 }
 
 impl Columns {
@@ -48,7 +49,7 @@ impl Columns {
     /// Returns the columns of a resumed run. The checkpoint contains `applicable`.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
-        Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }
+        Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone(), units: scene.units.clone() }
     }
 
     pub fn header(&self) -> String {
@@ -57,9 +58,9 @@ impl Columns {
 
     pub fn columns(&self) -> Vec<Column> {
         let dimensions = trunc_to_usize(self.applicable.dimensions);
-        let mut columns = vec![Column::new("time", "time"), Column::new("events", "1")];
+        let mut columns = vec![Column::new("time", &self.units.of("time", dimensions)), Column::new("events", "1")];
         for (has, name, unit, _) in self.quantities() {
-            columns.extend(has.then(|| Column::new(name, &text::unit(unit, dimensions))));
+            columns.extend(has.then(|| Column::new(name, &self.units.of(unit, dimensions))));
         }
         let regions: Vec<String> = self.regions.iter().map(|region| format!("in {region}")).collect();
         let names = text::identifiers(regions.iter().map(String::as_str));

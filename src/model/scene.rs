@@ -9,7 +9,7 @@ use super::predecessor::LastState;
 use super::space::Boundary;
 use super::{
     AuditPlan, ExchangePlan, Inlet, InputFile, LivePlan, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan,
-    SceneSurface, Separated, Sleep, Space, SpeciesPairs, StaticSurface, SurfaceLaw,
+    SceneSurface, Separated, Sleep, Space, SpeciesPairs, StaticSurface, SurfaceLaw, Units,
 };
 use crate::Vector;
 
@@ -197,6 +197,8 @@ scene! {
     seed: u64 => copy u64,
     /// Simulated time at which the scene starts `[time]`.
     start_time: f64 => copy f64,
+    /// Names of the units of length, mass and time, for outputs.
+    units: Units => lent &Units,
     /// The box.
     space: Space => lent &Space,
     /// The species, at least one. [`SpeciesId`] is an index into this list.
@@ -252,6 +254,12 @@ scene! {
 }
 
 impl Scene {
+    /// Returns the unit of a quantity with the names of [`Scene::units`], see [`Units::of`].
+    #[must_use]
+    pub fn unit_of(&self, unit: &str) -> String {
+        self.units.of(unit, self.space.dimensions())
+    }
+
     /// Index of the first random stream of this scene. Earlier runs have used all lower indices.
     pub(crate) fn first_stream(&self) -> usize {
         self.predecessor.as_ref().map_or(0, |run| run.streams)

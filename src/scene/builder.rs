@@ -7,7 +7,7 @@ use crate::base::numbers::id;
 use crate::model::space::{Boundary, Space};
 use crate::model::{
     AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, Sleep, SpeciesId,
-    TcRule,
+    TcRule, Units,
 };
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
@@ -119,6 +119,8 @@ impl SceneBuilder {
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
         /// Sets the distance by which particles may be moved at the start to remove overlaps `[length]`.
         separate_overlaps(limit: f64) => parts.separate_overlaps;
+        /// Sets the names of the units of length, mass and time, for outputs.
+        units(units: Units) => parts.units;
         /// Sets the boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;
         /// Sets the gravity `[length / time^2]`: the acceleration of all moving species without an acceleration of

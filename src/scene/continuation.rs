@@ -12,7 +12,7 @@ use crate::model::predecessor::LastState;
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{
     Bond, InputFile, Interaction, InteractionId, Particle, ParticleId, Potential, Predecessor, Scene, SceneSurface,
-    Species, SpeciesId, StaticSurface,
+    Species, SpeciesId, StaticSurface, Units,
 };
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::expand_families;
@@ -92,6 +92,7 @@ impl SceneBuilder {
         if !start.has_seed {
             next.parts.seed = run.seed;
         }
+        next.parts.units = self.inherited_units(run)?;
         next.size = next.size.or(Some(run.space.size));
         if !start.has_lower {
             next.parts.space.lower = run.space.lower;
@@ -119,6 +120,20 @@ impl SceneBuilder {
             }
         }
         Ok(next)
+    }
+
+    /// Returns the units of the earlier run. If it has none, the scene may name them.
+    fn inherited_units(&self, run: &Scene) -> Result<Units, SceneError> {
+        let own = &self.parts.units;
+        if run.units.are_unnamed() {
+            return Ok(own.clone());
+        }
+        if !own.are_unnamed() && *own != run.units {
+            let Units { length, mass, time } = &run.units;
+            let expected = format!("the units of the earlier run, {length}, {mass} and {time}: no number is converted");
+            return refuse(ConfigPath::root().key("units"), "other units", expected);
+        }
+        Ok(run.units.clone())
     }
 
     fn starting_from(&self, last: &LastRun) -> Result<Scene, SceneError> {

@@ -216,9 +216,7 @@ fn not_there(key: &str) -> Option<&'static str> {
         "material" | "materials" => {
             "a [[material]] is the contact law of two materials; a [[species]], a wall and a [[surface]] name their `material`"
         }
-        "unit" | "units" => {
-            "numbers have no units: choose units of length, mass and time, and give all numbers in these units"
-        }
+        "unit" | "units" => "the table [units] names the units of length, mass and time in which all numbers are given",
         "dt" | "timestep" | "time_step" => "there is no time step: the time of each event is computed",
         _ => return None,
     })

@@ -36,7 +36,7 @@ use serde_json::json;
 
 use crate::base::whole;
 use crate::model::Format;
-use crate::scene::names::{SCENE, WORD, WORDS};
+use crate::scene::names::{SCENE, UNIT, WORD, WORDS};
 use crate::scene::parse::TC_RULES;
 use crate::scene::parse::plan::AUTOMATIC;
 use crate::scene::schema::words;
@@ -73,6 +73,8 @@ pub(crate) struct SceneFile {
     pub separate_overlaps: Option<f64>,
     /// Start from the last state of another run. The scene then has no particles of its own.
     pub start: Option<StartFile>,
+    /// Names of the units in which all numbers are given. Outputs contain them. No number is converted.
+    pub units: Option<UnitsFile>,
     /// The box and its sides.
     pub space: Option<SpaceFile>,
     /// Gravity, and the contact time of the TC model.
@@ -135,6 +137,21 @@ pub(crate) struct StartFile {
     /// its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
+}
+
+/// `[units]`: names of up to 16 letters.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct UnitsFile {
+    /// Name of the unit of length, such as `mm`.
+    #[schemars(regex(pattern = UNIT))]
+    pub length: String,
+    /// Name of the unit of mass, such as `g`.
+    #[schemars(regex(pattern = UNIT))]
+    pub mass: String,
+    /// Name of the unit of time, such as `ms`.
+    #[schemars(regex(pattern = UNIT))]
+    pub time: String,
 }
 
 /// `[dynamics]`: gravity, and the contact time of the TC model.

@@ -13,6 +13,7 @@ const LONGEST_WORDS: usize = 100;
 pub(crate) const WORD: &str = r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7f]{0,63}$";
 pub(crate) const WORDS: &str =
     r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";
+pub(crate) const UNIT: &str = r"^[^\x00-@\[-`{-\x7f]{1,16}$";
 pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
 
 #[derive(Default)]

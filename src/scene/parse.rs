@@ -22,14 +22,16 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 
 use crate::Vector;
-use crate::model::{AuditPlan, Format, InputFile, OutputPlan, Sleep, TcRule};
+use crate::model::{AuditPlan, Format, InputFile, OutputPlan, Sleep, TcRule, Units};
 use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::{self, Frames};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, unknown};
-use crate::scene::file::{AuditFile, DiameterFile, DynamicsFile, OutputFile, SceneFile, SleepFile, SpeciesFile};
+use crate::scene::file::{
+    AuditFile, DiameterFile, DynamicsFile, OutputFile, SceneFile, SleepFile, SpeciesFile, UnitsFile,
+};
 use crate::scene::given::GivenParticles;
 pub(crate) use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
@@ -99,6 +101,18 @@ fn sleep(file: &SleepFile) -> Sleep {
     Sleep { interval, distance, wake_speed }
 }
 
+fn units(file: &UnitsFile) -> Units {
+    Units::new(&file.length, &file.mass, &file.time)
+}
+
+fn add_dynamics(dynamics: &DynamicsFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
+    scene.gravity = vector(dynamics.gravity.unwrap_or_default());
+    scene.parts.contact_time = dynamics.contact_time;
+    scene.parts.tc_rule = tc_rule(dynamics)?;
+    scene.parts.sleep = dynamics.sleep.as_ref().map(sleep);
+    Ok(())
+}
+
 fn tc_rule(dynamics: &DynamicsFile) -> Result<TcRule, SceneError> {
     let Some(word) = &dynamics.tc_rule else { return Ok(TcRule::default()) };
     let at = ConfigPath::root().key("dynamics");
@@ -144,10 +158,8 @@ pub(crate) fn parts(
     scene.parts.start_time = file.start_time.unwrap_or(0.0);
     scene.parts.allow_invalid_start = file.allow_invalid_start;
     scene.parts.separate_overlaps = file.separate_overlaps;
-    scene.gravity = vector(dynamics.gravity.unwrap_or_default());
-    scene.parts.contact_time = dynamics.contact_time;
-    scene.parts.tc_rule = tc_rule(&dynamics)?;
-    scene.parts.sleep = dynamics.sleep.as_ref().map(sleep);
+    scene.parts.units = file.units.as_ref().map_or_else(Units::default, units);
+    add_dynamics(&dynamics, &mut scene)?;
     scene.parts.live = live::parse_live(file.description, file.live)?;
     scene.parts.audit = parse_audit(&file.audit);
     let materials = Materials::parse(file.material, &file.species)?;

@@ -11,6 +11,7 @@ mod recirculation;
 mod sleep;
 pub(crate) mod start;
 mod surfaces;
+mod units;
 
 pub(crate) use measure::measurement_times;
 
@@ -88,6 +89,7 @@ impl SceneBuilder {
         affordable_species(if self.parts.sleep.is_some() { 2 * occurring } else { occurring })?;
         start::check_ranges(start)?;
         sleep::check_sleep(&self.parts, species)?;
+        units::check_units(&self.parts.units)?;
         compatibility::check(self, start)?;
         recirculation::check_recirculation(start, &self.parts)?;
         self.parts.check_shear(&start.space, start.interactions.longest_range(|_, _| true))?;

@@ -8,7 +8,6 @@ use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
 use crate::analysis::statistics::{Estimate, ROUNDING};
-use crate::base::text::unit;
 use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
@@ -218,6 +217,8 @@ pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
 
 fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<MeasuredQuantity>) -> Vec<StageResult> {
     let dimensions = summary.system.as_ref().map_or(3, |system| system.dimensions);
+    let units = summary.units.clone();
+    let unit = |unit: &str| units.of(unit, dimensions);
     let mut placed = |values: Vec<(MeasuredQuantity, Estimate)>| {
         let mut all = Vec::new();
         for (quantity, value) in values {
@@ -240,7 +241,7 @@ fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<
             StageResult {
                 duration: Some(stage.measured.duration),
                 events: stage.events.total,
-                values: placed(values_of(&stage.observables, dimensions, measured)),
+                values: placed(values_of(&stage.observables, &unit, measured)),
                 published: stage.published,
                 stage: stage.name,
             }
@@ -250,7 +251,7 @@ fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<
         stage: MEASUREMENT.to_owned(),
         duration: summary.measured.map(|measured| measured.duration),
         events: summary.events.total,
-        values: placed(values_of(&summary.observables, dimensions, &measured.last)),
+        values: placed(values_of(&summary.observables, &unit, &measured.last)),
         published: summary.published,
     });
     all
@@ -269,7 +270,7 @@ fn stages(points: &[PointResult]) -> Vec<String> {
 
 fn values_of(
     observables: &BTreeMap<String, Observable>,
-    dimensions: usize,
+    unit: &dyn Fn(&str) -> String,
     measured: &Measured,
 ) -> Vec<(MeasuredQuantity, Estimate)> {
     // The pressure tensor measures the collision rate under the name `core_rate`.
@@ -281,13 +282,12 @@ fn values_of(
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
     let observables = known.chain(others).filter_map(|(name, unit)| Some((name, unit, observables.get(name)?)));
     let observables = observables.filter(|(name, ..)| is_new(name)).filter_map(|(name, unit_of, observable)| {
-        let quantity =
-            MeasuredQuantity { name: name.to_owned(), title: name.replace('_', " "), unit: unit(unit_of, dimensions) };
+        let quantity = MeasuredQuantity { name: name.to_owned(), title: name.replace('_', " "), unit: unit(unit_of) };
         Some((quantity, observable.estimate.finite()?))
     });
     let numbers = measured.numbers.iter().filter_map(|number| {
         let (name, title) = (number.name.clone(), number.title.clone());
-        let quantity = MeasuredQuantity { name, title, unit: unit(&number.unit, dimensions) };
+        let quantity = MeasuredQuantity { name, title, unit: unit(&number.unit) };
         Some((quantity, number.estimate()?.finite()?))
     });
     observables.chain(numbers).collect()

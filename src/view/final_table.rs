@@ -5,12 +5,12 @@ use std::fmt::Write;
 use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::{Estimate, Stationarity};
-use crate::base::text::{self, clock, digits, short};
+use crate::base::text::{clock, short};
 use crate::engine::event::EventCounts;
 use crate::engine::{InletCounts, Simulation};
 use crate::io::Summary;
 use crate::io::rates::{Rate, rates, told_apart};
-use crate::model::{Inlet, VolumeMoves};
+use crate::model::{Inlet, Scene, VolumeMoves};
 use crate::run::{Ending, Finished, Stage};
 use crate::view::{audit, describe};
 
@@ -37,7 +37,8 @@ pub fn text(finished: &Finished) -> String {
     let event_counts = &measurement.event_counts;
     let seconds = measurement.wall_seconds;
     let rate = if seconds > 0.0 { event_counts.physical() as f64 / seconds } else { 0.0 };
-    let measured = format!("a time of {}, {} events", digits(measurement.duration), event_counts.physical());
+    let measured =
+        format!("a time of {}, {} events", scene.units().of_time(measurement.duration), event_counts.physical());
     lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
     let EventCounts { core, capture, release, bounce, wall, transition, exit, entry, .. } = *event_counts;
     let kinds = kinds([core, capture, release, bounce, wall], |count| count.to_string());
@@ -54,22 +55,21 @@ pub fn text(finished: &Finished) -> String {
     if let Some(reason) = finished.frames_limit {
         lines.pair("frames", reason);
     }
-    let dimensions = scene.space().dimensions();
     if !finished.observables.is_empty() {
         lines.title("mean and standard error");
-        lines.means(&finished.observables, &finished.stationarity, event_counts, dimensions);
+        lines.means(&finished.observables, &finished.stationarity, event_counts, scene);
     }
     lines.moves(finished.volume_moves.as_ref());
-    lines.instruments("results of instruments", &finished.measured, dimensions);
+    lines.instruments("results of instruments", &finished.measured);
     lines.rates(&rates(simulation, &finished.event_counts_by_species, finished.measurement.duration));
     for stage in &finished.stages {
         let event_counts = &stage.measurement.event_counts;
-        let (duration, events) = (digits(stage.measurement.duration), event_counts.physical());
+        let (duration, events) = (scene.units().of_time(stage.measurement.duration), event_counts.physical());
         lines.title(&format!("stage {}, a time of {duration}, {events} events", stage.name));
-        lines.means(&stage.observables, &stage.stationarity, event_counts, dimensions);
+        lines.means(&stage.observables, &stage.stationarity, event_counts, scene);
         lines.moves(stage.volume_moves.as_ref());
         lines.pair("equilibrated", &stage.equilibrium.to_string());
-        lines.instruments("results of instruments in this stage", &stage.measured, dimensions);
+        lines.instruments("results of instruments in this stage", &stage.measured);
         lines.rates(&rates(simulation, &stage.event_counts_by_species, stage.measurement.duration));
     }
     lines.title("state of the measurement");
@@ -102,7 +102,7 @@ pub fn kinds(counts: [u64; 5], shown: fn(u64) -> String) -> String {
 }
 
 fn ending(finished: &Finished) -> String {
-    let time = digits(finished.simulation.time());
+    let time = finished.simulation.scene().units().of_time(finished.simulation.time());
     let stage = if finished.stage == Stage::Measurement { "" } else { " before the measurement" };
     match &finished.ending {
         Ending::Time => format!("at t = {time}, the requested time"),
@@ -149,18 +149,12 @@ impl Lines {
         let _ = writeln!(self.0, "{line}");
     }
 
-    fn means(
-        &mut self,
-        means: &Means<Estimate>,
-        verdicts: &Means<Stationarity>,
-        counted: &EventCounts,
-        dimensions: usize,
-    ) {
+    fn means(&mut self, means: &Means<Estimate>, verdicts: &Means<Stationarity>, counted: &EventCounts, scene: &Scene) {
         for (name, estimate) in means {
             let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
             let verdict = verdicts.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
             let words = describe::observable(name, estimate, verdict, counted.physical());
-            self.pair(&name.replace('_', " "), &format!("{words} [{}]", text::unit(unit, dimensions)));
+            self.pair(&name.replace('_', " "), &format!("{words} [{}]", scene.unit_of(unit)));
         }
     }
 
@@ -170,7 +164,7 @@ impl Lines {
         }
     }
 
-    fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
+    fn instruments(&mut self, title: &str, measured: &Measured) {
         let numbers = &measured.numbers;
         if numbers.is_empty() {
             return;
@@ -179,7 +173,7 @@ impl Lines {
         let longest = numbers.iter().take(MOST_NUMBERS).map(|number| number.title.chars().count()).max();
         let width = longest.map_or(32, |longest| (longest + 1).max(32));
         for number in numbers.iter().take(MOST_NUMBERS) {
-            let unit = text::unit(&number.unit, dimensions);
+            let unit = &number.unit;
             let words = number.estimate().map(|estimate| format!("{} [{unit}]", describe::estimate(&estimate)));
             self.line(&format!("{:<width$}{}", number.title, words.as_deref().unwrap_or("insufficient data")));
         }
@@ -253,10 +247,10 @@ mod tests {
         };
         let mut measured = Measured::default();
         let mut lines = Lines::default();
-        lines.instruments("results", &measured, 3);
+        lines.instruments("results", &measured);
         assert_eq!(lines.clone().text(), "");
         measured.numbers.extend([number("Diffusion coefficient", Some(2.0)), number("Viscosity", None)]);
-        lines.instruments("results", &measured, 3);
+        lines.instruments("results", &measured);
         let expected = format!(
             "\nresults\n{:<32}2.00 +- 0.25 [length^2 / time]\n{:<32}insufficient data\n",
             "Diffusion coefficient", "Viscosity"
@@ -264,7 +258,7 @@ mod tests {
         assert_eq!(lines.text(), expected);
         let mut lines = Lines::default();
         measured.numbers = vec![number("Many", None); MOST_NUMBERS + 3];
-        lines.instruments("results", &measured, 3);
+        lines.instruments("results", &measured);
         let text = lines.text();
         assert!(text.ends_with("and 3 more in measurements.json\n") && text.matches("Many").count() == MOST_NUMBERS);
     }

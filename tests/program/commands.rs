@@ -104,7 +104,7 @@ fn every_kind_of_new_scene_is_valid() {
 fn keys_of_unsupported_features_get_an_explanation() {
     for (table, answer) in [
         ("outlet = true\n", "a [[surface]] with `outlet = true` lets particles leave"),
-        ("units = { length = \"mm\" }\n", "numbers have no units"),
+        ("unit = { length = \"mm\" }\n", "the table [units] names the units"),
         ("friction = 0.5\n", "are keys of an [[interaction]]"),
     ] {
         let place = Place::with(&format!("{table}{FLUID}"));

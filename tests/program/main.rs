@@ -32,4 +32,5 @@ mod sweep_inputs;
 mod sweep_values;
 mod threads;
 mod umbrella;
+mod units;
 mod verified_files;

@@ -129,6 +129,9 @@ fn fits(pattern: &str, text: &str) -> bool {
             text.starts_with(letters) && is_inner && !text.ends_with(' ') && count <= 100
         }
         "^[A-Za-z0-9_-]{1,100}$" => text.chars().all(ascii) && (1..=100).contains(&count),
+        r"^[^\x00-@\[-`{-\x7f]{1,16}$" => {
+            text.chars().all(|c| c.is_ascii_alphabetic() || !c.is_ascii()) && (1..=16).contains(&count)
+        }
         "^[A-Za-z0-9_-]{1,50}$" => text.chars().all(ascii) && (1..=50).contains(&count),
         "^crc32:[0-9a-f]{8}$" => {
             let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);

@@ -23,6 +23,7 @@ from carom._run import Results
 from carom._scene import Scene, SceneLike
 from carom._tables import Table
 from carom._trajectory import Trajectory
+from carom._units import units_of
 
 __all__ = ["AtTemperature", "Exchange", "exchange"]
 
@@ -115,8 +116,8 @@ class AtTemperature(Results):
     (0.4, ['radial_distribution'])
     """
 
-    def __init__(self, summary: Mapping[str, Any], measured: Mapping[str, Any], dimensions: int) -> None:
-        self._summary, self._measured, self._dimensions = summary, measured, dimensions
+    def __init__(self, summary: Mapping[str, Any], measured: Mapping[str, Any], units: dict[str, str]) -> None:
+        self._summary, self._measured, self._units = summary, measured, units
         #: The temperature `[energy]`.
         self.temperature: float = summary["temperature"]
 
@@ -206,8 +207,8 @@ class Exchange(InFolder):
         path = self.folder / "measurements.json"
         count = len(self.temperatures)
         measured: list[Mapping[str, Any]] = json_of(path)["stages"] if path.exists() else [{}] * count
-        dimensions: int = self.summary["dimensions"]
-        return [AtTemperature(*of_one, dimensions) for of_one in zip(self.summary["temperatures"], measured)]
+        units = units_of(self.summary, self.summary["dimensions"])
+        return [AtTemperature(*of_one, units) for of_one in zip(self.summary["temperatures"], measured)]
 
     @property
     def acceptance(self) -> list[Observable]:

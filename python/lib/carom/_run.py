@@ -26,6 +26,7 @@ from carom._scene import Scene, SceneLike
 from carom._statistics import is_stationary, mean_and_error
 from carom._tables import Curve, Named, Table
 from carom._trajectory import EventLog, Trajectory
+from carom._units import units_of
 
 __all__ = ["Run", "Stage", "resume", "run"]
 
@@ -212,7 +213,8 @@ class Results:
 
     _summary: Mapping[str, Any]
     _measured: Mapping[str, Any]
-    _dimensions: int
+    #: Units of the observables, by name.
+    _units: dict[str, str]
 
     @cached_property
     def observables(self) -> Named[Observable]:
@@ -226,12 +228,11 @@ class Results:
         >>> run.observables["temperature"].mean
         1.0
         """
-        units = _carom.observable_units(self._dimensions)
         found: dict[str, Observable] = {}
         for name, it in self._summary["observables"].items():
             verdict = str((it.get("stationarity") or {}).get("verdict"))
             if it["mean"] is not None:
-                unit = units.get(name, "1")
+                unit = self._units.get(name, "1")
                 found[name] = Observable(it["mean"], it["standard_error"], unit, is_stationary(verdict), verdict == "constant")
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
@@ -293,8 +294,8 @@ class Stage(Results):
     ('warm', 1.0)
     """
 
-    def __init__(self, summary: Mapping[str, Any], measured: Mapping[str, Any], dimensions: int) -> None:
-        self._summary, self._measured, self._dimensions = summary, measured, dimensions
+    def __init__(self, summary: Mapping[str, Any], measured: Mapping[str, Any], units: dict[str, str]) -> None:
+        self._summary, self._measured, self._units = summary, measured, units
         #: Name of the stage in the scene.
         self.name: str = summary["name"]
 
@@ -338,7 +339,7 @@ class Run(Outputs, InFolder, Results):
         self._folder = path_of("folder", folder)
         self._summary = Named("entry", json_of(self._folder / "summary.json"))
         system = self._summary.get("system") or {}
-        self._dimensions = system.get("dimensions", 3)
+        self._units = units_of(self._summary, system.get("dimensions", 3))
 
     def _open(self) -> Path:
         if self._is_closed:
@@ -495,7 +496,7 @@ class Run(Outputs, InFolder, Results):
         """
         measured = {it["name"]: it for it in self._measured.get("stages", [])}
         stages = self._summary.get("stages", [])
-        return [Stage(it, measured.get(it["name"], {}), self._dimensions) for it in stages]
+        return [Stage(it, measured.get(it["name"], {}), self._units) for it in stages]
 
     @property
     def report(self) -> str:

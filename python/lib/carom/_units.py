@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any
 
-__all__ = ["powers", "product"]
+from carom import _carom
+
+__all__ = ["powers", "product", "units_of"]
 
 #: Largest denominator of an exponent. The text of a unit shows exponents as rounded decimals, which are converted to
 #: fractions.
 _LARGEST = 1000
+
+
+def units_of(summary: Mapping[str, Any], dimensions: int) -> dict[str, str]:
+    """Units of the observables by name, with the names of the scene."""
+    names = summary.get("units")
+    return _carom.observable_units(dimensions, names and (names["length"], names["mass"], names["time"]))
 
 
 def powers(unit: str) -> dict[str, Fraction]:

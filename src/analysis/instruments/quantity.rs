@@ -21,6 +21,19 @@ impl Measured {
         self.numbers.iter().find(|number| number.name == name)
     }
 
+    /// Calls a function for the units of all numbers, variables, series and divisors.
+    pub(crate) fn for_each_unit(&mut self, mut change: impl FnMut(&mut String)) {
+        self.numbers.iter_mut().for_each(|number| change(&mut number.unit));
+        for curve in &mut self.curves {
+            curve.variables.iter_mut().for_each(|variable| change(&mut variable.unit));
+            for series in &mut curve.series {
+                change(&mut series.unit);
+                let divisors = series.normalisation.iter_mut().flat_map(|it| &mut it.divisors);
+                divisors.for_each(|divisor| change(&mut divisor.unit));
+            }
+        }
+    }
+
     /// Returns the curve with the given name.
     #[must_use]
     pub fn curve(&self, name: &str) -> Option<&Curve> {

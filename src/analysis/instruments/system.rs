@@ -7,7 +7,8 @@ use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{
-    Bond, ContactLaw, InteractionId, ParticleId, Scene, SceneSurface, SpeciesId, SpeciesPairs, SurfaceLaw, SurfaceShape,
+    Bond, ContactLaw, InteractionId, ParticleId, Scene, SceneSurface, SpeciesId, SpeciesPairs, SurfaceLaw,
+    SurfaceShape, Units,
 };
 use std::convert::Infallible;
 use std::f64::consts::PI;
@@ -19,6 +20,8 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct SystemDescription {
+    /// Names of the units of length, mass and time.
+    pub units: Units,
     /// The box.
     pub space: Space,
     /// Names of the species.
@@ -142,6 +145,7 @@ impl SystemDescription {
         let steps_outside_cores = steps_outside_cores(scene, &species);
         let is_soft = |boundary: &Boundary| boundary.contact_laws().iter().flatten().any(ContactLaw::dissipates);
         Self {
+            units: scene.units.clone(),
             space: scene.space.clone(),
             species_names: scene.species.iter().map(|species| species.name.clone()).collect(),
             diameters: scene.species.iter().map(|species| species.diameter).collect(),
@@ -257,6 +261,7 @@ impl SystemDescription {
     #[cfg(test)]
     pub(crate) fn of_points(space: Space, count: u32) -> Self {
         Self {
+            units: Units::default(),
             surfaces: Vec::new(),
             space,
             species_names: vec!["A".to_owned()],

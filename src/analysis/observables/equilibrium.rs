@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::OBSERVABLES;
 use crate::analysis::statistics::Stationarity;
-use crate::base::text::{digits, unit as unit_in};
+use crate::base::text::digits;
+use crate::model::Units;
 
 /// Verdict on equilibrium: whether the observables were stationary during the measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -61,12 +62,12 @@ impl Equilibrium {
          take the scatter of several seeds as the error";
 
     #[must_use]
-    pub(super) fn of(observables: &[(&'static str, Stationarity)], conditions: &Conditions) -> Self {
+    pub(super) fn of(observables: &[(&'static str, Stationarity)], conditions: &Conditions, units: &Units) -> Self {
         let &Conditions { dimensions, has_steady_state, only_exchanges_velocities, events_per_particle } = conditions;
         let words = |name: &str| name.replace('_', " ");
         let drifting = observables.iter().filter_map(|(name, stationarity)| match stationarity {
             Stationarity::Drifting(by) => {
-                Some(format!("{} drifts by {}{}", words(name), digits(rounded(*by)), unit_of(name, dimensions)))
+                Some(format!("{} drifts by {}{}", words(name), digits(rounded(*by)), unit_of(name, units, dimensions)))
             }
             _ => None,
         });
@@ -115,9 +116,9 @@ impl fmt::Display for Equilibrium {
     }
 }
 
-fn unit_of(name: &str, dimensions: usize) -> String {
+fn unit_of(name: &str, units: &Units, dimensions: usize) -> String {
     let unit = OBSERVABLES.iter().find(|(known, _)| *known == name).map_or("1", |(_, unit)| unit);
-    if unit == "1" { String::new() } else { format!(" [{}]", unit_in(unit, dimensions)) }
+    if unit == "1" { String::new() } else { format!(" [{}]", units.of(unit, dimensions)) }
 }
 
 fn rounded(drift: f64) -> f64 {
@@ -139,7 +140,7 @@ mod tests {
     fn less_than_an_event_of_each_particle_tells_nothing() {
         let text = |events_per_particle: f64| {
             let conditions = Conditions { events_per_particle, ..STEADY };
-            Equilibrium::of(&[("pressure", Stationarity::Drifting(0.5))], &conditions).to_string()
+            Equilibrium::of(&[("pressure", Stationarity::Drifting(0.5))], &conditions, &Units::default()).to_string()
         };
         assert_eq!(text(0.5), "unknown (too short to tell: 0.5 events per particle, and 10 are needed)");
         assert_eq!(text(1.0), "no (pressure drifts by 0.5 [energy / length^3])");
@@ -150,7 +151,8 @@ mod tests {
         let (stationary, unknown, constant) = (Stationarity::Stationary, Stationarity::Unknown, Stationarity::Constant);
         let drifting = Stationarity::Drifting(1.1234);
         let conditions = Conditions { events_per_particle: 10.0, ..STEADY };
-        let text = |all: &[(&'static str, Stationarity)]| Equilibrium::of(all, &conditions).to_string();
+        let text =
+            |all: &[(&'static str, Stationarity)]| Equilibrium::of(all, &conditions, &Units::default()).to_string();
         assert_eq!(text(&[("temperature", constant), ("pressure", stationary)]), "yes");
         assert_eq!(
             text(&[("temperature", unknown), ("pressure", drifting)]),
@@ -158,14 +160,16 @@ mod tests {
         );
         assert_eq!(text(&[("collision_rate", drifting)]), "no (collision rate drifts by 1.1 [1 / time])");
         assert_eq!(text(&[("compressibility_factor", drifting)]), "no (compressibility factor drifts by 1.1)");
-        let flat = Equilibrium::of(&[("pressure", drifting)], &Conditions { dimensions: 2, ..conditions }).to_string();
+        let flat =
+            Equilibrium::of(&[("pressure", drifting)], &Conditions { dimensions: 2, ..conditions }, &Units::default())
+                .to_string();
         assert_eq!(flat, "no (pressure drifts by 1.1 [energy / length^2])");
         let expected = "unknown (too short to tell for collision rate)";
         assert_eq!(text(&[("temperature", stationary), ("collision_rate", unknown)]), expected);
         let expected = "unknown (too short to tell for temperature, pressure)";
         assert_eq!(text(&[("temperature", unknown), ("pressure", unknown)]), expected);
         assert_eq!(text(&[("temperature", constant)]), "unknown (no fluctuating quantity was measured)");
-        assert_eq!(Equilibrium::of(&[], &conditions).verdict, Answer::Unknown);
+        assert_eq!(Equilibrium::of(&[], &conditions, &Units::default()).verdict, Answer::Unknown);
     }
 
     #[test]
@@ -173,11 +177,11 @@ mod tests {
         let begun = Conditions { events_per_particle: 0.25, ..STEADY };
         let cooling = Conditions { has_steady_state: false, ..STEADY };
         let all = [("temperature", Stationarity::Stationary)];
-        let short = Equilibrium::of(&all, &begun).to_string();
+        let short = Equilibrium::of(&all, &begun, &Units::default()).to_string();
         assert_eq!(short, "unknown (too short to tell: 0.25 events per particle, and 10 are needed)");
-        let still = Equilibrium::of(&all, &cooling);
+        let still = Equilibrium::of(&all, &cooling, &Units::default());
         assert_eq!((still.verdict, &still.reasons[..]), (Answer::Unknown, &[Equilibrium::COOLS.to_owned()][..]));
-        let falling = Equilibrium::of(&[("temperature", Stationarity::Drifting(-1.0))], &cooling);
+        let falling = Equilibrium::of(&[("temperature", Stationarity::Drifting(-1.0))], &cooling, &Units::default());
         assert_eq!((falling.verdict, falling.reasons.len()), (Answer::No, 2));
         assert_eq!(falling.reasons[1], Equilibrium::COOLS);
     }

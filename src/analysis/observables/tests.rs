@@ -179,7 +179,8 @@ fn equal_hard_particles_on_a_line_have_no_errors() {
             observer.row(&simulation);
         }
         let pressure = observer.estimates().into_iter().find(|(name, _)| *name == "pressure").unwrap().1;
-        let answer = observer.equilibrium(&observer.stationarity(), simulation.event_counts());
+        let answer =
+            observer.equilibrium(&observer.stationarity(), simulation.event_counts(), simulation.scene().units());
         (pressure.standard_error.is_some(), answer.to_string())
     };
     let (has_error, answer) = observed(on_a_line(1.3, &hard), None);

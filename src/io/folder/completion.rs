@@ -45,7 +45,10 @@ impl Folder {
         let measured = Measurements::of(finished);
         self.owned.claim(&measured.names())?;
         let report_file = PartialFile::with_text(self.path.join(REPORT), report)?;
-        let contacts = self.contacts.as_ref().map(|_| (CONTACTS.to_owned(), contacts::columns()));
+        let contacts = self
+            .contacts
+            .as_ref()
+            .map(|_| (CONTACTS.to_owned(), contacts::columns(finished.simulation.scene().units())));
         let columns = [(THERMO.to_owned(), self.columns.columns())].into_iter().chain(contacts).collect();
         let summary_file = summary(&self.path, &Summary { columns, ..Summary::of(finished) })?;
         let measurements = measured.prepare(&self.path)?;

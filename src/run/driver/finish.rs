@@ -70,7 +70,11 @@ impl Driver<'_> {
                 ..nothing.measurement
             },
             observables: self.state.observer.estimates(),
-            equilibrium: self.state.observer.equilibrium(&stationarity, &nothing.measurement.event_counts),
+            equilibrium: self.state.observer.equilibrium(
+                &stationarity,
+                &nothing.measurement.event_counts,
+                self.simulation.scene().units(),
+            ),
             stationarity,
             measured: self.state.measured(self.system.as_ref()),
             ..nothing

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
-use crate::model::{Scene, Sleep, Species, StaticSurface, TcRule, Threads, Until};
+use crate::model::{Scene, Sleep, Species, StaticSurface, TcRule, Threads, Units, Until};
 
 /// A fact of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,8 +23,9 @@ pub struct Fact {
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
     let equilibrates = run.until_stationary || run.equilibration != Until::default();
-    let all: [(&'static str, Vec<String>); 17] = [
+    let all: [(&'static str, Vec<String>); 18] = [
         ("start", start(scene).into_iter().collect()),
+        ("units", units(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),
         ("species", scene.species.iter().zip(counts(scene)).map(species).collect()),
         ("space", space(scene)),
@@ -43,6 +44,13 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("threads", threads(scene).into_iter().collect()),
     ];
     all.into_iter().filter(|(_, values)| !values.is_empty()).map(|(label, values)| Fact { label, values }).collect()
+}
+
+fn units(scene: &Scene) -> Option<String> {
+    let Units { length, mass, time } = scene.units();
+    let energy = scene.unit_of("energy");
+    (!scene.units().are_unnamed())
+        .then(|| format!("{length}, {mass} and {time}; energies and temperatures in {energy}"))
 }
 
 fn sleep(sleep: &Sleep) -> String {

@@ -14,7 +14,7 @@ use super::{Page, scene_text, shell, verdict};
 use crate::analysis::instruments::CHAIN_SIZES;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
-use crate::base::text::{digits, plural, unit};
+use crate::base::text::{digits, plural};
 use crate::exchange::{
     DISTANCE, ExchangeFolder, ExchangeFolderError, ExchangeSummary, TemperatureResult, ThermalPoint,
 };
@@ -115,7 +115,7 @@ fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
         .filter(|(name, _)| has(name))
         .collect();
     all.sort_by_key(|(name, _)| FIRST.iter().position(|first| first == name).unwrap_or(FIRST.len()));
-    let mut all: Vec<(&str, String)> = all.into_iter().map(|(name, of)| (name, unit(of, summary.dimensions))).collect();
+    let mut all: Vec<(&str, String)> = all.into_iter().map(|(name, of)| (name, summary.unit_of(of))).collect();
     for number in summary.results.temperatures.iter().flat_map(|at| &at.measured.numbers) {
         if number.mean.is_some() && all.iter().all(|(name, _)| *name != number.name) {
             all.push((&number.name, number.unit.clone()));
@@ -159,13 +159,17 @@ fn given(number: f64) -> String {
 fn temperatures(summary: &ExchangeSummary) -> String {
     let (results, quantities) = (&summary.results, quantities(summary));
     let is_swapped = is_swapped(summary);
-    let head = if summary.umbrella.is_some() { "window [length]" } else { "temperature [energy]" };
-    let fixed = std::iter::once(head).chain(is_swapped.then_some("swaps with the next"));
+    let head = if summary.umbrella.is_some() {
+        quantity("window", &summary.unit_of("length"))
+    } else {
+        of_temperature(summary)
+    };
+    let fixed = std::iter::once(head).chain(is_swapped.then(|| "swaps with the next".to_owned()));
     let names = quantities.iter().map(|(name, unit)| match *name {
         "temperature" => quantity("kinetic temperature", unit),
         name => quantity(&words(name), unit),
     });
-    let heads: Vec<String> = fixed.map(str::to_owned).chain(names).collect();
+    let heads: Vec<String> = fixed.chain(names).collect();
     let row = |(place, at): (usize, &TemperatureResult)| {
         let acceptance = results.neighbours.get(place).and_then(|it| it.acceptance);
         let means = quantities.iter().map(|(name, _)| mean(measured(at, name)));
@@ -244,8 +248,13 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n")
 }
 
+/// Title of an axis with temperatures.
+fn of_temperature(summary: &ExchangeSummary) -> String {
+    quantity("temperature", &summary.unit_of("energy"))
+}
+
 fn functions(summary: &ExchangeSummary, is_logarithmic: bool) -> Vec<String> {
-    let parameter = Parameter { title: quantity("temperature", "energy"), is_logarithmic };
+    let parameter = Parameter { title: of_temperature(summary), is_logarithmic };
     let member = |at: &TemperatureResult| Member {
         value: at.temperature,
         name: String::new(),
@@ -269,7 +278,7 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     }
     let temperatures = summary.results.temperatures.iter().map(|at| at.temperature);
     let points = temperatures.zip(means()).map(|(x, it)| dot(x, it?)).collect();
-    let titles = ["temperature [energy]".to_owned(), quantity(&words(name), unit)];
+    let titles = [of_temperature(summary), quantity(&words(name), unit)];
     let mut curves = measured_curve(&capitalised(&words(name)), titles, is_logarithmic, points);
     let between = between(summary, name);
     if between.is_empty() {
@@ -292,7 +301,7 @@ fn between(summary: &ExchangeSummary, name: &str) -> Vec<Option<Dot>> {
 }
 
 fn entropy(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
-    let titles = ["temperature [energy]".to_owned(), "entropy per particle".to_owned()];
+    let titles = [of_temperature(summary), "entropy per particle".to_owned()];
     let points = between(summary, "entropy_per_particle");
     let curves = measured_curve("Entropy per particle", titles, is_logarithmic, points);
     curves_figure(
@@ -305,7 +314,7 @@ fn entropy(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
 fn density_of_states(summary: &ExchangeSummary) -> Option<String> {
     let points: Vec<Option<Dot>> =
         summary.density_of_states.iter().map(|level| dot(level.energy, level.log_density_of_states)).collect();
-    let titles = ["potential energy [energy]".to_owned(), "ln density of states".to_owned()];
+    let titles = [quantity("potential energy", &summary.unit_of("energy")), "ln density of states".to_owned()];
     let lines = vec![Line { points, ..Line::default() }];
     let curves = Curves { label: "Density of states".to_owned(), titles, lines, ..Curves::default() };
     let text = "Natural logarithm of g(E), with sum g(E) exp(-E / T) = 1 at the highest temperature T. Error bars: standard errors. From <code>density_of_states.csv</code>.";
@@ -320,7 +329,7 @@ fn measured_curve(label: &str, titles: [String; 2], is_logarithmic: bool, points
 fn acceptance(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
     let middle = |[a, b]: [f64; 2]| (a * b).sqrt();
     let points = summary.results.neighbours.iter().map(|it| dot(middle(it.temperatures), it.acceptance?)).collect();
-    let titles = ["temperature [energy]".to_owned(), "acceptance".to_owned()];
+    let titles = [of_temperature(summary), "acceptance".to_owned()];
     let curves = measured_curve("Acceptance", titles, is_logarithmic, points);
     let text = "Acceptance of swaps between two neighbours, plotted at the geometric mean of their temperatures. Error bars: standard errors.";
     curves_figure(&curves.label, &curves, text)
@@ -333,7 +342,7 @@ fn populations(summary: &ExchangeSummary) -> Option<String> {
         return None;
     }
     let ends = extent(temperatures.iter().map(|at| at.temperature))?;
-    let key = Key { title: "temperature [energy]".to_owned(), ends, is_logarithmic: ends[1] > LONG * ends[0] };
+    let key = Key { title: of_temperature(summary), ends, is_logarithmic: ends[1] > LONG * ends[0] };
     let line = |at: &TemperatureResult| Line {
         label: format!("T = {}", digits(at.temperature)),
         points: at.populations.iter().map(|it| dot(it.energy, it.population)).collect(),

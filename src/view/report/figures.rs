@@ -179,19 +179,20 @@ fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
 fn courses(results: &Results<'_>) -> Vec<String> {
     let find = |name: &str| results.thermo.iter().find(|trace| trace.name == name);
     let mut figures = Vec::new();
+    let time = quantity("time", &results.unit_of("time"));
     let counts: Vec<&Trace> = results.thermo.iter().filter(|trace| trace.name.starts_with(IN)).collect();
     let is_alone = |trace: &&Trace| {
         trace.name != "events" && !ENERGIES.contains(&trace.name.as_str()) && !trace.name.starts_with(IN)
     };
     let energies: Vec<&Trace> = ENERGIES.iter().filter_map(|name| find(name)).collect();
-    figures.extend(course("energy", &energies, None));
+    figures.extend(course("energy", &energies, None, &time));
     for trace in results.thermo.iter().filter(is_alone) {
         let estimate = results.observables.get(&trace.name).and_then(|observable| observable.estimate.finite());
         let level =
             estimate.map(|Estimate { mean, standard_error }| Level { mean, error: standard_error.unwrap_or(0.0) });
-        figures.extend(course(&trace.name.replace('_', " "), &[trace], level));
+        figures.extend(course(&trace.name.replace('_', " "), &[trace], level, &time));
     }
-    figures.extend(course("particles in regions", &counts, None));
+    figures.extend(course("particles in regions", &counts, None, &time));
     figures
 }
 
@@ -200,7 +201,7 @@ fn is_constant(trace: &Trace) -> bool {
     extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))
 }
 
-fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String> {
+fn course(title: &str, traces: &[&Trace], level: Option<Level>, time: &str) -> Option<String> {
     if traces.iter().all(|trace| is_constant(trace)) {
         return None;
     }
@@ -219,7 +220,7 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
     let name = if let [one] = traces { words(&one.name) } else { title.to_owned() };
     let curves = Curves {
         label: format!("{title} against time"),
-        titles: ["time".to_owned(), quantity(&name, &first.unit)],
+        titles: [time.to_owned(), quantity(&name, &first.unit)],
         lines: traces.iter().map(line).collect(),
         level,
         ..Curves::default()

@@ -50,7 +50,14 @@ pub(super) struct Results<'a> {
     pub rates: &'a [Rate],
     pub measured: &'a Measured,
     pub thermo: &'a [Trace],
-    pub dimensions: Option<usize>,
+    pub scene: Option<&'a Scene>,
+}
+
+impl Results<'_> {
+    /// Returns a unit with the names of the scene.
+    pub fn unit_of(&self, unit: &str) -> String {
+        self.scene.map_or_else(|| unit.to_owned(), |scene| scene.unit_of(unit))
+    }
 }
 
 impl Inputs {
@@ -65,7 +72,7 @@ impl Inputs {
             rates: &summary.rates,
             measured: &self.measured,
             thermo: &self.thermo,
-            dimensions: self.scene.as_ref().map(|scene| scene.space.dimensions()),
+            scene: self.scene.as_ref(),
         }
     }
 

@@ -96,7 +96,7 @@ fn about(recording: &Recording) -> String {
     );
     let step = head.frames.iter().flat_map(|frame| frame.field[1]).fold(0.0, f64::max) / 131_068.0;
     let step = number(&format!("{step:.0e}"));
-    text.push_str(&format!("Positions are rounded to 16 bits, by at most {step} [length] along an axis. "));
+    text.push_str(&format!("Positions are rounded to 16 bits, by at most {step} along an axis. "));
     if head.periodic.iter().any(|is_periodic| *is_periodic) {
         text.push_str("They are wrapped into the periodic box. ");
     }

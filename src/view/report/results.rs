@@ -3,7 +3,6 @@ use super::inputs::Results;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
 use crate::analysis::statistics::Estimate;
-use crate::base::text;
 use crate::base::text::digits;
 use crate::io::rates::{Rate, told_apart};
 use crate::io::summary::Observable;
@@ -112,8 +111,6 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     let is_new = |name: &&String| {
         numbers.iter().all(|number| (number.name != **name && number.name != told_as(name)) || number.mean.is_none())
     };
-    let dimensions = results.dimensions;
-    let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |d| text::unit(unit, d));
     let known = OBSERVABLES.iter().map(|(name, _)| *name);
     let others = results
         .observables
@@ -126,7 +123,7 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     let rows = observables.filter(|(name, _)| is_new(name)).map(|(name, observable)| Row {
         published: published(name),
         title: name.replace('_', " "),
-        unit: of_scene(unit(name)),
+        unit: results.unit_of(unit(name)),
         estimate: Some(observable.estimate),
         words: words(name, observable, results.events),
         method: method_of(name),
@@ -134,7 +131,7 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     let measured = numbers.iter().map(|number| Row {
         published: published(&number.name),
         title: number.title.clone(),
-        unit: of_scene(&number.unit),
+        unit: results.unit_of(&number.unit),
         estimate: number.estimate(),
         words: None,
         method: &number.method,

@@ -1,9 +1,9 @@
 use super::html::{brackets, escape, numbers};
 use super::inputs::Inputs;
 use crate::base::numbers::trunc_to_u64;
-use crate::base::text::{digits, plural, unit};
+use crate::base::text::{digits, plural};
 use crate::io::summary::{Events, System};
-use crate::model::{Scene, Species};
+use crate::model::{Scene, Species, Units};
 use crate::view::describe;
 use crate::view::final_table::kinds;
 
@@ -52,7 +52,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
         None => list.text("particles", &plural(summary.particles, "particle")),
     }
     if let Some(system) = &summary.system {
-        of_system(&mut list, system, if summary.volume_moves.is_some() { " at the end" } else { "" });
+        of_system(&mut list, system, &summary.units, if summary.volume_moves.is_some() { " at the end" } else { "" });
     }
     if let Some(moves) = &summary.volume_moves {
         list.text("volume moves", &describe::volume_moves(moves));
@@ -62,7 +62,10 @@ pub(super) fn section(inputs: &Inputs) -> String {
     let kinds = kinds([core, capture, release, bounce, wall], grouped);
     let kinds = if kinds.is_empty() { kinds } else { format!(" ({kinds})") };
     let noun = if total == 1 { "event" } else { "events" };
-    list.text("measured", &format!("{} {noun}{kinds}, up to t = {}", grouped(total), digits(summary.time)));
+    list.text(
+        "measured",
+        &format!("{} {noun}{kinds}, up to t = {}", grouped(total), summary.units.of_time(summary.time)),
+    );
     let speed = &summary.speed;
     let rate = speed
         .events_per_second
@@ -72,10 +75,10 @@ pub(super) fn section(inputs: &Inputs) -> String {
 }
 
 /// Adds the volume and the densities, with labels that end with `when`.
-fn of_system(list: &mut Pairs, system: &System, when: &str) {
+fn of_system(list: &mut Pairs, system: &System, units: &Units, when: &str) {
     let dimensions = system.dimensions;
     let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];
-    let shown = |value: f64, of: &str| format!("{}{}", digits(value), brackets(&unit(of, dimensions)));
+    let shown = |value: f64, of: &str| format!("{}{}", digits(value), brackets(&units.of(of, dimensions)));
     if let Some(volume) = system.volume {
         list.text(&format!("{word}{when}"), &shown(volume, "length^D"));
     }

@@ -8,7 +8,6 @@ use super::html::{cell, escape, quantity, table};
 use super::inputs::{Inputs, Results};
 use super::{figures, results};
 use crate::analysis::observables::{Answer, OBSERVABLES};
-use crate::base::text;
 
 pub(super) fn section(inputs: &Inputs) -> Option<String> {
     let stages: Vec<Results<'_>> = inputs.of_stages().collect();
@@ -23,9 +22,8 @@ pub(super) fn section(inputs: &Inputs) -> Option<String> {
 fn comparison(all: &[Results<'_>]) -> String {
     let is_there = |name: &str| all.iter().any(|results| results.observables.contains_key(name));
     let columns: Vec<(&str, &str)> = OBSERVABLES.iter().copied().filter(|(name, _)| is_there(name)).collect();
-    let dimensions = all.iter().find_map(|results| results.dimensions);
     let head = |(name, unit): &(&str, &str)| {
-        let unit = dimensions.map_or_else(|| (*unit).to_owned(), |dimensions| text::unit(unit, dimensions));
+        let unit = all.first().map_or_else(|| (*unit).to_owned(), |results| results.unit_of(unit));
         ("n", escape(&quantity(&name.replace('_', " "), &unit)))
     };
     let line = |results: &Results<'_>| {

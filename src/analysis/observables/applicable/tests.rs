@@ -77,7 +77,9 @@ fn system_at_rest_has_unknown_equilibrium() {
         simulation.advance(Until::time(f64::from(row))).unwrap();
         observer.row(&simulation);
     }
-    let verdict = observer.equilibrium(&observer.stationarity(), simulation.event_counts()).to_string();
+    let verdict = observer
+        .equilibrium(&observer.stationarity(), simulation.event_counts(), simulation.scene().units())
+        .to_string();
     assert_eq!(verdict, "unknown (no fluctuating quantity was measured)");
 }
 

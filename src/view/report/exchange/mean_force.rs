@@ -4,7 +4,7 @@ use crate::analysis::statistics::Estimate;
 use crate::exchange::{ExchangeSummary, MeanForcePoint, TemperatureResult};
 use crate::view::describe::distance_between;
 use crate::view::report::figures::curves_figure;
-use crate::view::report::html::escape;
+use crate::view::report::html::{escape, quantity};
 use crate::view::report::plot::{Curves, Line, Point as Dot};
 
 pub(super) fn sentence(summary: &ExchangeSummary) -> String {
@@ -20,20 +20,21 @@ pub(super) fn sentence(summary: &ExchangeSummary) -> String {
 pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     let potential = along(
         summary,
-        ["Potential of mean force", "potential of mean force [energy]"],
+        ["Potential of mean force", "potential of mean force"],
         "w(r) = F(r) + (D - 1) T ln r, from all windows together; zero for the mean density in the last window.",
         |point| point.potential_of_mean_force,
     );
     let free_energy = along(
         summary,
-        ["Free energy as a function of the distance", "free energy [energy]"],
+        ["Free energy as a function of the distance", "free energy"],
         "F(r) = -T ln p(r), with the probability density p(r) of the distance, from all windows together; zero for the mean density in the last window.",
         |point| point.free_energy,
     );
     let middle = |at: &TemperatureResult| at.window.map(|[lower, upper]| 0.5 * (lower + upper));
     let windows = &summary.results.temperatures;
     let height = |place: usize| windows.get(place).and_then(middle);
-    let paths = paths_at(summary, places, ("middle of the window [length]", false), height);
+    let paths =
+        paths_at(summary, places, (quantity("middle of the window", &summary.unit_of("length")), false), height);
     [potential, free_energy, acceptance(summary), paths].into_iter().flatten().collect()
 }
 
@@ -46,7 +47,8 @@ fn along(
     let points: Vec<Option<Dot>> =
         summary.potential_of_mean_force.iter().map(|point| dot(point.distance, of(point))).collect();
     let text = format!("{text} Error bars: standard errors. From <code>potential_of_mean_force.csv</code>.");
-    curve(label, ["distance [length]", title], points, &text)
+    let titles = [("distance", "length"), (title, "energy")].map(|(name, of)| quantity(name, &summary.unit_of(of)));
+    curve(label, titles, points, &text)
 }
 
 /// Plots the acceptance of swaps between neighbouring windows, in the middle of their overlap.
@@ -59,11 +61,10 @@ fn acceptance(summary: &ExchangeSummary) -> Option<String> {
     let neighbours = summary.results.neighbours.iter().enumerate();
     let points = neighbours.map(|(place, it)| dot(middle(place)?, it.acceptance?)).collect();
     let text = "Acceptance of swaps between two neighbours, plotted at the middle of the overlap of their windows. Error bars: standard errors.";
-    curve("Acceptance", ["distance [length]", "acceptance"], points, text)
+    curve("Acceptance", [quantity("distance", &summary.unit_of("length")), "acceptance".to_owned()], points, text)
 }
 
-fn curve(label: &str, titles: [&str; 2], points: Vec<Option<Dot>>, text: &str) -> Option<String> {
+fn curve(label: &str, titles: [String; 2], points: Vec<Option<Dot>>, text: &str) -> Option<String> {
     let lines = vec![Line { points, ..Line::default() }];
-    let titles = titles.map(str::to_owned);
     curves_figure(label, &Curves { label: label.to_owned(), titles, lines, ..Curves::default() }, text)
 }

@@ -1,6 +1,7 @@
-use super::is_swapped;
+use super::{is_swapped, of_temperature};
 use crate::exchange::ExchangeSummary;
 use crate::view::report::figures::curves_figure;
+use crate::view::report::html::quantity;
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot};
 
 const MOST_ROWS: u64 = 120;
@@ -23,14 +24,14 @@ pub(super) fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_
     }
     let temperatures = &summary.results.temperatures;
     let height = |place: usize| temperatures.get(place).map(|at| at.temperature);
-    paths_at(summary, places, ("temperature [energy]", is_logarithmic), height)
+    paths_at(summary, places, (of_temperature(summary), is_logarithmic), height)
 }
 
 /// `height` is the vertical position of a temperature or window.
 pub(super) fn paths_at(
     summary: &ExchangeSummary,
     places: &[(f64, Vec<usize>)],
-    (title, is_logarithmic): (&str, bool),
+    (title, is_logarithmic): (String, bool),
     height: impl Fn(usize) -> Option<f64>,
 ) -> Option<String> {
     let temperatures = &summary.results.temperatures;
@@ -47,7 +48,7 @@ pub(super) fn paths_at(
             .collect(),
         ..Line::default()
     };
-    let titles = ["time".to_owned(), title.to_owned()];
+    let titles = [quantity("time", &summary.unit_of("time")), title];
     let [every, rows] = drawn(summary);
     let which = match (every > 1, rows < summary.results.attempts) {
         (true, true) => format!("one in {every} of the first {rows} rows"),

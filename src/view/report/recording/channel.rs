@@ -31,7 +31,7 @@ impl Channels {
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
             name: name.to_owned(),
-            unit: unit.to_owned(),
+            unit: scene.map_or_else(|| unit.to_owned(), |scene| scene.unit_of(unit)),
             low: 0.0,
             high: 0.0,
             is_exceeded: false,

@@ -2,7 +2,6 @@
 
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
-use crate::base::text;
 use crate::view::report::families::{self, Member, Parameter};
 use crate::view::report::figures::{capitalised, curves_figure};
 use crate::view::report::html::quantity;
@@ -40,7 +39,7 @@ pub(super) fn plots(all: &[Results<'_>]) -> String {
         name: results.stage.unwrap_or("measurement").to_owned(),
         curves: results.measured.curves.clone(),
     });
-    let parameter = Parameter { title: quantity(TEMPERATURE, "energy"), is_logarithmic };
+    let parameter = Parameter { title: of_temperature(all.first()), is_logarithmic };
     figures.extend(families::figures(&parameter, &members.collect::<Vec<_>>(), "in the folder of each stage"));
     format!("<div class=\"plots\">\n{}</div>\n", figures.concat())
 }
@@ -59,9 +58,12 @@ struct Known {
     unit: String,
 }
 
+fn of_temperature(results: Option<&Results<'_>>) -> String {
+    quantity(TEMPERATURE, &results.map_or_else(|| "energy".to_owned(), |results| results.unit_of("energy")))
+}
+
 fn quantities(all: &[Results<'_>]) -> Vec<Known> {
-    let dimensions = all.iter().find_map(|results| results.dimensions);
-    let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |dimensions| text::unit(unit, dimensions));
+    let of_scene = |unit: &str| all.first().map_or_else(|| unit.to_owned(), |results| results.unit_of(unit));
     let is_there = |name: &str| all.iter().any(|results| results.observables.contains_key(name));
     let observables = OBSERVABLES.iter().filter(|(name, _)| *name != TEMPERATURE && is_there(name));
     let mut known: Vec<Known> = observables
@@ -94,7 +96,7 @@ fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarit
     let title = capitalised(&known.title);
     let curves = Curves {
         label: format!("{title} of each stage against its temperature"),
-        titles: [quantity(TEMPERATURE, "energy"), quantity(&known.title, &known.unit)],
+        titles: [of_temperature(stages.first().map(|(_, results)| *results)), quantity(&known.title, &known.unit)],
         is_logarithmic: [is_logarithmic, false],
         lines: vec![Line { points: points.into_iter().map(Some).collect(), ..Line::default() }],
         ..Curves::default()

@@ -129,7 +129,9 @@ pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
     } else {
         let temperatures = stages.iter().flat_map(|series| series.points.iter().map(|(temperature, _)| *temperature));
         let is_logarithmic = is_long(temperatures);
-        let title = html::quantity(TEMPERATURE, "energy");
+        let known = results.quantities.iter().find(|it| it.name == TEMPERATURE);
+        let unit = known.map_or("energy", |it| it.unit.as_str());
+        let title = html::quantity(TEMPERATURE, unit);
         let words = "Each point is a measured stage at its mean temperature. ";
         let (figures, _) = self::figures(results, &Along { title, is_logarithmic, words }, &stages, Some(TEMPERATURE));
         format!("<h3>Measured stages against their temperature</h3>\n<div class=\"plots\">\n{figures}</div>\n")
