@@ -56,6 +56,7 @@ use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 pub use crate::model::Until;
 use crate::model::space::Boundary;
 use crate::model::{ParticleId, Scene, Threads};
+use neighbours::ranges::Ranges;
 use observe::Observe;
 use parts::Engine;
 use serde::{Deserialize, Serialize};
@@ -104,6 +105,8 @@ pub struct EngineChoice {
     pub has_table: bool,
     /// Method of the neighbour search at the start. During a run it changes with the density.
     pub search: Search,
+    /// Number of levels of the neighbour lists. Particles of similar size share a level.
+    pub levels: usize,
 }
 
 impl EngineChoice {
@@ -120,7 +123,13 @@ impl EngineChoice {
                 let potential = &scene.interactions[id.0 as usize].potential;
                 potential.is_hard_sphere() && !potential.is_bond()
             });
-        Self { is_falling, has_table: !is_one_hard_sphere, search: Search::of(scene) }
+        let ranges = Ranges::of_scene(scene);
+        Self {
+            is_falling,
+            has_table: !is_one_hard_sphere,
+            search: Search::of(scene, &ranges),
+            levels: ranges.level_count(),
+        }
     }
 }
 
@@ -128,7 +137,11 @@ impl fmt::Display for EngineChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let pairs = if self.has_table { "a table of potentials with pair states" } else { "one hard-sphere species" };
         let motion = if self.is_falling { "falling" } else { "force-free" };
-        write!(f, "{motion} particles, {pairs}, {}", self.search)
+        write!(f, "{motion} particles, {pairs}, {}", self.search)?;
+        match self.search {
+            Search::Lists { .. } if self.levels > 1 => write!(f, " and {} levels of sizes", self.levels),
+            _ => Ok(()),
+        }
     }
 }
 

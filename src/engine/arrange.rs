@@ -68,11 +68,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         true
     }
 
-    /// Returns the best neighbour search at the present density, with a preference for the current search.
     pub(super) fn best_search(&self) -> Search {
-        let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
-        let positions = || self.state.bodies.iter().map(|body| body.position);
-        Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()))
+        self.search_like(Some(self.neighbours.search()))
+    }
+
+    /// Returns the best neighbour search at the present density, with a preference for the `current` search.
+    pub(super) fn search_like(&self, current: Option<Search>) -> Search {
+        let rows = self.state.rows.iter().copied().chain(std::iter::repeat(0));
+        let particles = || self.state.bodies.iter().map(|body| body.position).zip(rows.clone());
+        Search::choose(&self.state.space, (&self.ranges, self.distances.reach_factor()), particles, current)
     }
 
     /// Streams all particles to a time since the epoch, and wraps their positions into the box.
@@ -118,9 +122,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Search::Lists { half_skin } => Neighbours::Lists(VerletLists::new(
                 &self.state.space,
                 half_skin,
-                &self.ranges.between.iter().map(|range| range * factor).collect::<Vec<_>>(),
-                self.ranges.longest * factor,
+                (&self.ranges, factor),
                 positions,
+                &self.state.rows,
             )),
         };
     }

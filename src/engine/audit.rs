@@ -211,7 +211,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn overlaps_of_uncaptured(&self, particle: u32, near: &mut Candidates, found: &mut impl FnMut(Overlap)) {
-        self.neighbours.find_candidates(particle, near);
+        self.neighbours.find_candidates(particle, self.row(particle), near);
         if !self.images.slide() {
             self.overlaps_with(particle, near.found(), found);
             return;

@@ -26,7 +26,8 @@ const MANY: usize = 32_768;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub fn new(scene: &Scene) -> Self {
         let mut engine = Self::placed(scene);
-        engine.begin(scene, Search::of(scene));
+        let search = Search::of(scene, &engine.ranges);
+        engine.begin(scene, search);
         engine
     }
 
@@ -129,7 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
         let mut near = Candidates::default();
         for a in particles.clone() {
-            self.neighbours.find_candidates(a, &mut near);
+            self.neighbours.find_candidates(a, self.row(a), &mut near);
             let all = if holds_all_pairs { self.particles() } else { 0..0 };
             let found = if holds_all_pairs { &[] } else { near.found() };
             let mut across = Vec::new();

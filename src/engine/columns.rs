@@ -422,7 +422,7 @@ impl Column for Neighbours {
     }
 
     fn push(&mut self, record: &Record) {
-        self.push(&record.body.position, record.place);
+        self.push(&record.body.position, record.place, record.species.unwrap_or(0));
     }
 
     /// Writes the cell or list centre. The neighbour list is filled later, when all particles are in place.

@@ -82,7 +82,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
         let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {
-            self.neighbours.find_candidates(me.id, &mut near);
+            self.neighbours.find_candidates(me.id, self.row(me.id), &mut near);
             let Some(rest) = left.checked_sub(near.found().len()) else { return false };
             left = rest;
             let captured = if TABLE { self.pairs.states.of(me.id) } else { &[] };

@@ -72,6 +72,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 Some("the predictions")
             }
             () if !self.schedule.queue.is_sound(count) => Some("the event queue"),
+            () if !self.ranges.is_sound(rows_of_table.len()) => Some("the ranges of interactions"),
             () if !self.pairs.states.is_sound(count, TABLE) => Some("the captured pairs"),
             () if !self.pairs.rules.is_sound(self.pairs.states.all()) => Some("the interactions"),
             () => match &self.neighbours {

@@ -65,7 +65,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 verlet.lists.prefetch_list(particle);
             }
             if prediction.is_transition() {
-                verlet.cells.prefetch_rows(verlet.home(particle));
+                verlet.prefetch_rows(particle);
             }
         }
         if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
@@ -76,7 +76,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.prefetch_captured(particle);
             }
             if prediction.is_transition() {
-                verlet.cells.prefetch_near(verlet.home(particle));
+                verlet.prefetch_near(particle);
             }
         }
     }

@@ -4,6 +4,7 @@ use super::build::rounding_of_distances;
 use super::columns::records::Record;
 use super::contact::apply::{Change, With};
 use super::event::CountedKind;
+use super::neighbours::Search;
 use super::neighbours::candidates::Candidates;
 use super::observe::Observe;
 use super::parts::Engine;
@@ -158,8 +159,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let particle_id = ParticleId(name);
             let (position, _) = self.wrapped(particle.position);
             let mut deepest = self.overlap_with_surfaces(particle, &position, particle_id);
+            let row = self.pairs.rules.rows.row(particle.species);
+            let is_near = is_near && self.ranges.includes(row);
             if is_near {
-                self.neighbours.find_candidates_at(&position, &mut near);
+                self.neighbours.find_candidates_at(&position, row, &mut near);
                 near.found_mut().sort_unstable_by_key(|other| self.name(*other));
             }
             let found = if is_near { near.found().to_vec() } else { self.by_id().collect() };
@@ -209,8 +212,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest
     }
 
+    /// Adapts the neighbour search if any of the new particles is the first of its species.
+    fn include_species_of(&mut self, particles: &[Particle]) {
+        let rows = &self.pairs.rules.rows;
+        let awake = particles.iter().map(|particle| rows.row(particle.species));
+        let all = awake.flat_map(|row| [row, if rows.has_sleep() { rows.asleep(row) } else { row }]);
+        if self.ranges.include(all) {
+            self.stream_all(self.clock.now);
+            let search = if self.images.slide() { Search::Cells } else { self.best_search() };
+            self.sort_in(search);
+            self.fill_lists();
+            for particle in self.particles() {
+                if !self.is_static(particle) {
+                    self.repredict(particle, self.clock.now);
+                }
+            }
+        }
+    }
+
     /// Inserts particles of a program without checks.
     fn insert_particles(&mut self, scene: &Scene, particles: &[Particle]) {
+        self.include_species_of(particles);
         let before = if TABLE { self.energy().pair } else { 0.0 };
         let set_states = |engine: &mut Self, added| {
             if TABLE {

@@ -2,6 +2,7 @@
 
 use super::stage::{Settings, Stage};
 use crate::analysis::published::{contact_value, contact_value_of_disks};
+use crate::engine::{EngineChoice, Search};
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
@@ -235,9 +236,15 @@ fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Number of particles in the cells around a particle, which are as large as the longest range; `None` up to [`CROWD`].
+/// Number of particles in the cells around a particle, which are as large as the longest range. `None` up to [`CROWD`],
+/// and with neighbour lists, which have cells for each size of particles.
 fn crowd(scene: &Scene) -> Option<f64> {
-    let range = scene.longest_range();
+    if EngineChoice::new(scene).search != Search::Cells {
+        return None;
+    }
+    let occurs = scene.occurring_species();
+    let pairs = scene.table.iter().filter(|([a, b], _)| occurs[*a] && occurs[*b]);
+    let range = pairs.map(|(_, id)| scene.interactions[id.0 as usize].potential.range()).fold(0.0, f64::max);
     let part = |k: usize| {
         if scene.space.boundary[k] == Boundary::Flat { 1.0 } else { (3.0 * range / scene.space.size[k]).min(1.0) }
     };

@@ -15,6 +15,7 @@ use std::cell::Cell;
 mod population;
 mod sleep;
 mod surfaces;
+mod unlike;
 
 use surfaces::{motions, surfaces};
 
@@ -269,9 +270,13 @@ struct Compared {
 }
 
 fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
+    compare_events(scene, EVENTS)
+}
+
+fn compare_events(scene: &Scene, count: usize) -> Result<Compared, TestCaseError> {
     let mut reference = Reference::new(scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
-    let fast = fast_events(scene, EVENTS);
-    let expected: Vec<_> = std::iter::from_fn(|| reference.step_before(LONGEST)).take(EVENTS).collect();
+    let fast = fast_events(scene, count);
+    let expected: Vec<_> = std::iter::from_fn(|| reference.step_before(LONGEST)).take(count).collect();
     for (k, ours) in fast.iter().enumerate() {
         let Some(theirs) = expected.get(k) else { break };
         let speed = (theirs.before[0] - theirs.before[1]).dot(&theirs.normal).abs();

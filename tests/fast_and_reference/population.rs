@@ -5,14 +5,14 @@ use carom::Vector;
 use carom::check::reference::{self, Reference};
 use carom::engine::event::Event;
 use carom::engine::{Simulation, Until};
-use carom::model::{Particle, ParticleId, SpeciesId};
+use carom::model::{Particle, ParticleId, Scene, SpeciesId};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
 
 /// A change of the population, at a time `after` the previous change.
 #[derive(Debug, Clone)]
-struct Change {
+pub struct Change {
     after: f64,
     leaving: Vec<prop::sample::Index>,
     entering: Vec<(u32, [f64; 3], [f64; 3])>,
@@ -20,7 +20,7 @@ struct Change {
     domains: usize,
 }
 
-fn change() -> impl Strategy<Value = Change> {
+pub fn change() -> impl Strategy<Value = Change> {
     (
         0.02..0.4_f64,
         prop::collection::vec(any::<prop::sample::Index>(), 0..3),
@@ -41,10 +41,10 @@ fn change() -> impl Strategy<Value = Change> {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Tally {
+pub struct Tally {
     sequences: usize,
-    events: usize,
-    entered: usize,
+    pub events: usize,
+    pub entered: usize,
     left: usize,
     refused: usize,
 }
@@ -81,9 +81,17 @@ fn check_energy(simulation: &Simulation, at_start: f64) -> Result<(), TestCaseEr
 
 fn run(recipe: &Recipe, changes: &[Change], tally: &Cell<Tally>) -> Result<(), TestCaseError> {
     let Some(scene) = recipe.scene() else { return Err(TestCaseError::reject("no such scene")) };
+    run_scene(&scene, recipe.roughness.is_some(), changes, tally)
+}
+
+/// Compares the engines between changes of the population. New particles of the species 0 and 1 move, and particles of
+/// the species 2 are static.
+pub fn run_scene(scene: &Scene, has_spins: bool, changes: &[Change], tally: &Cell<Tally>) -> Result<(), TestCaseError> {
     let mut simulation = Simulation::without_plan(scene.clone());
-    let mut reference = Reference::new(&scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
-    let at_start = total(&simulation);
+    let mut reference = Reference::new(scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
+    let (at_start, size) = (total(&simulation), scene.space().size);
+    // Rounding errors grow with the number of collisions of each particle.
+    let most = EVENTS.max(scene.particles().len());
     let (mut seen, mut count) = (0, tally.get());
     count.sequences += 1;
     for change in changes {
@@ -92,10 +100,10 @@ fn run(recipe: &Recipe, changes: &[Change], tally: &Cell<Tally>) -> Result<(), T
         if simulation.advance_with(Until::time(until), |event| ours.push(*event)).is_err() {
             break;
         }
-        let theirs: Vec<_> = std::iter::from_fn(|| reference.step_before(until)).take(10 * EVENTS).collect();
+        let theirs: Vec<_> = std::iter::from_fn(|| reference.step_before(until)).take(100 * EVENTS).collect();
         let Some(events) = same_events(&ours, &theirs, until)? else { break };
         (seen, count.events) = (seen + events, count.events + events);
-        if seen > EVENTS {
+        if seen > most {
             break;
         }
         if change.is_saved {
@@ -115,10 +123,10 @@ fn run(recipe: &Recipe, changes: &[Change], tally: &Cell<Tally>) -> Result<(), T
         count.left += leaving.len();
         for (species, place, velocity) in &change.entering {
             let is_static = *species == 2;
-            let place = Vector::from_fn(|axis, _| (0.1 + 0.8 * place[axis]) * recipe.box_length);
+            let place = Vector::from_fn(|axis, _| (0.1 + 0.8 * place[axis]) * size[axis]);
             let velocity = if is_static { Vector::zeros() } else { Vector::from(*velocity) };
-            let spins = recipe.roughness.is_some() && !is_static;
-            let spin = if spins { place.cross(&velocity) / recipe.box_length } else { Vector::zeros() };
+            let spins = has_spins && !is_static;
+            let spin = if spins { place.cross(&velocity) / size[0] } else { Vector::zeros() };
             let new = Particle::new(SpeciesId(*species), place, velocity).spin(spin);
             match simulation.insert(&[new]) {
                 Ok(ids) => {

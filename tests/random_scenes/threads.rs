@@ -223,7 +223,7 @@ fn large(seed: u64) -> String {
         let _ = writeln!(text, "gravity = {down:?}");
     }
     let masses = [0.7, dice.pick(&[0.7, 3.1, 40.0])];
-    let diameters = [1.0, dice.pick(&[1.0, 0.45])];
+    let diameters = [1.0, dice.pick(&[1.0, 0.45, 0.15])];
     for k in 0..2 {
         let _ = write!(text, "[[species]]\nname = \"S{k}\"\nmass = {:?}\ndiameter = {:?}\n", masses[k], diameters[k]);
     }

@@ -138,7 +138,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return self.repredict(particle, self.clock.now);
         }
         let mut near = Candidates::default();
-        self.neighbours.find_candidates(particle, &mut near);
+        self.neighbours.find_candidates(particle, self.row(particle), &mut near);
         for &other in near.found().iter().filter(|&&other| other < first) {
             if !self.is_static(other) {
                 self.repredict(other, self.clock.now);

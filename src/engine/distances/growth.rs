@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::event::{EventCounts, EventCountsBySpecies};
-use crate::engine::neighbours::Search;
 use crate::engine::parts::Engine;
 use crate::engine::sources::Repredict;
 use crate::engine::{Chosen, EngineChoice, Invariant, InvariantBroken, Simulation, Snapshot};
@@ -117,15 +116,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn sort_anew(&mut self) {
         self.stream_all(self.clock.now);
-        let positions = || self.state.bodies.iter().map(|body| body.position);
-        let search = Search::choose_among(&self.state.space, self.longest_meeting(), positions, None);
-        self.sort_in(search);
+        self.sort_in(self.search_like(None));
         self.fill_lists();
-    }
-
-    /// Returns the longest contact distance until the spheres are sorted again.
-    fn longest_meeting(&self) -> f64 {
-        self.distances.reach_factor() * self.ranges.between.iter().copied().fold(0.0, f64::max)
     }
 }
 

@@ -155,7 +155,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 compared.to_publish.push((particle, new));
                 // The new domain may hold a neighbour that is predicted to meet this particle. There, the prediction
                 // marks this particle as absent, so the neighbour is sent, too.
-                self.engine.neighbours.find_candidates(particle, &mut near);
+                self.engine.neighbours.find_candidates(particle, self.engine.row(particle), &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);
                 for other in near.found().iter().copied().chain(captured) {

@@ -248,7 +248,7 @@ fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
             (columns as usize, next + 1.0)
         }
         Neighbours::Lists(verlet) => {
-            let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
+            let range = verlet.levels.largest_reach().max(f64::MIN_POSITIVE) + further;
             let most = MOST_COLUMNS.min(MOST_COLUMNS_PER_PARTICLE * engine.particles().len() as f64).max(1.0);
             let columns = (extent / range * COLUMNS_PER_REACH).clamp(1.0, most).floor();
             // One column is added, because a list centre may be anywhere in its column.

@@ -34,12 +34,35 @@ pub struct Cells {
     homes: Vec<u32>,
 }
 
-/// Side of a cell in a thin fluid, in units of the mean distance of particles, in one, two and three dimensions.
-/// Particles leave smaller cells more often, and larger cells hold more candidates.
-const FINE: [f64; 3] = [1.0, 0.8, 0.7];
+/// Smallest side of a cell, in units of the mean distance of particles, in one, two and three dimensions. Particles leave
+/// smaller cells more often, and larger cells hold more candidates. The second side is for gases so thin that particles
+/// fly through many cells between two collisions. The sides were measured with hard spheres and disks.
+const SIDES: [[f64; 2]; 3] = [[1.0, 1.0], [0.8, 2.0], [0.7, 1.0]];
+
+/// The first side is best up to the first mean free path, in units of the mean distance of particles, and the second side
+/// from the second mean free path on.
+const FREE_PATHS: [f64; 2] = [2.0, 10.0];
 
 /// Maximum number of cells per particle. More cells would cost memory and cause more transitions.
 const CELLS_PER_PARTICLE: f64 = 8.0;
+
+/// Returns the smallest sides of cells in one, two and three dimensions, in units of the mean distance of particles.
+fn sides(space: &Space, range: f64, particles: usize) -> [f64; 3] {
+    let dimensions = space.dimensions();
+    let volume: f64 = space.size.iter().filter(|size| **size > 0.0).product();
+    let distance = libm::pow(volume / particles as f64, 1.0 / dimensions as f64);
+    let ratio = range / distance;
+    // Mean free path between hard spheres or disks of this diameter, in units of their mean distance.
+    let free_path = std::f64::consts::FRAC_1_SQRT_2
+        / match dimensions {
+            3 => std::f64::consts::PI * ratio * ratio,
+            2 => 2.0 * ratio,
+            _ => 1.0,
+        };
+    let [short, long] = FREE_PATHS;
+    let weight = (libm::log(free_path / short) / libm::log(long / short)).clamp(0.0, 1.0);
+    SIDES.map(|[fine, wide]| if weight > 0.0 { fine * libm::pow(wide / fine, weight) } else { fine })
+}
 
 impl Cells {
     /// Checks data from a file: the sizes of the arrays, and that each particle is only in the list of its cell.
@@ -64,13 +87,13 @@ impl Cells {
                 particle = self.next[particle as usize];
             }
         }
-        true
+        found == particles
     }
 
     /// Creates cells for interactions up to `range` `[length]`, and sorts particles at `positions` into them.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector]) -> Self {
-        let grid = Grid::new(space, range, positions, FINE, CELLS_PER_PARTICLE);
+        let grid = Grid::new(space, range, positions, sides(space, range, positions.len()), CELLS_PER_PARTICLE);
         let mut cells = Self {
             first: vec![NO_PARTICLE; grid.count()],
             next: vec![NO_PARTICLE; positions.len()],
@@ -206,6 +229,23 @@ mod tests {
         let at = |k: u32| f64::from(k) + 0.5;
         let positions = (0..n * n * n).map(|k| Vector::new(at(k % n), at(k / n % n), at(k / n / n))).collect();
         (Space::periodic_cube(f64::from(n)), positions)
+    }
+
+    #[test]
+    fn cells_are_wider_where_particles_fly_far_between_collisions() {
+        // The mean free path of a hard-sphere gas is `sigma / (6 sqrt(2) phi)`.
+        let volume = |phi: f64| 1000.0 * std::f64::consts::FRAC_PI_6 / phi;
+        let of_gas = |phi: f64| sides(&Space::periodic_cube(libm::cbrt(volume(phi))), 1.0, 1000)[2];
+        assert_eq!([of_gas(0.3), of_gas(0.02)], [0.7, 0.7]);
+        assert_eq!([of_gas(1e-3), of_gas(1e-8)], [1.0, 1.0]);
+        assert!((0.75..0.95).contains(&of_gas(4e-3)), "{}", of_gas(4e-3));
+        let square = |size: f64| Space {
+            size: Vector::new(size, size, 0.0),
+            boundary: [Boundary::Periodic, Boundary::Periodic, Boundary::Flat],
+            ..Space::periodic_cube(1.0)
+        };
+        let of_disks = |size: f64| sides(&square(size), 1.0, 1000)[1];
+        assert_eq!([of_disks(40.0), of_disks(1e4)], [0.8, 2.0]);
     }
 
     #[test]

@@ -35,6 +35,38 @@ pub struct Grid {
     side: Vector,
 }
 
+/// A block of cells, given by its first cell and its number of cells along each axis. Along periodic axes, it may
+/// continue beyond the last cell with the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    first: [u32; 3],
+    count: [u32; 3],
+}
+
+/// Cells that a search visits.
+pub trait Region {
+    /// Calls `visit(first, count)` for runs of consecutive cells, which together are the region.
+    fn for_each_run(&self, grid: &Grid, visit: impl FnMut(usize, usize));
+}
+
+/// A cell and all adjacent cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Around(pub u32);
+
+impl Region for Around {
+    #[inline(always)]
+    fn for_each_run(&self, grid: &Grid, visit: impl FnMut(usize, usize)) {
+        grid.for_each_run(self.0, visit);
+    }
+}
+
+impl Region for Window {
+    #[inline(always)]
+    fn for_each_run(&self, grid: &Grid, visit: impl FnMut(usize, usize)) {
+        grid.for_each_run_in(self, visit);
+    }
+}
+
 /// With more cells along a periodic axis, particles in adjacent cells can only meet in their nearest image. With
 /// exactly this number, two images may be equally near, because particles can be half a period apart.
 const UNAMBIGUOUS: u32 = 4;
@@ -145,6 +177,47 @@ impl Grid {
             for &y in &ys[..ny] {
                 for &x in &xs[..nx] {
                     visit((z * strides[2] + y * strides[1] + x) as usize, 1);
+                }
+            }
+        }
+    }
+
+    /// Returns the cells that contain all positions within `radius` of `centre`. Along a periodic axis, these cells may
+    /// be all cells, but none of them occurs twice.
+    #[must_use]
+    pub fn window(&self, centre: &Vector, radius: f64) -> Window {
+        let radius = radius * MARGIN;
+        let along = |k: usize| -> [u32; 2] {
+            let n = self.counts[k];
+            let [low, high] = [centre[k] - radius, centre[k] + radius].map(|at| {
+                let index = ((at - self.lower[k]) / self.side[k]).floor();
+                // On flat axes, 0/0 is NaN, which becomes the first cell.
+                if self.is_periodic[k] { index } else { index.clamp(0.0, f64::from(n - 1)) }
+            });
+            let count = high - low + 1.0;
+            if n == 1 || count.is_nan() || count >= f64::from(n) {
+                return [0, n];
+            }
+            // Positions are less than a period outside the box.
+            let first = if low < 0.0 { low + f64::from(n) } else { low };
+            [trunc_to_u32(first) % n, trunc_to_u32(count)]
+        };
+        let along = [0, 1, 2].map(along);
+        Window { first: along.map(|[first, _]| first), count: along.map(|[_, count]| count) }
+    }
+
+    /// Calls `visit(first, count)` for runs of consecutive cells, which together are a window.
+    #[inline(always)]
+    fn for_each_run_in(&self, window: &Window, mut visit: impl FnMut(usize, usize)) {
+        let [nx, ny, nz] = self.counts;
+        let (first, count) = (window.first, window.count);
+        let until_end = count[0].min(nx - first[0]);
+        for z in first[2]..first[2] + count[2] {
+            for y in first[1]..first[1] + count[1] {
+                let row = self.join([0, y % ny, z % nz]);
+                visit((row + first[0]) as usize, until_end as usize);
+                if count[0] > until_end {
+                    visit(row as usize, (count[0] - until_end) as usize);
                 }
             }
         }

@@ -65,12 +65,16 @@ pub struct Lists {
     entries: Vec<u32>,
     /// Free runs of blocks, by their length.
     free: Vec<Vec<u32>>,
-    /// Previous entries of a list that is renewed.
+    /// Previous and new entries of a list that is renewed.
     old: Vec<u32>,
+    sorted: Vec<u32>,
     /// The particles added by the last [`Self::renew`], padded to whole blocks, and their number.
     newcomers: Vec<u32>,
     coming: usize,
 }
+
+/// Longer lists are sorted before they are compared.
+const SHORT: usize = 64;
 
 /// Returns true if a short list contains a particle. No branch depends on the entries.
 #[inline]
@@ -116,7 +120,7 @@ impl Lists {
             })
             && self.free.iter().flatten().all(|&first| (first as usize) < blocks)
             && self.coming <= self.newcomers.len()
-            && self.newcomers.iter().chain(&self.old).all(|&other| (other as usize) < particles)
+            && self.newcomers.iter().chain(&self.old).chain(&self.sorted).all(|&other| (other as usize) < particles)
     }
 
     /// Empties all lists and frees their memory.
@@ -203,9 +207,22 @@ impl Lists {
         old.clear();
         old.extend_from_slice(self.of(particle));
         newcomers.clear();
-        newcomers.extend(new.iter().filter(|other| !holds(&old, **other)));
-        for &other in old.iter().filter(|other| !holds(new, **other)) {
-            self.remove(other, particle);
+        if new.len().max(old.len()) <= SHORT {
+            newcomers.extend(new.iter().filter(|other| !holds(&old, **other)));
+            for &other in old.iter().filter(|other| !holds(new, **other)) {
+                self.remove(other, particle);
+            }
+        } else {
+            let mut sorted = std::mem::take(&mut self.sorted);
+            sorted.clear();
+            sorted.extend_from_slice(new);
+            sorted.sort_unstable();
+            old.sort_unstable();
+            newcomers.extend(new.iter().filter(|other| old.binary_search(other).is_err()));
+            for &other in old.iter().filter(|other| sorted.binary_search(other).is_err()) {
+                self.remove(other, particle);
+            }
+            self.sorted = sorted;
         }
         for &other in newcomers.iter().filter(|other| !keeps_none(**other)) {
             self.add(other, particle);

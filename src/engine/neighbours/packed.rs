@@ -5,7 +5,7 @@
 
 use super::candidates::Candidates;
 use super::cells::NO_PARTICLE;
-use super::grid::Grid;
+use super::grid::{Around, Grid, Region};
 use crate::Vector;
 use crate::base::numbers::{id, single};
 use crate::engine::hardware::pages::enlarge;
@@ -29,6 +29,9 @@ const FAR: f64 = 1e15;
 const FINEST: [f64; 3] = [0.0; 3];
 const CELLS_PER_PARTICLE: f64 = 1.0;
 
+/// If the reach is shorter than this fraction of the reach of the cells, fewer cells are searched than the adjacent ones.
+const MUCH_WIDER: f64 = 0.8;
+
 /// Eight centres in one cell. The x coordinate of unused places is NaN.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
@@ -45,6 +48,8 @@ impl Block {
 pub struct Packed {
     /// Cells no smaller than the reach.
     pub grid: Grid,
+    /// The reach for which the cells were made `[length]`.
+    reach: f64,
     /// First block of each cell.
     first: Vec<u32>,
     blocks: Vec<Block>,
@@ -72,40 +77,36 @@ struct Ball {
 }
 
 impl Packed {
-    /// Sorts centres at `positions` into cells for a given reach `[length]`.
+    /// Creates empty cells for centres at about `positions` and a given reach `[length]`.
     #[must_use]
     pub fn new(space: &Space, reach: f64, positions: &[Vector]) -> Self {
         let grid = Grid::new(space, reach, positions, FINEST, CELLS_PER_PARTICLE);
         let corner = |k: usize| space.lower[k].abs().max(space.upper()[k].abs());
         let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
-        let empty = Self {
-            first: Vec::new(),
+        Self {
+            first: vec![NONE; grid.count()],
             blocks: Vec::new(),
             next: Vec::new(),
             free: Vec::new(),
             periods: space.periods().map(single).into(),
             scale: periodic.map(corner).fold(0.0, f64::max),
             width: Simd::most(),
+            reach,
             grid,
-        };
-        empty.of_others(positions)
+        }
     }
 
-    /// Returns the same grid with particles at other positions.
+    /// Returns the same cells without particles.
     #[must_use]
-    pub fn of_others(&self, centres: &[Vector]) -> Self {
-        let mut others = Self {
+    pub fn emptied(&self) -> Self {
+        Self {
             grid: self.grid.clone(),
             first: vec![NONE; self.grid.count()],
             blocks: Vec::new(),
             next: Vec::new(),
             free: Vec::new(),
             ..*self
-        };
-        for (centre, particle) in centres.iter().zip(0..) {
-            others.put(particle, centre);
         }
-        others
     }
 
     /// Checks data from a file. Each block must be free or in one cell, and all particle numbers must be valid.
@@ -194,13 +195,25 @@ impl Packed {
         self.grid.cell_at(centre)
     }
 
-    pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
-        near.clear();
-        self.for_each_block(cell, |block| {
+    /// Adds all particles with centres within `reach`, and others nearby.
+    pub fn add_candidates(&self, centre: &Vector, reach: f64, near: &mut Candidates) {
+        let mut put = |block: &Block| {
             for id in block.ids {
                 near.put(id);
             }
-        });
+        };
+        if self.has_cells_for(reach) {
+            self.for_each_block(Around(self.home(centre)), &mut put);
+        } else {
+            self.for_each_block(self.grid.window(centre, reach), &mut put);
+        }
+    }
+
+    /// Whether the cells are only a little wider than `reach`. Otherwise, fewer or more cells than the adjacent ones are
+    /// searched.
+    #[inline]
+    fn has_cells_for(&self, reach: f64) -> bool {
+        reach <= self.reach && reach > MUCH_WIDER * self.reach
     }
 
     /// Returns the largest rounding error of a distance up to `reach`; infinite beyond [`FAR`].
@@ -213,24 +226,15 @@ impl Packed {
         if scale >= FAR { f64::INFINITY } else { 14.0 * ROUNDING * scale }
     }
 
-    /// Finds all particles with centres within `reach`. May also find particles that are farther away by about twice
-    /// [`Self::slack`]. Returns true if all particles found are certainly within reach.
+    /// Adds all particles with centres within `reach`. May also add particles that are farther away by about twice
+    /// [`Self::slack`]. Returns true if all particles added are certainly within reach.
     ///
     /// The sum of squares adds up to 4 rounding errors to the squared distance. The squared radii allow for 8.
     #[inline]
-    pub fn find_within(
-        &self,
-        centre: &Vector,
-        reach: f64,
-        #[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables, reason = "it makes AVX2 shorter"))]
-        wraps: bool,
-        near: &mut Candidates,
-    ) -> bool {
-        near.clear();
-        let cell = self.home(centre);
+    pub fn add_within(&self, centre: &Vector, reach: f64, wraps: bool, near: &mut Candidates) -> bool {
         let slack = self.slack(reach, centre);
         if slack.is_infinite() {
-            self.find_candidates(cell, near);
+            self.add_candidates(centre, reach, near);
             return false;
         }
         let (radius, inner) = (reach + slack, (reach - slack).max(0.0));
@@ -240,13 +244,29 @@ impl Packed {
             certain: single(inner * inner * (1.0 - 8.0 * ROUNDING)).next_down(),
             periods: self.periods,
         };
+        if self.has_cells_for(reach) {
+            self.add_in_ball(Around(self.home(centre)), &ball, wraps, near)
+        } else {
+            self.add_in_ball(self.grid.window(centre, radius), &ball, wraps, near)
+        }
+    }
+
+    #[inline]
+    fn add_in_ball(
+        &self,
+        region: impl Region,
+        ball: &Ball,
+        #[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables, reason = "it makes AVX2 shorter"))]
+        wraps: bool,
+        near: &mut Candidates,
+    ) -> bool {
         #[cfg(target_arch = "x86_64")]
         if self.width.has_avx2() {
             // SAFETY: the processor supports AVX2, as just checked.
-            return unsafe { self.find_in_ball_avx2(cell, &ball, wraps, near) };
+            return unsafe { self.add_in_ball_avx2(region, ball, wraps, near) };
         }
         let mut are_certain = true;
-        self.for_each_block(cell, |block| {
+        self.for_each_block(region, |block| {
             for lane in 0..LANES {
                 let squared = ball.squared_distance(block, lane);
                 if squared <= ball.squared {
@@ -260,19 +280,19 @@ impl Packed {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn find_in_ball_avx2(&self, cell: u32, ball: &Ball, wraps: bool, near: &mut Candidates) -> bool {
+    fn add_in_ball_avx2(&self, region: impl Region, ball: &Ball, wraps: bool, near: &mut Candidates) -> bool {
         let mut are_certain = true;
         if wraps {
-            self.for_each_block(cell, |block| are_certain &= avx2::find_in_ball::<true>(block, ball, near));
+            self.for_each_block(region, |block| are_certain &= avx2::find_in_ball::<true>(block, ball, near));
         } else {
-            self.for_each_block(cell, |block| are_certain &= avx2::find_in_ball::<false>(block, ball, near));
+            self.for_each_block(region, |block| are_certain &= avx2::find_in_ball::<false>(block, ball, near));
         }
         are_certain
     }
 
     #[inline(always)]
-    fn for_each_block(&self, cell: u32, mut visit: impl FnMut(&Block)) {
-        self.grid.for_each_run(cell, |first, count| {
+    fn for_each_block(&self, region: impl Region, mut visit: impl FnMut(&Block)) {
+        region.for_each_run(&self.grid, |first, count| {
             for &first in &self.first[first..first + count] {
                 let mut at = first;
                 while at != NONE {

@@ -1,8 +1,9 @@
 //! Verlet lists with a skin. The skin is the region in which a particle may move before its list is rebuilt.
 
 use super::candidates::Candidates;
+use super::levels::Levels;
 use super::lists::Lists;
-use super::packed::Packed;
+use super::ranges::Ranges;
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::columns::Order;
@@ -20,12 +21,10 @@ pub struct VerletLists {
     pub half_skin: f64,
     /// Position of each particle when its list was built.
     pub centres: Vec<Vector>,
-    /// The centres, packed by cell.
-    pub cells: Packed,
+    /// The centres, sorted into cells by the size of their particles.
+    pub levels: Levels,
     /// The lists can be rebuilt from the centres and the captured pairs.
     pub lists: Lists,
-    /// For each species, the largest distance between the centres of a listed pair `[length]`.
-    pub reaches: Vec<f64>,
     /// For each pair of species, the largest squared distance between the centres of a listed pair `[length^2]`.
     /// Negative for pairs that never meet.
     squared: Vec<f64>,
@@ -36,25 +35,29 @@ pub struct VerletLists {
 }
 
 impl VerletLists {
-    /// Creates empty lists. `ranges` are the distances at which uncaptured pairs meet, for each pair of species;
-    /// negative for pairs that never meet. `longest` is the largest interaction distance, including bonds.
+    /// Creates empty lists. Ranges are multiplied by `factor`. `rows` are the rows of all particles; empty if there is
+    /// only one row.
     #[must_use]
-    pub fn new(space: &Space, half_skin: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
-        let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * half_skin * (1.0 + MARGIN) };
-        let species = ranges.len().isqrt();
+    pub fn new(
+        space: &Space,
+        half_skin: f64,
+        (ranges, factor): (&Ranges, f64),
+        positions: Vec<Vector>,
+        rows: &[u16],
+    ) -> Self {
+        let reach = |range: f64| if range < 0.0 { -1.0 } else { range * factor + 2.0 * half_skin * (1.0 + MARGIN) };
         // Width of the outer part of the box. It includes two half skins for two particles, and one for a centre
         // outside the box.
-        let widest = reach(longest) + 3.0 * half_skin;
+        let widest = reach(ranges.longest) + 3.0 * half_skin;
         let margin =
             Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Periodic { widest } else { f64::NEG_INFINITY });
         Self {
             half_skin,
             lists: Lists::new(positions.len()),
-            cells: Packed::new(space, ranges.iter().copied().map(reach).fold(0.0, f64::max), &positions),
+            levels: Levels::new(space, ranges, |a, b| reach(ranges.at(a, b)), &positions, rows),
             centres: positions,
-            reaches: ranges.chunks(species).map(|row| row.iter().copied().map(reach).fold(0.0, f64::max)).collect(),
-            squared: ranges.iter().map(|&range| reach(range) * reach(range).abs()).collect(),
-            species,
+            squared: ranges.between.iter().map(|&range| reach(range) * reach(range).abs()).collect(),
+            species: ranges.between.len().isqrt(),
             periods: space.periods(),
             inner: [space.lower + margin, space.upper() - margin],
         }
@@ -64,10 +67,9 @@ impl VerletLists {
     pub fn is_sound(&self, particles: usize, species: usize) -> bool {
         self.centres.len() == particles
             && self.species == species
-            && self.reaches.len() == species
             && self.squared.len() == species * species
             && self.lists.is_sound(particles)
-            && self.cells.is_sound(particles)
+            && self.levels.is_sound(particles, species)
     }
 
     /// Returns the largest half skin that a box allows, so that the nearest image of a pair does not change within the
@@ -80,10 +82,16 @@ impl VerletLists {
         periodic.map(|k| (0.5 * space.size[k] - range) / 4.1).fold(f64::INFINITY, f64::min)
     }
 
+    /// Prefetches the cells around the centre of a particle.
     #[inline]
-    #[must_use]
-    pub fn home(&self, particle: u32) -> u32 {
-        self.cells.home(&self.centres[particle as usize])
+    pub fn prefetch_rows(&self, particle: u32) {
+        self.levels.prefetch_rows(particle, &self.centres[particle as usize]);
+    }
+
+    /// Prefetches the contents of these cells.
+    #[inline]
+    pub fn prefetch_near(&self, particle: u32) {
+        self.levels.prefetch_near(particle, &self.centres[particle as usize]);
     }
 
     /// Returns true if a particle at `position` may meet other particles across a side of the box.
@@ -103,16 +111,15 @@ impl VerletLists {
     /// argument `species` holds the species of all particles. It is empty if there is only one species.
     #[inline]
     pub fn find_neighbours_within(&self, centre: &Vector, mine: u16, species: &[u16], near: &mut Candidates) {
-        let reach = self.reaches[usize::from(mine)];
-        let are_certain = self.cells.find_within(centre, reach, self.wraps(centre), near);
+        let are_certain = self.levels.find_within(centre, mine, self.wraps(centre), near);
         if self.species > 1 || !are_certain {
             let of = |other: u32| species.get(other as usize).copied().unwrap_or(0);
             near.retain(|other| self.is_within_reach(centre, other, [mine, of(other)]));
         }
     }
 
-    pub fn push(&mut self, centre: Vector) {
-        self.cells.put(id(self.centres.len()), &centre);
+    pub fn push(&mut self, centre: Vector, row: u16) {
+        self.levels.push(id(self.centres.len()), &centre, row);
         self.centres.push(centre);
         self.lists.push_empty();
     }
@@ -121,33 +128,26 @@ impl VerletLists {
     pub fn relocate(&mut self, particle: u32, centre: Vector) {
         let before = std::mem::replace(&mut self.centres[particle as usize], centre);
         if before != centre {
-            self.cells.lift(particle, &before);
-            self.cells.put(particle, &centre);
+            self.levels.lift(particle, &before);
+            self.levels.put(particle, &centre);
         }
     }
 
     /// Takes a particle out of all lists, and empties its own list.
     pub fn withdraw(&mut self, particle: u32) {
-        self.cells.lift(particle, &self.centres[particle as usize]);
+        self.levels.lift(particle, &self.centres[particle as usize]);
         self.lists.withdraw(particle);
     }
 
     pub fn permuted(&self, order: &Order) -> Self {
         let centres = order.permuted(&self.centres);
-        let cells = self.cells.of_others(&centres);
-        Self {
-            centres,
-            cells,
-            lists: self.lists.permuted(order),
-            reaches: self.reaches.clone(),
-            squared: self.squared.clone(),
-            ..*self
-        }
+        let levels = self.levels.permuted(order, &centres);
+        Self { centres, levels, lists: self.lists.permuted(order), squared: self.squared.clone(), ..*self }
     }
 
     pub fn enlarge(&self) {
         enlarge(&self.centres);
-        self.cells.enlarge();
+        self.levels.enlarge();
         self.lists.enlarge();
     }
 }

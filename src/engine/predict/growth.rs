@@ -156,7 +156,7 @@ mod tests {
                     let others = if let Some(verlet) = engine.neighbours.verlet() {
                         verlet.lists.of(particle)
                     } else {
-                        engine.neighbours.find_candidates(particle, &mut near);
+                        engine.neighbours.find_candidates(particle, engine.row(particle), &mut near);
                         near.found()
                     };
                     others.iter().for_each(|&other| engine.predict_uncaptured_pair(&me, other, &mut one_by_one));

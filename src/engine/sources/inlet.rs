@@ -281,16 +281,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether a new particle at `position` would be beyond the range of all other particles, and touch no surface.
     fn is_free(&self, position: &Vector, row: u16, near: &mut Candidates) -> bool {
-        let rows = self.pairs.rules.rows.species().len();
         let is_far = |other: u32| {
-            let range = self.ranges.between[usize::from(row) * rows + usize::from(self.row(other))];
+            let range = self.ranges.at(usize::from(row), usize::from(self.row(other)));
             let (there, _) = self.state_at(other, self.clock.now);
             range < 0.0 || self.nearest(position - there, Vector::zeros(), self.clock.now).0.position.norm() > range
         };
         let is_clear = if self.images.slide() {
             self.particles().all(is_far)
         } else {
-            self.neighbours.find_candidates_at(position, near);
+            self.neighbours.find_candidates_at(position, row, near);
             near.found().iter().all(|&other| is_far(other))
         };
         let radius = self.pairs.rules.species[usize::from(row)].radius;

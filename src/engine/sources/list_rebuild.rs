@@ -73,10 +73,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
         let near = &mut scratch.get_or_insert_with(|| Self::new_scratch(state)).near;
-        verlet.cells.lift(particle, &verlet.centres[particle as usize]);
+        verlet.levels.lift(particle, &verlet.centres[particle as usize]);
         verlet.centres[particle as usize] = to;
         Self::find_listed(verlet, pairs, state, particle, near);
-        verlet.cells.put(particle, &to);
+        verlet.levels.put(particle, &to);
         verlet.lists.renew(particle, near.found(), |other| Self::keeps_no_list(pairs, state, other));
         Ok(())
     }

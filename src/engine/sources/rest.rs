@@ -217,10 +217,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Finds the neighbours of a particle at `place`: particles whose surfaces are at most `distance` away.
     fn find_touching(&self, particle: u32, place: &Vector, distance: f64, near: &mut Candidates) {
-        let rows = self.pairs.rules.rows.species().len();
-        self.neighbours.find_candidates_at(place, near);
+        self.neighbours.find_candidates_at(place, self.row(particle), near);
         near.retain(|other| {
-            let range = self.ranges.between[usize::from(self.row(particle)) * rows + usize::from(self.row(other))];
+            let range = self.ranges.at(usize::from(self.row(particle)), usize::from(self.row(other)));
             let (there, _) = self.state_at(other, self.clock.now);
             let apart = self.nearest(place - there, Vector::zeros(), self.clock.now).0.position.norm();
             other != particle && range >= 0.0 && apart <= range + distance

@@ -14,7 +14,7 @@ const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
 
 const MAGIC: usize = 16;
 
-const VERSION: usize = 14;
+const VERSION: usize = 15;
 
 const PIECE: usize = 1 << 20;
 

@@ -16,12 +16,18 @@ fn space(is_periodic: bool, lower: f64) -> Space {
     space
 }
 
+fn filled(space: &Space, centres: &[Vector]) -> Packed {
+    let mut packed = Packed::new(space, REACH, centres);
+    centres.iter().zip(0..).for_each(|(centre, particle)| packed.put(particle, centre));
+    packed
+}
+
 /// Returns the particles near `centre`, and whether all are certainly within reach. All instruction sets must agree.
 fn found(packed: &mut Packed, centre: &Vector) -> (Vec<u32>, bool) {
     let mut ways = Simd::all().into_iter().map(|width| {
         let mut near = Candidates::default();
         packed.width = width;
-        let are_certain = packed.find_within(centre, REACH, true, &mut near);
+        let are_certain = packed.add_within(centre, REACH, true, &mut near);
         (near.found().to_vec(), are_certain)
     });
     let first = ways.next().unwrap();
@@ -39,7 +45,7 @@ proptest! {
     ) {
         let space = space(is_periodic, lower);
         let mut centres: Vec<Vector> = start.into_iter().map(|x| Vector::from(x).add_scalar(lower)).collect();
-        let mut packed = Packed::new(&space, REACH, &centres);
+        let mut packed = filled(&space, &centres);
         for (particle, to) in moves {
             let particle = particle % centres.len();
             packed.lift(id(particle), &centres[particle]);
@@ -71,7 +77,7 @@ fn distant_particles_in_open_box_are_found() {
     let far = |x: f64| Vector::new(x, 0.5, 0.5);
     for x in [1e9, 1e14, 1e30] {
         let centres = [far(0.1), far(0.1 + SIZE), far(x), far(x.next_up()), far(2.0 * x)];
-        let mut packed = Packed::new(&space(false, 0.0), REACH, &centres[..2]);
+        let mut packed = filled(&space(false, 0.0), &centres[..2]);
         for particle in 2..5 {
             packed.put(particle, &centres[particle as usize]);
         }
@@ -84,7 +90,7 @@ fn distant_particles_in_open_box_are_found() {
 #[test]
 fn empty_blocks_are_reused() {
     let at = |k: u32, x: f64| Vector::new(x, 0.01 * f64::from(k), 0.01 * f64::from(k));
-    let mut packed = Packed::new(&space(true, 0.0), REACH, &(0..40).map(|k| at(k, 0.1)).collect::<Vec<_>>());
+    let mut packed = filled(&space(true, 0.0), &(0..40).map(|k| at(k, 0.1)).collect::<Vec<_>>());
     let blocks = packed.blocks.len();
     for [from, to] in [[0.1, 2.0], [2.0, 0.1], [0.1, 3.5], [3.5, 0.1]] {
         for particle in 0..40 {
@@ -92,7 +98,7 @@ fn empty_blocks_are_reused() {
             packed.put(particle, &at(particle, to));
         }
         let mut near = Candidates::default();
-        packed.find_candidates(packed.home(&at(0, to)), &mut near);
+        packed.add_candidates(&at(0, to), REACH, &mut near);
         assert_eq!(near.found().len(), 40);
     }
     assert!(packed.blocks.len() <= 2 * blocks, "{} blocks of {blocks} at first", packed.blocks.len());

@@ -46,7 +46,7 @@ fn meets_in_all_images<const TABLE: bool>(scene: &Scene) {
         for particle in engine.particles() {
             let mut one_by_one = Prediction::NONE;
             let me = engine.streamed(particle, now);
-            engine.neighbours.find_candidates(particle, &mut near);
+            engine.neighbours.find_candidates(particle, engine.row(particle), &mut near);
             engine.for_each_across(particle, |other| near.put(other));
             near.found().iter().for_each(|&other| engine.predict_uncaptured_pair(&me, other, &mut one_by_one));
             let prediction = engine.predict(particle, now, &mut scratch);

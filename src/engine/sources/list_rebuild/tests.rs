@@ -24,7 +24,7 @@ pub(in crate::engine) fn are_complete<const FALLING: bool, const TABLE: bool>(
             let [a, b] = [particle, other].map(|id| verlet.centres[id as usize]);
             let apart = minimum_image(a - b, &engine.state.periods).norm();
             let species = [particle, other].map(|id| usize::from(engine.row(id)));
-            let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
+            let range = engine.ranges.at(species[0], species[1]);
             let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
             // The reach may include a margin of one millionth of the skin. The factor `1 + 1e-14` allows for round-off.
             let is_near = |margin| apart < (range + 2.0 * verlet.half_skin * (1.0 + margin)) * (1.0 + 1e-14);
@@ -147,6 +147,36 @@ fn lists_are_complete_for_grains_that_fall_on_static_ones() {
     let region = (Vector::new(0.0, 0.5, 2.1), Vector::new(12.0, 11.5, 8.5));
     let fill = Fill::new(Arrangement::Random, "A").count(500).region(region.0, region.1);
     check::<true, true>(&builder.fill(fill).temperature(1.0).build().unwrap(), 200_000);
+}
+
+/// A few large spheres among many small ones.
+fn unlike(space: Space, diameter: f64, [large, small]: [u64; 2]) -> SceneBuilder {
+    let hard = |diameter| InteractionDraft::new(Potential::hard_sphere(diameter).unwrap()).restitution(0.8);
+    SceneBuilder::new("unlike")
+        .space(space)
+        .species(SpeciesDraft::new("S").mass(0.3).diameter(1.0))
+        .species(SpeciesDraft::new("L").mass(17.0).diameter(diameter))
+        .interaction(hard(1.0).between("S", "S"))
+        .interaction(hard(0.5 * (1.0 + diameter)).between("S", "L"))
+        .interaction(hard(diameter).between("L", "L"))
+        .fill(Fill::new(Arrangement::Random, "L").count(large))
+        .fill(Fill::new(Arrangement::Random, "S").count(small))
+        .temperature(1.0)
+}
+
+#[test]
+fn lists_are_complete_among_spheres_of_very_different_sizes() {
+    check::<false, true>(&unlike(Space::periodic_cube(24.0), 6.0, [8, 3_000]).build().unwrap(), 30_000);
+    // The large spheres are almost as large as the box permits.
+    check::<false, true>(&unlike(Space::periodic_cube(24.0), 10.0, [2, 1_500]).build().unwrap(), 20_000);
+    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(0.9)), upper: Face::Open };
+    let space = Space {
+        lower: Vector::repeat(-10.0),
+        size: Vector::repeat(20.0),
+        boundary: [Boundary::Periodic, Boundary::walls(0.9), floor],
+    };
+    let grains = unlike(space, 4.5, [12, 1_500]).gravity(Vector::new(0.0, 0.0, -1.0)).contact_time(1e-3);
+    check::<true, true>(&grains.build().unwrap(), 150_000);
 }
 
 /// Compares the predicted contact of each particle with the first contact among 125 images of every other particle.

@@ -37,10 +37,8 @@ fn finds_all_neighbours<const FALLING: bool, const TABLE: bool>(engine: &Engine<
         engine.find_touching(particle, &place, distance, &mut near);
         let mut found = near.found().to_vec();
         found.sort_unstable();
-        let rows = engine.pairs.rules.rows.species().len();
         let touches = |&other: &u32| {
-            let range =
-                engine.ranges.between[usize::from(engine.row(particle)) * rows + usize::from(engine.row(other))];
+            let range = engine.ranges.at(usize::from(engine.row(particle)), usize::from(engine.row(other)));
             (engine.state_at(other, engine.clock.now).0 - place).norm() <= range + distance
         };
         let expected: Vec<u32> = engine.particles().filter(|&other| other != particle).filter(touches).collect();

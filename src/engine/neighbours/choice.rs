@@ -1,0 +1,383 @@
+//! Choice of the neighbour search: cells, or lists and their skin.
+
+use super::Search;
+use super::ranges::Ranges;
+use super::verlet::VerletLists;
+use crate::Vector;
+use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
+use crate::engine::images::ImagePolicy;
+use crate::engine::pairs::rows::Rows;
+use crate::model::Scene;
+use crate::model::space::{Boundary, Space};
+
+/// Number of particles beyond the interaction range that a Verlet list should contain, in one, two and three
+/// dimensions. More particles slow down predictions, and fewer cause more rebuilds. The third number was measured in
+/// hard-sphere fluids, crystals and square wells. With half or twice this number, runs are about a tenth slower.
+const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
+
+/// Largest reach of Verlet lists at which lists are faster than cells, in units of the interaction range. This value is
+/// the reach at a packing fraction of 0.36. The measured limit is a packing fraction of 0.35 for 11,000 hard spheres,
+/// 0.38 for ten times as many, and a reach of 1.66 for square wells.
+const WORTHWHILE: f64 = 1.69;
+
+/// Replaces [`WORTHWHILE`] in boxes with up to three cells along a period, where particles are candidates in several
+/// images. It is the reach at a packing fraction of 0.14. The measured limit for ten hard spheres is 0.1 to 0.15.
+const WORTHWHILE_IN_SMALL_BOX: f64 = 2.2;
+
+/// The search method changes only if the limit is passed by this fraction.
+const HYSTERESIS: f64 = 0.05;
+
+/// The half skin is replaced only if the new value differs from it by at least this fraction.
+const DIFFERENT: f64 = 0.3;
+
+/// Up to this number of particles, Verlet lists are cheap even if each list contains all particles.
+const FEW: usize = 32;
+
+/// Half skin, in units of the interaction range, for a few particles in a box longer than [`LONG`] ranges. A wide skin
+/// avoids rebuilds when particles fly far. But contacts are predicted at distances of up to four half skins, and the
+/// error of the overlap function grows with the square of this distance. The largest error is about `1e5` ulp.
+const WIDE: f64 = 100.0;
+const LONG: f64 = 1e4;
+
+/// The half skin is at most this fraction of the largest half skin that the box allows.
+const WITHIN: f64 = 0.95;
+
+/// Smallest half skin as a fraction of the interaction range.
+const THINNEST: f64 = 0.08;
+
+impl Search {
+    /// Chooses the search method at the start of a scene.
+    #[must_use]
+    pub fn of(scene: &Scene, ranges: &Ranges) -> Self {
+        if !ImagePolicy::stay(scene) {
+            // Verlet lists do not support the sliding images of sheared boxes.
+            return Self::Cells;
+        }
+        let rows = Rows::of(scene);
+        let particles = || scene.particles.iter().map(|particle| (particle.position, rows.row(particle.species)));
+        Self::choose(&scene.space, (ranges, 1.0), particles, None)
+    }
+
+    /// Chooses the search method for particles with given positions and rows. All ranges are multiplied by `factor`. The
+    /// `current` method is kept if the density is close to the limit between the methods.
+    #[must_use]
+    pub fn choose<I: Iterator<Item = (Vector, u16)>>(
+        space: &Space,
+        (ranges, factor): (&Ranges, f64),
+        particles: impl Fn() -> I,
+        current: Option<Self>,
+    ) -> Self {
+        let range = ranges.largest() * factor;
+        let widest = VerletLists::widest_half_skin(space, range);
+        let positions = || particles().map(|(position, _)| position);
+        if positions().count() <= FEW && range > 0.0 && range < widest {
+            let is_long = (0..3).all(|k| space.boundary[k] == Boundary::Flat || space.size[k] >= LONG * range);
+            return Self::Lists { half_skin: if is_long { WIDE * range } else { range } };
+        }
+        if ranges.level_count() > 1 {
+            return Self::choose_for_levels(space, (ranges, factor), particles, (current, widest));
+        }
+        let reach = reach_of_lists(space, range, local_density(space, range, positions));
+        // Even a thin skin, as in a small box, is better than testing all images of all particles.
+        let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(THINNEST * range);
+        // Without particles or a range, the reach is NaN, and cells are chosen.
+        if !(reach < worthwhile(space, range, current) * range && half_skin < widest) {
+            return Self::Cells;
+        }
+        Self::lists_like(half_skin, (current, widest))
+    }
+
+    /// Chooses the search method for particles of very different sizes. Cells are as large as the largest range, so that
+    /// small particles may have many candidates. Lists have cells for each level of sizes.
+    fn choose_for_levels<I: Iterator<Item = (Vector, u16)>>(
+        space: &Space,
+        (ranges, factor): (&Ranges, f64),
+        particles: impl Fn() -> I,
+        (current, widest): (Option<Self>, f64),
+    ) -> Self {
+        // In a thin gas, a particle may have flown through several periods since its latest event.
+        let particles = || particles().map(|(position, row)| (space.wrapped(position), row));
+        let contents = Contents::of(space, ranges, &particles);
+        let own = ranges.occurring().map(|row| ranges.at(row, row)).filter(|range| *range > 0.0);
+        let thinnest = THINNEST * factor * own.fold(ranges.largest(), f64::min);
+        let half_skin = contents.half_skin((space, ranges, factor), thinnest).min(WITHIN * widest).max(thinnest);
+        let [of_cells, of_lists] = contents.costs((space, ranges, factor), half_skin);
+        let preference = match current {
+            None => 1.0,
+            Some(Self::Cells) => 1.0 - 2.0 * HYSTERESIS,
+            Some(Self::Lists { .. }) => 1.0 + 2.0 * HYSTERESIS,
+        };
+        if half_skin < widest && of_lists < of_cells * preference {
+            Self::lists_like(half_skin, (current, widest))
+        } else {
+            Self::Cells
+        }
+    }
+
+    /// Lists with about this half skin. The current half skin is kept if it is similar.
+    fn lists_like(half_skin: f64, (current, widest): (Option<Self>, f64)) -> Self {
+        match current {
+            Some(Self::Lists { half_skin: old }) if (half_skin - old).abs() < DIFFERENT * old && old < widest => {
+                Self::Lists { half_skin: old }
+            }
+            _ => Self::Lists { half_skin },
+        }
+    }
+}
+
+/// Times of the test of a pair, of a cell transition, and of a new list on one of the levels, in nanoseconds. They were
+/// fitted to mixtures of spheres with size ratios of 2 to 10 at packing fractions of 1e-4 to 0.5.
+const PAIR: f64 = 8.0;
+const TRANSITION: f64 = 100.0;
+const NEW_LIST: f64 = 300.0;
+
+/// Numbers and local densities of particles of different sizes.
+struct Contents {
+    /// For each row, the number of its particles if they move.
+    moving: Vec<f64>,
+    /// For each row, the number density around its level `[length^-dimensions]`.
+    densities: Vec<f64>,
+}
+
+impl Contents {
+    fn of<I: Iterator<Item = (Vector, u16)>>(space: &Space, ranges: &Ranges, particles: &impl Fn() -> I) -> Self {
+        let rows = ranges.levels.len();
+        let mut numbers = vec![0.0; rows];
+        particles().for_each(|(_, row)| numbers[usize::from(row)] += 1.0);
+        let level_of = |row: usize| ranges.levels[row];
+        let of_level = |level: u8| {
+            let number: f64 = (0..rows).filter(|&row| level_of(row) == level).map(|row| numbers[row]).sum();
+            let own = ranges.occurring().filter(|&row| level_of(row) == level).map(|row| ranges.at(row, row));
+            let positions =
+                || particles().filter(|(_, row)| level_of(usize::from(*row)) == level).map(|(position, _)| position);
+            let density = if number > 0.0 { local_density(space, own.fold(0.0, f64::max), positions) } else { 0.0 };
+            density / number.max(1.0)
+        };
+        let levels: Vec<f64> = (0..=u8::MAX).take(ranges.level_count()).map(of_level).collect();
+        Self {
+            densities: (0..rows).map(|row| numbers[row] * levels[usize::from(level_of(row))]).collect(),
+            moving: (0..rows).map(|row| if ranges.moves[row] { numbers[row] } else { 0.0 }).collect(),
+        }
+    }
+
+    /// Returns the half skin with which lists contain, on average over moving particles, [`LISTED`] particles beyond
+    /// their ranges. At least `thinnest`, and infinite if lists never become that long.
+    fn half_skin(&self, (space, ranges, factor): (&Space, &Ranges, f64), thinnest: f64) -> f64 {
+        let dimensions = space.dimensions();
+        let volume = |radius: f64| volume_of_ball(radius, dimensions);
+        let rows = || 0..self.moving.len();
+        let all: f64 = self.moving.iter().sum();
+        let listed = |half_skin: f64| {
+            let beyond = |a: usize, b: usize| {
+                let range = ranges.at(a, b) * factor;
+                if range < 0.0 { 0.0 } else { volume(range + 2.0 * half_skin) - volume(range) }
+            };
+            let of = |a: usize| rows().map(|b| self.densities[b] * beyond(a, b)).sum::<f64>();
+            rows().filter(|&a| self.moving[a] > 0.0).map(|a| self.moving[a] * of(a)).sum::<f64>() / all
+        };
+        let aim = LISTED[dimensions - 1];
+        let (mut lower, mut upper) = (thinnest, thinnest);
+        while listed(upper) < aim {
+            (lower, upper) = (upper, 2.0 * upper);
+        }
+        for _ in 0..20 {
+            let middle = 0.5 * (lower + upper);
+            if listed(middle) < aim { lower = middle } else { upper = middle }
+        }
+        upper
+    }
+
+    /// Estimates the times of an event with cells and with lists, in nanoseconds. Between two events, a particle flies a
+    /// mean free path. It leaves its cell, or its skin, in proportion to this path.
+    fn costs(&self, (space, ranges, factor): (&Space, &Ranges, f64), half_skin: f64) -> [f64; 2] {
+        let dimensions = space.dimensions();
+        let axes = dimensions as f64;
+        let density: f64 = self.densities.iter().sum();
+        let free_path = self.free_path(ranges, factor, dimensions);
+        let side = (ranges.largest() * factor).max(0.8 * libm::pow(density, -1.0 / axes));
+        let held = density * libm::pow(side, axes);
+        let around = libm::pow(3.0, axes);
+        // With velocities in all directions, a particle crosses about half a side along each axis.
+        let transitions = 0.5 * axes * free_path / side;
+        let of_cells = around * held * PAIR + transitions * (TRANSITION + around / 3.0 * held * PAIR);
+        let of_lists = LISTED[dimensions - 1] * PAIR + free_path / half_skin * NEW_LIST * ranges.level_count() as f64;
+        [2.0 * of_cells, 2.0 * of_lists]
+    }
+
+    /// Mean free path of the moving particles `[length]`, as of hard spheres with Enskog's factor.
+    fn free_path(&self, ranges: &Ranges, factor: f64, dimensions: usize) -> f64 {
+        let rows = || 0..self.moving.len();
+        let range = |a: usize, b: usize| (ranges.at(a, b) * factor).max(0.0);
+        let filled: f64 =
+            rows().map(|row| self.densities[row] * volume_of_ball(0.5 * range(row, row), dimensions)).sum();
+        let crowding = libm::pow(1.0 - filled.min(0.6), -0.5 * (dimensions as f64 + 2.0));
+        let section = |range: f64| match dimensions {
+            3 => std::f64::consts::PI * range * range,
+            2 => 2.0 * range,
+            _ => 1.0,
+        };
+        let of = |a: usize| {
+            let met: f64 = rows().map(|b| self.densities[b] * section(range(a, b))).sum();
+            std::f64::consts::FRAC_1_SQRT_2 / (met * crowding)
+        };
+        let all: f64 = self.moving.iter().sum();
+        rows().filter(|&a| self.moving[a] > 0.0).map(|a| self.moving[a] * of(a)).sum::<f64>() / all
+    }
+}
+
+fn volume_of_ball(radius: f64, dimensions: usize) -> f64 {
+    match dimensions {
+        3 => 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius,
+        2 => std::f64::consts::PI * radius * radius,
+        _ => 2.0 * radius,
+    }
+}
+
+/// Returns the reach `[length]` at which Verlet lists are fastest, for a given number density.
+fn reach_of_lists(space: &Space, range: f64, density: f64) -> f64 {
+    let dimensions = space.dimensions();
+    let volume = LISTED[dimensions - 1] / density;
+    match dimensions {
+        3 => libm::cbrt(range * range * range + volume / (4.0 / 3.0 * std::f64::consts::PI)),
+        2 => (range * range + volume / std::f64::consts::PI).sqrt(),
+        _ => range + 0.5 * volume,
+    }
+}
+
+/// Returns the largest reach, in units of the interaction range, at which lists are chosen.
+fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
+    let has_few_cells = (0..3).any(|k| space.boundary[k] == Boundary::Periodic && space.size[k] < 4.0 * range);
+    let worthwhile = if has_few_cells { WORTHWHILE_IN_SMALL_BOX } else { WORTHWHILE };
+    match current {
+        None => worthwhile,
+        Some(Search::Cells) => worthwhile * (1.0 - HYSTERESIS),
+        Some(Search::Lists { .. }) => worthwhile * (1.0 + HYSTERESIS),
+    }
+}
+
+/// Mean number density around particles `[length^-dimensions]`. Empty parts of the box do not count.
+fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, positions: impl Fn() -> I) -> f64 {
+    /// Mean number of particles per cell. A single particle then hardly changes the density.
+    const MANY: f64 = 32.0;
+    let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
+    let volume: f64 = (0..3).filter_map(extent).product();
+    let mut density = positions().count() as f64 / volume;
+    // If part of the box is empty, the first cells are too large. Each pass uses the density of the previous pass.
+    for _ in 0..3 {
+        let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
+        density = density_in_cells(space, fair, &positions);
+    }
+    density
+}
+
+/// Returns the mean number density around particles, from counts in cells with sides of about `fair`.
+fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
+    /// Up to this number of cells, or of particles, counts are stored in a dense array.
+    const SOME: usize = 4096;
+    let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
+    let along = |k: usize| extent(k).map_or(1.0, |size| (size / fair).floor().max(1.0));
+    let side = Vector::from_fn(|k, _| extent(k).map_or(f64::INFINITY, |size| size / along(k)));
+    let cell_of = |position: &Vector| -> [i32; 3] {
+        std::array::from_fn(|k| trunc_to_i32(((position[k] - space.lower[k]) / side[k]).floor()))
+    };
+    let cells: f64 = (0..3).map(along).product();
+    let are_few = cells <= positions().count().max(SOME) as f64;
+    let numbers: [usize; 3] = std::array::from_fn(|k| if are_few { trunc_to_usize(along(k)) } else { 0 });
+    let mut counts = vec![0_u32; numbers.iter().product()];
+    let mut elsewhere = Vec::new();
+    for position in positions() {
+        let cell = cell_of(&position);
+        let [x, y, z] = cell.map(|index| usize::try_from(index).unwrap_or(usize::MAX));
+        if x < numbers[0] && y < numbers[1] && z < numbers[2] {
+            counts[(z * numbers[1] + y) * numbers[0] + x] += 1;
+        } else {
+            elsewhere.push(cell);
+        }
+    }
+    elsewhere.sort_unstable();
+    let cell: f64 = side.iter().filter(|side| side.is_finite()).product();
+    let others = elsewhere.chunk_by(|a, b| a == b).map(|same| same.len() as f64);
+    // The sums are exact in any order, because all terms are integers.
+    let (mut squares, mut all) = (0.0, 0.0);
+    for n in counts.into_iter().map(f64::from).chain(others) {
+        (squares, all) = (squares + n * n, all + n);
+    }
+    squares / all / cell
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Chooses the search for equal particles.
+    fn choose_equal(space: &Space, range: f64, positions: &[Vector], current: Option<Search>) -> Search {
+        let particles = || positions.iter().map(|position| (*position, 0));
+        Search::choose(space, (&Ranges::of_equal(range), 1.0), particles, current)
+    }
+
+    fn lattice(n: u32, spacing: f64) -> (Space, Vec<Vector>) {
+        let at = |k: u32| (f64::from(k) + 0.5) * spacing;
+        let positions = (0..n * n * n).map(|k| Vector::new(at(k % n), at(k / n % n), at(k / n / n))).collect();
+        (Space::periodic_cube(f64::from(n) * spacing), positions)
+    }
+
+    #[test]
+    fn a_dense_system_has_lists_and_a_thin_or_small_one_cells() {
+        let choose = |n, spacing: f64| {
+            let (space, positions) = lattice(n, spacing);
+            choose_equal(&space, 1.0, &positions, None)
+        };
+        assert!(
+            matches!(choose(12, 1.0), Search::Lists { half_skin } if (0.2..0.3).contains(&half_skin)),
+            "{:?}",
+            choose(12, 1.0)
+        );
+        assert_eq!(choose(12, 1.5), Search::Cells);
+        assert_eq!(choose(2, 1.2), Search::Cells);
+        assert_eq!(choose_equal(&Space::periodic_cube(9.0), 1.0, &[], None), Search::Cells);
+    }
+
+    #[test]
+    fn few_particles_in_long_box_use_lists_with_wide_skin() {
+        let at = [Vector::repeat(1.0), Vector::repeat(3.0)];
+        for (size, half_skin) in [(20.0, 1.0), (9e3, 1.0), (1e4, WIDE), (1e9, WIDE)] {
+            let mut space = Space::periodic_cube(size);
+            assert_eq!(choose_equal(&space, 1.0, &at, None), Search::Lists { half_skin });
+            space.size.x = 1e9;
+            assert_eq!(choose_equal(&space, 1.0, &at, None), Search::Lists { half_skin });
+        }
+    }
+
+    #[test]
+    fn a_small_box_has_lists_with_a_skin_that_fits() {
+        for (n, spacing) in [(3, 1.0), (3, 1.3), (2, 1.5), (4, 1.0)] {
+            let (space, positions) = lattice(n, spacing);
+            let chosen = choose_equal(&space, 1.0, &positions, None);
+            let Search::Lists { half_skin } = chosen else { panic!("{n} {spacing}") };
+            assert!(half_skin >= THINNEST && space.size[0] > 2.0 * (1.0 + 4.0 * half_skin), "{half_skin}");
+            assert_eq!(choose_equal(&space, 1.0, &positions, Some(chosen)), chosen);
+            // A skin that is too thick for the box is replaced, even if the change is small.
+            let wider = Search::Lists { half_skin: 1.1 * half_skin };
+            assert_eq!(choose_equal(&space, 1.0, &positions, Some(wider)), chosen);
+        }
+    }
+
+    #[test]
+    fn local_density_ignores_empty_parts_of_the_box() {
+        let (mut space, positions) = lattice(12, 1.0);
+        assert!((local_density(&space, 1.0, || positions.iter().copied()) - 1.0).abs() < 0.1);
+        space.size *= 4.0;
+        assert!((local_density(&space, 1.0, || positions.iter().copied()) - 1.0).abs() < 0.3);
+    }
+
+    #[test]
+    fn a_search_changes_only_with_the_density() {
+        let (space, positions) = lattice(12, 1.0);
+        let first = choose_equal(&space, 1.0, &positions, None);
+        assert_eq!(choose_equal(&space, 1.0, &positions, Some(first)), first);
+        let (space, wider) = lattice(12, 1.02);
+        assert_eq!(choose_equal(&space, 1.0, &wider, Some(first)), first);
+        let (space, far) = lattice(12, 1.9);
+        assert_eq!(choose_equal(&space, 1.0, &far, Some(first)), Search::Cells);
+    }
+}
