@@ -22,6 +22,9 @@ impl Sleep {
     /// The mean time between the contacts of a grain at rest is less than this number of contact times.
     pub const MOST_CONTACT_TIMES: f64 = 4.0;
 
+    /// A grain that hits sleeping grains more often than this in a contact time wakes them.
+    pub const MOST_CONTACTS: f64 = 64.0;
+
     /// The smallest number of contacts between two searches of a grain at rest.
     #[must_use]
     pub fn fewest_contacts(&self, contact_time: f64) -> f64 {
@@ -32,7 +35,7 @@ impl Sleep {
     /// between sleeping grains has many more.
     #[must_use]
     pub fn most_contacts(&self, contact_time: f64) -> f64 {
-        64.0 * (self.interval / contact_time)
+        Self::MOST_CONTACTS * (self.interval / contact_time)
     }
 
     pub(crate) fn numbers(&self) -> [f64; 3] {

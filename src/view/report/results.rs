@@ -58,7 +58,7 @@ pub(super) fn section(results: &Results<'_>) -> String {
     let heads = [("", "quantity"), ("n", "value"), ("", "unit")].into_iter().chain(published);
     let heads = heads.chain([("", "how it is measured")]);
     format!(
-        "{}<p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \
+        "{}<p class=\"aside\">Boltzmann's constant is 1. Standard errors of the observables come from the \
          spectral density of their series at frequency zero and assume a stationary one.</p>\n{}{}",
         table("results", "Means over the measurement and their standard errors", heads, &lines),
         sources(results),
