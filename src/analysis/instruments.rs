@@ -26,10 +26,12 @@ mod free_time;
 mod grid;
 mod histogram;
 mod instrument;
+mod mixing;
 mod momentum_flow;
 mod near_pairs;
 mod pressure_tensor;
 mod residence_times;
+mod rows_over_time;
 mod slope;
 mod speeds;
 mod stress;
@@ -90,6 +92,7 @@ instruments! {
     speeds::Speeds: speeds,
     profiles::Profile: profiles,
     stress::Stress: stresses,
+    mixing::Mixing: mixings,
     surface_forces::SurfaceForces: surface_forces,
     contacts::Contacts: contacts,
     centre_of_mass::CentreOfMass: centre_of_mass,

@@ -90,6 +90,10 @@ macro_rules! with_instruments {
             stress = stresses: Vec<Stress> {
                 positive: [interval], bins: [], labels: [name], at_one_time: false, any_volume: false, any_number: true
             }
+            /// How well species are mixed, in the cells of a grid.
+            mixing = mixings: Vec<Mixing> {
+                positive: [interval], bins: [], labels: [name], at_one_time: true, any_volume: false, any_number: true
+            }
             /// Flow of particles through planes.
             flow = flows: Vec<Flow> {
                 positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false, any_number: false
@@ -408,7 +412,7 @@ pub struct BondOrder {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// Name, unique among profiles, stresses and flows: up to 50 letters, digits, `-` and `_`.
+    /// Name, unique among all instruments with a name: up to 50 letters, digits, `-` and `_`.
     #[schemars(regex(pattern = FILE_NAME))]
     pub name: String,
     /// Number of bins along x, y and z; 1 for an axis over which the profile is averaged.
@@ -430,7 +434,7 @@ pub struct Profile {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stress {
-    /// Name, unique among profiles, stresses and flows: up to 50 letters, digits, `-` and `_`.
+    /// Name, unique among all instruments with a name: up to 50 letters, digits, `-` and `_`.
     #[schemars(regex(pattern = FILE_NAME))]
     pub name: String,
     /// Number of bins along x, y and z; 1 for an axis over which the stress is averaged.
@@ -446,11 +450,31 @@ pub struct Stress {
     pub interval: Option<f64>,
 }
 
+/// Index of mixing of the moving species, from their fractions in the cells of a grid.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mixing {
+    /// Name, unique among all instruments with a name: up to 50 letters, digits, `-` and `_`.
+    #[schemars(regex(pattern = FILE_NAME))]
+    pub name: String,
+    /// Number of cells along x, y and z. Most cells should contain several particles.
+    #[schemars(inner(range(min = 1, max = MOST_CELLS)))]
+    #[serde(deserialize_with = "whole::several")]
+    pub bins: [u64; 3],
+    /// Lower corner `[length]`; the lower corner of the box if not given.
+    pub lower: Option<[f64; 3]>,
+    /// Upper corner `[length]`; the upper corner of the box if not given.
+    pub upper: Option<[f64; 3]>,
+    /// Time between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
 /// Flow of particles through a plane, or through a rectangle in it, with its rate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Flow {
-    /// Name, unique among profiles, stresses and flows: up to 50 letters, digits, `-` and `_`.
+    /// Name, unique among all instruments with a name: up to 50 letters, digits, `-` and `_`.
     #[schemars(regex(pattern = FILE_NAME))]
     pub name: String,
     /// Axis normal to the plane: `x`, `y` or `z`.

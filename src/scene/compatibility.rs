@@ -295,6 +295,13 @@ const PRESSURE_TENSOR: Feature =
     key(&["measure.pressure_tensor"], |it| given(it.parts.measure.pressure_tensor.is_some()));
 const STRUCTURE_FACTOR: Feature =
     key(&["measure.structure_factor"], |it| given(it.parts.measure.structure_factor.is_some()));
+const MIXING: Feature = feature("a [[measure.mixing]]", &["measure.mixing"], |it| {
+    given_at(!it.parts.measure.mixings.is_empty(), || ConfigPath::root().key("measure").key("mixing").index(0))
+});
+const ONE_MOVING_SPECIES: Feature = feature("fewer than two moving species", &[], |it| {
+    let species = &it.start.interactions.species;
+    given(species.iter().filter(|species| !species.is_static()).count() < 2)
+});
 const STRESS: Feature = feature("a [[measure.stress]]", &["measure.stress"], |it| {
     given_at(!it.parts.measure.stresses.is_empty(), || ConfigPath::root().key("measure").key("stress").index(0))
 });
@@ -479,6 +486,7 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(COUNTS, BAROSTAT, "", ABSENT, "regions do not scale with the box"),
     row(PRESSURE_TENSOR, OPEN, "in an open box", "no pressure_tensor, or a box that is periodic or has walls", "an open one has no volume to divide by. thermo.csv has the number of events in each row"),
     row(STRESS, SHEAR, "", ABSENT, "the stress of a sheared box is the same everywhere; measure.pressure_tensor gives it"),
+    row(MIXING, ONE_MOVING_SPECIES, "with fewer than two moving species", "no mixing, or two moving species", "particles of one species are always mixed"),
     row(STRUCTURE_FACTOR, NO_PERIOD, "in a box without a periodic axis", "no structure_factor, or a periodic axis", "its period determines the wave vectors"),
     row(CENTRE_OF_MASS, NO_SIDES, "in a box without walls or open sides", "no centre_of_mass, or an axis with walls or open sides", "particles that cross a periodic side have no unique centre of mass"),
     row(AXIS_POINT, NO_WEIGHT, "without gravity along an axis with walls or open sides", "no axis_point, or such a gravity in [dynamics]", "the inclination is the angle from gravity to the centre of mass"),

@@ -142,7 +142,7 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
     }
     if choices.once_in(2) {
         let bins = choices.pick(&[[4, 1, 1], [1, 1, 1], [1, 3, 1], [10, 10, 10]]);
-        let kind = choices.pick(&["profile", "stress"]);
+        let kind = choices.pick(&["profile", "stress", "mixing"]);
         let _ = write!(text, "[[measure.{kind}]]\nname = \"p\"\nbins = {bins:?}\n");
     }
     if choices.once_in(2) {

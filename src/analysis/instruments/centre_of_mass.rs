@@ -3,10 +3,11 @@
 use super::budgeted_times::budgeted_times;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Number};
+use super::rows_over_time::RowsOverTime;
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
-use crate::analysis::statistics::{BlockAverage, Estimate};
+use crate::analysis::statistics::BlockAverage;
 use crate::base::numbers::id;
 use crate::base::text::identifiers;
 use crate::model::measurement_plan::CentreOfMass as Plan;
@@ -15,9 +16,6 @@ use serde::{Deserialize, Serialize};
 
 /// With more species than this, only the centre of mass of all particles is measured.
 const MOST_SPECIES: usize = 8;
-
-/// Maximum number of rows of the curves. When it is reached, every second row is dropped.
-const MOST_ROWS: usize = 1024;
 
 /// Number of operations per particle and sample.
 const WORK: f64 = 10.0;
@@ -36,7 +34,8 @@ pub(super) struct CentreOfMass {
     axes: Vec<usize>,
     classes: Vec<Class>,
     inclination: Option<Inclination>,
-    rows: Rows,
+    /// The centres of all classes along all axes, and the angle.
+    rows: RowsOverTime,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -54,41 +53,16 @@ struct Inclination {
     average: BlockAverage,
 }
 
-/// Values over time, in bounded memory.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Rows {
-    rows: Vec<Row>,
-    /// Number of samples per row, and number of samples since the latest row.
-    stride: u64,
-    skipped: u64,
-}
-
 /// Values at one time; `None` for the centre of mass of no particles.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Row {
-    time: f64,
+struct Now {
     /// For each class, the centre of mass along each axis.
     centres: Vec<Option<f64>>,
     angle: Option<f64>,
 }
 
-impl Rows {
-    fn add(&mut self, row: Row) {
-        self.skipped += 1;
-        if self.skipped < self.stride {
-            return;
-        }
-        self.skipped = 0;
-        self.rows.push(row);
-        if self.rows.len() > MOST_ROWS {
-            // The first and the last row remain, because the number of rows is odd.
-            let mut index = 0;
-            self.rows.retain(|_| {
-                index += 1;
-                index % 2 == 1
-            });
-            self.stride *= 2;
-        }
+impl Now {
+    fn values(&self) -> Vec<Option<f64>> {
+        self.centres.iter().copied().chain([self.angle]).collect()
     }
 }
 
@@ -102,14 +76,14 @@ impl CentreOfMass {
         let class = |species: Option<u32>| Class { species, averages: vec![average.clone(); axes.len()] };
         let classes = [None].into_iter().chain(species(system).into_iter().map(Some)).map(class).collect();
         let inclination = plan.axis_point.map(|point| Inclination { point: point.into(), average: average.clone() });
-        let rows = Rows { rows: Vec::new(), stride: 1, skipped: 0 };
+        let rows = RowsOverTime::new(setup.sample.time, Vec::new());
         let mut centre = Self { times, time: setup.sample.time, axes, classes, inclination, rows };
-        let first = centre.row(&setup.sample, system);
-        centre.rows.add(first);
+        let first = centre.now(&setup.sample, system).values();
+        centre.rows = RowsOverTime::new(setup.sample.time, first);
         centre
     }
 
-    fn row(&self, sample: &Sample<'_>, system: &SystemDescription) -> Row {
+    fn now(&self, sample: &Sample<'_>, system: &SystemDescription) -> Now {
         let masses = &system.species_masses;
         // For each species, its mass, and the sum of mass times position.
         let mut sums = vec![(0.0, Vector::zeros()); masses.len()];
@@ -129,8 +103,7 @@ impl CentreOfMass {
         let centres: Vec<Option<Vector>> = self.classes.iter().map(centre).collect();
         let weight: Vector = sums.iter().zip(&system.accelerations).map(|((mass, _), gravity)| gravity * *mass).sum();
         let angle = self.inclination.as_ref().zip(centres[0]);
-        Row {
-            time: sample.time,
+        Now {
             angle: angle.and_then(|(about, centre)| self.angle(&weight, &(centre - about.point))),
             centres: centres.iter().flat_map(|centre| self.axes.iter().map(|&axis| Some((*centre)?[axis]))).collect(),
         }
@@ -160,23 +133,20 @@ impl CentreOfMass {
     }
 
     fn curves(&self, system: &SystemDescription) -> Vec<Curve> {
-        let rows = &self.rows.rows;
         let curve = |name: &str, title: &str, method: &str| {
-            Curve::new(name, title, method).variable("t", "time", rows.iter().map(|row| row.time).collect())
-        };
-        let column = |value: &dyn Fn(&Row) -> Option<f64>| -> Vec<Option<Estimate>> {
-            rows.iter().map(|row| value(row).map(|mean| Estimate { mean, standard_error: None })).collect()
+            Curve::new(name, title, method).variable("t", "time", self.rows.times())
         };
         let mut centres = curve("centre_of_mass", "Centre of mass", CENTRE);
         let names =
             self.titles(system).into_iter().flat_map(|(_, of)| self.axes.iter().map(move |&axis| (axis, of.clone())));
         for (index, (axis, of)) in names.enumerate() {
             let name = format!("{}{of}", AXES[axis]);
-            centres = centres.series(&name, "length", &column(&|row| row.centres[index]));
+            centres = centres.series(&name, "length", &self.rows.column(index));
         }
         let angles = self.inclination.as_ref().map(|_| {
             let title = "Inclination of the centre of mass";
-            curve("inclination", title, INCLINATION).series("angle", "degree", &column(&|row| row.angle))
+            let last = self.classes.len() * self.axes.len();
+            curve("inclination", title, INCLINATION).series("angle", "degree", &self.rows.column(last))
         });
         [centres].into_iter().chain(angles).collect()
     }
@@ -204,15 +174,15 @@ impl Instrument for CentreOfMass {
         }
         let elapsed = sample.time - self.time;
         self.time = sample.time;
-        let row = self.row(sample, system);
+        let now = self.now(sample, system);
         let averages = self.classes.iter_mut().flat_map(|class| &mut class.averages);
-        for (average, centre) in averages.zip(&row.centres) {
+        for (average, centre) in averages.zip(&now.centres) {
             centre.iter().for_each(|centre| average.add(*centre, elapsed));
         }
-        if let Some((inclination, angle)) = self.inclination.as_mut().zip(row.angle) {
+        if let Some((inclination, angle)) = self.inclination.as_mut().zip(now.angle) {
             inclination.average.add(angle, elapsed);
         }
-        self.rows.add(row);
+        self.rows.add(sample.time, now.values());
     }
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {

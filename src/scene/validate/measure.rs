@@ -40,6 +40,9 @@ impl SceneParts {
         for (index, it) in self.measure.stresses.iter().enumerate() {
             check_grid(&it.bins, (it.lower, it.upper), space, &at.key("stress").index(index))?;
         }
+        for (index, it) in self.measure.mixings.iter().enumerate() {
+            check_grid(&it.bins, (it.lower, it.upper), space, &at.key("mixing").index(index))?;
+        }
         check_flows(&self.measure, space, &at)
     }
 

@@ -189,7 +189,7 @@ fn curve_has_bounded_length_and_even_spacing() {
     let plan = Plan { axis_point: None, interval: Some(1e-3) };
     let mut centre = instrument(&simulation, &system, 5.0, |setup| CentreOfMass::new(&plan, setup));
     measure(&mut simulation, &system, &mut centre, 5.0);
-    let times: Vec<f64> = centre.rows.rows.iter().map(|row| row.time).collect();
+    let times: Vec<f64> = centre.rows.times();
     assert!((500..=1025).contains(&times.len()), "{}", times.len());
     assert_eq!(times[0], 0.0);
     assert!(times.windows(2).all(|pair| (pair[1] - pair[0] - 8e-3).abs() < 1e-9));

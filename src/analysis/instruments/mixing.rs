@@ -1,0 +1,158 @@
+//! How well species are mixed, in the cells of a grid.
+
+use super::budgeted_times::budgeted_times;
+use super::grid::Grid;
+use super::instrument::{Instrument, Setup};
+use super::quantity::{Curve, Measured, Number};
+use super::rows_over_time::RowsOverTime;
+use super::system::{Sample, SystemDescription};
+use crate::analysis::sampling_times::SamplingTimes;
+use crate::analysis::statistics::BlockAverage;
+use crate::base::text::identifiers;
+use crate::model::measurement_plan as plan;
+use serde::{Deserialize, Serialize};
+
+/// With more moving species than this, only the index of all species is measured.
+const MOST_SPECIES: usize = 8;
+
+/// Number of operations per particle and sample.
+const WORK: f64 = 10.0;
+
+/// Index of mixing after Lacey (J. Appl. Chem. 4, 257, 1954), for cells with different numbers of particles.
+///
+/// Let the grid contain `N` moving particles, `n_k` of them in cell `k`, and let `K` cells be occupied. The variance of
+/// the number fraction `c_k` of a species is `S^2 = sum (n_k / N) (c_k - p)^2`, with the fraction `p` in the whole grid.
+/// It is `p (1 - p)` if each cell contains a single species, and on average `p (1 - p) (K - 1) / (N - 1)` if the
+/// species are assigned to the particles at random. The index
+///
+/// ```text
+///     1 - sum S^2 / sum p (1 - p)
+/// M = ---------------------------
+///        1 - (K - 1) / (N - 1)
+/// ```
+///
+/// with sums over all species, or over one, is thus 0 for separate species, and 1 on average for a random mixture. It
+/// exceeds 1 if the species alternate.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Mixing {
+    name: String,
+    times: SamplingTimes,
+    time: f64,
+    grid: Grid,
+    /// The species that are measured separately.
+    species: Vec<u32>,
+    /// The indices of all species together, and of each species in `species`.
+    averages: Vec<BlockAverage>,
+    rows: RowsOverTime,
+}
+
+impl Mixing {
+    pub fn new(plan: &plan::Mixing, setup: &Setup<'_>) -> Self {
+        let system = setup.system;
+        let moving: Vec<u32> =
+            (0..).zip(&system.species_masses).filter(|(_, mass)| mass.is_finite()).map(|(k, _)| k).collect();
+        // Two species have the same index.
+        let species = if (3..=MOST_SPECIES).contains(&moving.len()) { moving } else { Vec::new() };
+        let times = budgeted_times(setup, plan.interval, WORK * system.moving.len() as f64);
+        let average = BlockAverage::new(times.interval());
+        let mut mixing = Self {
+            name: plan.name.clone(),
+            time: setup.sample.time,
+            grid: Grid::new(plan.bins, plan.lower, plan.upper, &system.space),
+            averages: vec![average; 1 + species.len()],
+            species,
+            rows: RowsOverTime::new(setup.sample.time, Vec::new()),
+            times,
+        };
+        mixing.rows = RowsOverTime::new(setup.sample.time, mixing.indices(&setup.sample, system));
+        mixing
+    }
+
+    /// Returns the index of all species and of each species. `None` if it is not defined, for example if no cell
+    /// contains two particles.
+    fn indices(&self, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Option<f64>> {
+        let kinds = system.species_masses.len();
+        // For each cell, the numbers of particles of all species.
+        let mut counts = vec![0.0; self.grid.cells() * kinds];
+        for (species, position) in sample.species.iter().zip(sample.positions) {
+            if system.species_masses[species.0 as usize].is_finite()
+                && let Some(cell) = self.grid.cell_of(position, &system.space)
+            {
+                counts[cell * kinds + species.0 as usize] += 1.0;
+            }
+        }
+        let mut totals = vec![0.0; kinds];
+        let mut occupied = 0.0;
+        for cell in counts.chunks(kinds) {
+            totals.iter_mut().zip(cell).for_each(|(total, count)| *total += count);
+            occupied += if cell.iter().any(|count| *count > 0.0) { 1.0 } else { 0.0 };
+        }
+        let all: f64 = totals.iter().sum();
+        let fractions: Vec<f64> = totals.iter().map(|total| total / all).collect();
+        let mut variances = vec![0.0; kinds];
+        for cell in counts.chunks(kinds) {
+            let number: f64 = cell.iter().sum();
+            if number > 0.0 {
+                for ((variance, count), fraction) in variances.iter_mut().zip(cell).zip(&fractions) {
+                    let deviation = count / number - fraction;
+                    *variance += number / all * deviation * deviation;
+                }
+            }
+        }
+        let random = (occupied - 1.0) / (all - 1.0);
+        let index = |variance: f64, separate: f64| {
+            let index = (1.0 - variance / separate) / (1.0 - random);
+            index.is_finite().then_some(index)
+        };
+        let separate: Vec<f64> = fractions.iter().map(|fraction| fraction * (1.0 - fraction)).collect();
+        let of_all = index(variances.iter().sum(), separate.iter().sum());
+        let each = self.species.iter().map(|&k| index(variances[k as usize], separate[k as usize]));
+        [of_all].into_iter().chain(each).collect()
+    }
+
+    /// Names of the species that are measured separately, for keys and for titles.
+    fn titles(&self, system: &SystemDescription) -> Vec<(String, String)> {
+        let names: Vec<&str> = self.species.iter().map(|&k| system.species_names[k as usize].as_str()).collect();
+        let keys = identifiers(names.iter().copied());
+        let each = keys.iter().zip(&names).map(|(key, name)| (format!("_{key}"), format!(" of {name}")));
+        [(String::new(), String::new())].into_iter().chain(each).collect()
+    }
+}
+
+impl Instrument for Mixing {
+    fn next_sample(&self) -> f64 {
+        self.times.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !self.times.is_due(sample.time) {
+            return;
+        }
+        let elapsed = sample.time - self.time;
+        self.time = sample.time;
+        let indices = self.indices(sample, system);
+        for (average, index) in self.averages.iter_mut().zip(&indices) {
+            index.iter().for_each(|index| average.add(*index, elapsed));
+        }
+        self.rows.add(sample.time, indices);
+    }
+
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        let name = format!("mixing_{}", self.name);
+        let title = format!("Index of mixing {}", self.name);
+        let mut curve = Curve::new(&name, &title, INDEX).variable("t", "time", self.rows.times());
+        for (index, ((key, of), average)) in self.titles(system).into_iter().zip(&self.averages).enumerate() {
+            let (name, title) = (format!("{name}{key}"), format!("{title}{of}"));
+            measured.numbers.push(Number::estimated(&name, &title, "1", average.estimate(), INDEX));
+            curve = curve.series(&format!("index{of}"), "1", &self.rows.column(index));
+        }
+        measured.curves.push(curve);
+    }
+}
+
+const INDEX: &str = "M = (1 - sum S^2 / sum p (1 - p)) / (1 - (K - 1) / (N - 1)) with the variances \
+    S^2 = sum (n_k / N) (c_k - p)^2 of the fractions c_k of each species in K occupied cells, averaged over the samples: \
+    0 for separate species, 1 for a random mixture.";
+
+#[cfg(test)]
+mod tests;
