@@ -105,7 +105,7 @@ pub struct EngineChoice {
     pub has_table: bool,
     /// Method of the neighbour search at the start. During a run it changes with the density.
     pub search: Search,
-    /// Number of levels of the neighbour lists. Particles of similar size share a level.
+    /// Number of levels of the neighbour lists at the start. Particles of similar size share a level.
     pub levels: usize,
 }
 

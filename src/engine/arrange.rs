@@ -47,8 +47,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether the neighbour search was set up for many more or fewer particles.
     pub(super) fn is_search_outgrown(&self) -> bool {
-        let (now, before) = (self.state.bodies.len(), self.state.sorted);
-        now > 2 * before.max(FEW) || before > 4 * now.max(FEW)
+        let is_outgrown = |now: usize, before: usize| now > 2 * before.max(FEW) || before > 4 * now.max(FEW);
+        is_outgrown(self.state.bodies.len(), self.state.sorted)
+            || self.neighbours.verlet().is_some_and(|verlet| verlet.levels.are_outgrown(is_outgrown))
     }
 
     /// Whether the next look at the layout would change it.
@@ -83,6 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn stream_all(&mut self, time: f64) {
         for particle in self.particles() {
             self.stream(particle, time);
+            self.keep_between_sliding_sides(particle);
             let position = self.state.bodies[particle as usize].position;
             self.wrap(particle, &position);
         }

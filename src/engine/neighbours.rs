@@ -1,7 +1,8 @@
 //! Neighbour search: finds the particles that a particle could meet.
 //!
 //! In a thin fluid, only [`cells`] are used, because a Verlet list would be outdated before its second use. In a dense
-//! fluid, Verlet lists with a skin are used ([`lists`]).
+//! fluid, Verlet lists with a skin are used ([`lists`]). Particles of very different sizes have lists at lower densities,
+//! too, because lists have cells for each level of sizes ([`levels`]).
 
 pub mod candidates;
 pub mod cell_list;

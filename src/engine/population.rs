@@ -26,7 +26,7 @@ impl Simulation {
     /// added to [`EventCounts::supplied`](super::event::EventCounts::supplied).
     ///
     /// The cost does not depend on the number of particles in the system, unless pairs can have states, the box is
-    /// sheared, or the system runs on several threads.
+    /// sheared, a particle is the first of its species, or the system runs on several threads.
     ///
     /// # Errors
     /// [`SetStateError::Species`] for a species that the scene does not have, or that has no row in its tables.

@@ -15,8 +15,9 @@ use serde::{Deserialize, Serialize};
 /// With more moving species than this, only the index of all species is measured.
 const MOST_SPECIES: usize = 8;
 
-/// Number of operations per particle and sample.
+/// Numbers of operations per particle, and per species and cell, in a sample.
 const WORK: f64 = 10.0;
+const WORK_OF_CELL: f64 = 4.0;
 
 /// Index of mixing after Lacey (J. Appl. Chem. 4, 257, 1954), for cells with different numbers of particles.
 ///
@@ -53,12 +54,14 @@ impl Mixing {
             (0..).zip(&system.species_masses).filter(|(_, mass)| mass.is_finite()).map(|(k, _)| k).collect();
         // Two species have the same index.
         let species = if (3..=MOST_SPECIES).contains(&moving.len()) { moving } else { Vec::new() };
-        let times = budgeted_times(setup, plan.interval, WORK * system.moving.len() as f64);
+        let grid = Grid::new(plan.bins, plan.lower, plan.upper, &system.space);
+        let in_cells = WORK_OF_CELL * (grid.cells() * system.species_masses.len()) as f64;
+        let times = budgeted_times(setup, plan.interval, WORK * system.moving.len() as f64 + in_cells);
         let average = BlockAverage::new(times.interval());
         let mut mixing = Self {
             name: plan.name.clone(),
             time: setup.sample.time,
-            grid: Grid::new(plan.bins, plan.lower, plan.upper, &system.space),
+            grid,
             averages: vec![average; 1 + species.len()],
             species,
             rows: RowsOverTime::new(setup.sample.time, Vec::new()),
@@ -68,8 +71,8 @@ impl Mixing {
         mixing
     }
 
-    /// Returns the index of all species and of each species. `None` if it is not defined, for example if no cell
-    /// contains two particles.
+    /// Returns the index of all species and of each species. `None` if it is not defined: in a single occupied cell, and
+    /// if no cell contains two particles.
     fn indices(&self, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Option<f64>> {
         let kinds = system.species_masses.len();
         // For each cell, the numbers of particles of all species.
@@ -102,7 +105,7 @@ impl Mixing {
         let random = (occupied - 1.0) / (all - 1.0);
         let index = |variance: f64, separate: f64| {
             let index = (1.0 - variance / separate) / (1.0 - random);
-            index.is_finite().then_some(index)
+            (index.is_finite() && occupied > 1.0).then_some(index)
         };
         let separate: Vec<f64> = fractions.iter().map(|fraction| fraction * (1.0 - fraction)).collect();
         let of_all = index(variances.iter().sum(), separate.iter().sum());

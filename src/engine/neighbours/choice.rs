@@ -79,7 +79,7 @@ impl Search {
         }
         let reach = reach_of_lists(space, range, local_density(space, range, positions));
         // Even a thin skin, as in a small box, is better than testing all images of all particles.
-        let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(THINNEST * range);
+        let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(THINNEST * range).max(ranges.sleep_distance);
         // Without particles or a range, the reach is NaN, and cells are chosen.
         if !(reach < worthwhile(space, range, current) * range && half_skin < widest) {
             return Self::Cells;
@@ -99,8 +99,10 @@ impl Search {
         let particles = || particles().map(|(position, row)| (space.wrapped(position), row));
         let contents = Contents::of(space, ranges, &particles);
         let own = ranges.occurring().map(|row| ranges.at(row, row)).filter(|range| *range > 0.0);
-        let thinnest = THINNEST * factor * own.fold(ranges.largest(), f64::min);
-        let half_skin = contents.half_skin((space, ranges, factor), thinnest).min(WITHIN * widest).max(thinnest);
+        let smallest = factor * own.fold(ranges.largest(), f64::min);
+        let thinnest = (THINNEST * smallest).max(ranges.sleep_distance);
+        let half_skin = contents.half_skin((space, ranges, factor), thinnest);
+        let half_skin = half_skin.min(WIDE * smallest).min(WITHIN * widest).max(thinnest);
         let [of_cells, of_lists] = contents.costs((space, ranges, factor), half_skin);
         let preference = match current {
             None => 1.0,
@@ -133,9 +135,12 @@ const NEW_LIST: f64 = 300.0;
 
 /// Numbers and local densities of particles of different sizes.
 struct Contents {
+    /// The rows that have particles.
+    rows: Vec<usize>,
     /// For each row, the number of its particles if they move.
     moving: Vec<f64>,
-    /// For each row, the number density around its level `[length^-dimensions]`.
+    /// For each row, its share of the number density around particles of its level `[length^-dimensions]`. It is used
+    /// around all particles, so different levels are taken to be mixed.
     densities: Vec<f64>,
 }
 
@@ -155,6 +160,7 @@ impl Contents {
         };
         let levels: Vec<f64> = (0..=u8::MAX).take(ranges.level_count()).map(of_level).collect();
         Self {
+            rows: (0..rows).filter(|&row| numbers[row] > 0.0).collect(),
             densities: (0..rows).map(|row| numbers[row] * levels[usize::from(level_of(row))]).collect(),
             moving: (0..rows).map(|row| if ranges.moves[row] { numbers[row] } else { 0.0 }).collect(),
         }
@@ -165,7 +171,7 @@ impl Contents {
     fn half_skin(&self, (space, ranges, factor): (&Space, &Ranges, f64), thinnest: f64) -> f64 {
         let dimensions = space.dimensions();
         let volume = |radius: f64| volume_of_ball(radius, dimensions);
-        let rows = || 0..self.moving.len();
+        let rows = || self.rows.iter().copied();
         let all: f64 = self.moving.iter().sum();
         let listed = |half_skin: f64| {
             let beyond = |a: usize, b: usize| {
@@ -179,6 +185,9 @@ impl Contents {
         let (mut lower, mut upper) = (thinnest, thinnest);
         while listed(upper) < aim {
             (lower, upper) = (upper, 2.0 * upper);
+            if upper == f64::INFINITY {
+                return upper;
+            }
         }
         for _ in 0..20 {
             let middle = 0.5 * (lower + upper);
@@ -206,7 +215,7 @@ impl Contents {
 
     /// Mean free path of the moving particles `[length]`, as of hard spheres with Enskog's factor.
     fn free_path(&self, ranges: &Ranges, factor: f64, dimensions: usize) -> f64 {
-        let rows = || 0..self.moving.len();
+        let rows = || self.rows.iter().copied();
         let range = |a: usize, b: usize| (ranges.at(a, b) * factor).max(0.0);
         let filled: f64 =
             rows().map(|row| self.densities[row] * volume_of_ball(0.5 * range(row, row), dimensions)).sum();
@@ -214,14 +223,19 @@ impl Contents {
         let section = |range: f64| match dimensions {
             3 => std::f64::consts::PI * range * range,
             2 => 2.0 * range,
-            _ => 1.0,
+            _ if range > 0.0 => 1.0,
+            _ => 0.0,
         };
-        let of = |a: usize| {
+        // Particles that meet no others do not count.
+        let (mut all, mut sum) = (0.0, 0.0);
+        for a in rows() {
             let met: f64 = rows().map(|b| self.densities[b] * section(range(a, b))).sum();
-            std::f64::consts::FRAC_1_SQRT_2 / (met * crowding)
-        };
-        let all: f64 = self.moving.iter().sum();
-        rows().filter(|&a| self.moving[a] > 0.0).map(|a| self.moving[a] * of(a)).sum::<f64>() / all
+            if met > 0.0 && self.moving[a] > 0.0 {
+                all += self.moving[a];
+                sum += self.moving[a] * std::f64::consts::FRAC_1_SQRT_2 / (met * crowding);
+            }
+        }
+        sum / all
     }
 }
 
@@ -313,6 +327,32 @@ mod tests {
     fn choose_equal(space: &Space, range: f64, positions: &[Vector], current: Option<Search>) -> Search {
         let particles = || positions.iter().map(|position| (*position, 0));
         Search::choose(space, (&Ranges::of_equal(range), 1.0), particles, current)
+    }
+
+    /// Chooses the search for particles on a lattice. Of 50 particles, one is of row 2, one of row 0, and the others are
+    /// of row 1.
+    fn choose_unlike(between: &[f64], spacing: f64) -> Search {
+        let (space, positions) = lattice(10, spacing);
+        let row = |k: u32| match k % 50 {
+            0 => 2,
+            1 => 0,
+            _ => 1,
+        };
+        let particles = || positions.iter().zip(0..).map(|(position, k)| (*position, row(k)));
+        Search::choose(&space, (&Ranges::of_matrix(between.to_vec()), 1.0), particles, None)
+    }
+
+    #[test]
+    fn unlike_sizes_have_lists_unless_they_are_thin() {
+        // Row 0 meets no particle.
+        let between = [-1.0, -1.0, -1.0, -1.0, 1.0, 3.0, -1.0, 3.0, 5.0];
+        let chosen = choose_unlike(&between, 1.5);
+        assert!(matches!(chosen, Search::Lists { half_skin } if (0.2..0.6).contains(&half_skin)), "{chosen:?}");
+        assert_eq!(choose_unlike(&between, 20.0), Search::Cells);
+        // Only particles that meet no others.
+        let (space, positions) = lattice(10, 1.5);
+        let alone = || positions.iter().map(|position| (*position, 0));
+        assert_eq!(Search::choose(&space, (&Ranges::of_matrix(between.to_vec()), 1.0), alone, None), Search::Cells);
     }
 
     fn lattice(n: u32, spacing: f64) -> (Space, Vec<Vector>) {

@@ -198,7 +198,7 @@ impl Grid {
             if n == 1 || count.is_nan() || count >= f64::from(n) {
                 return [0, n];
             }
-            // Positions are less than a period outside the box.
+            // The window begins less than a period below the box.
             let first = if low < 0.0 { low + f64::from(n) } else { low };
             [trunc_to_u32(first) % n, trunc_to_u32(count)]
         };

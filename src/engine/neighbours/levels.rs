@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 pub struct Levels {
     /// The cells of each level. Small particles come first.
     grids: Vec<Packed>,
+    /// Number of particles on each level when the cells were made, and now. Empty if there is one level.
+    sorted: Vec<usize>,
+    held: Vec<usize>,
     /// The level of each row.
     of_rows: Vec<u8>,
     /// The level of each particle. Empty if there is one level.
@@ -48,6 +51,9 @@ impl Levels {
         let of_particles: Vec<u8> = (0..positions.len()).filter(|_| count > 1).map(level_of).collect();
         let grid_of = |level: usize| {
             let own = occurring(level).map(|row| reaches[row * count + level]).fold(0.0, f64::max);
+            // Particles that do not meet particles of their level are found from other levels.
+            let others = ranges.occurring().map(|row| reaches[row * count + level]).filter(|reach| *reach > 0.0);
+            let own = if own > 0.0 { own } else { others.reduce(f64::min).unwrap_or(0.0) };
             if count == 1 {
                 return Packed::new(space, own, positions);
             }
@@ -55,9 +61,16 @@ impl Levels {
             Packed::new(space, own, &here.map(|(position, _)| *position).collect::<Vec<_>>())
         };
         let grids = (0..count).map(grid_of).collect();
-        let mut levels = Self { grids, of_rows, of_particles, reaches };
+        let held = if count > 1 { vec![0; count] } else { Vec::new() };
+        let mut levels = Self { grids, sorted: Vec::new(), held, of_rows, of_particles, reaches };
         levels.put_all(positions);
+        levels.sorted.clone_from(&levels.held);
         levels
+    }
+
+    /// Whether the number of particles on any level has changed much since the cells were made.
+    pub fn are_outgrown(&self, is_outgrown: impl Fn(usize, usize) -> bool) -> bool {
+        self.held.iter().zip(&self.sorted).any(|(now, before)| is_outgrown(*now, *before))
     }
 
     fn put_all(&mut self, centres: &[Vector]) {
@@ -71,6 +84,8 @@ impl Levels {
         let is_single = self.of_particles.is_empty();
         let mut levels = Self {
             grids: self.grids.iter().map(Packed::emptied).collect(),
+            sorted: self.sorted.clone(),
+            held: vec![0; self.held.len()],
             of_rows: self.of_rows.clone(),
             of_particles: if is_single { Vec::new() } else { order.permuted(&self.of_particles) },
             reaches: self.reaches.clone(),
@@ -84,7 +99,9 @@ impl Levels {
     pub fn is_sound(&self, particles: usize, rows: usize) -> bool {
         let count = self.grids.len();
         let exist = |levels: &[u8]| levels.iter().all(|&level| usize::from(level) < count);
+        let of_levels = if count > 1 { count } else { 0 };
         self.of_rows.len() == rows
+            && [self.sorted.len(), self.held.len()] == [of_levels; 2]
             && self.reaches.len() == rows * count
             && self.of_particles.len() == if count > 1 { particles } else { 0 }
             && exist(&self.of_rows)
@@ -111,11 +128,17 @@ impl Levels {
     pub fn lift(&mut self, particle: u32, centre: &Vector) {
         let level = self.level_of(particle);
         self.grids[level].lift(particle, centre);
+        if let Some(held) = self.held.get_mut(level) {
+            *held = held.saturating_sub(1);
+        }
     }
 
     pub fn put(&mut self, particle: u32, centre: &Vector) {
         let level = self.level_of(particle);
         self.grids[level].put(particle, centre);
+        if let Some(held) = self.held.get_mut(level) {
+            *held += 1;
+        }
     }
 
     /// Appends a particle.

@@ -29,8 +29,8 @@ const FAR: f64 = 1e15;
 const FINEST: [f64; 3] = [0.0; 3];
 const CELLS_PER_PARTICLE: f64 = 1.0;
 
-/// If the reach is shorter than this fraction of the reach of the cells, fewer cells are searched than the adjacent ones.
-const MUCH_WIDER: f64 = 0.8;
+/// If a reach is shorter than this fraction of the reach of the cells, a window has fewer cells than the adjacent ones.
+const SHORT_REACH: f64 = 0.8;
 
 /// Eight centres in one cell. The x coordinate of unused places is NaN.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -209,11 +209,11 @@ impl Packed {
         }
     }
 
-    /// Whether the cells are only a little wider than `reach`. Otherwise, fewer or more cells than the adjacent ones are
-    /// searched.
+    /// Whether the adjacent cells are the right region for a search within `reach`. If not, the search visits the cells
+    /// of a window.
     #[inline]
     fn has_cells_for(&self, reach: f64) -> bool {
-        reach <= self.reach && reach > MUCH_WIDER * self.reach
+        reach <= self.reach && reach > SHORT_REACH * self.reach
     }
 
     /// Returns the largest rounding error of a distance up to `reach`; infinite beyond [`FAR`].

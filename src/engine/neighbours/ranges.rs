@@ -21,7 +21,7 @@ pub struct Ranges {
     pub may_be_overstretched: bool,
     /// For each row, whether such particles occur, at the start or later.
     occurs: Vec<bool>,
-    /// For each row, whether its particles move.
+    /// For each row, whether its particles move. Sleeping particles do not.
     pub moves: Vec<bool>,
     /// The level of each row: 0 for the smallest particles.
     pub levels: Vec<u8>,
@@ -30,7 +30,7 @@ pub struct Ranges {
     /// The largest length of a bond `[length]`; 0 without bonds.
     longest_bond: f64,
     /// The distance up to which sleeping grains have neighbours `[length]`.
-    sleep_distance: f64,
+    pub sleep_distance: f64,
 }
 
 impl Ranges {
@@ -45,6 +45,8 @@ impl Ranges {
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         let occurring = scene.occurring_species();
         let of = |id: &SpeciesId| &scene.species[id.0 as usize];
+        // The second half of the rows is for sleeping particles.
+        let awake = if scene.sleep().is_some() { species.len() / 2 } else { species.len() };
         let bonds = scene.bonds().iter().map(|bond| &scene.interactions()[bond.interaction.0 as usize].potential);
         let mut ranges = Self {
             between: species.iter().flat_map(|&a| species.iter().map(move |&b| scene.range(a, b))).collect(),
@@ -52,7 +54,7 @@ impl Ranges {
             of_cells: 0.0,
             may_be_overstretched: scene.allow_invalid_start(),
             occurs: species.iter().map(|species| occurring[species.0 as usize]).collect(),
-            moves: species.iter().map(|id| !of(id).is_static()).collect(),
+            moves: (0..).zip(species).map(|(row, id)| row < awake && !of(id).is_static()).collect(),
             levels: Vec::new(),
             diameters: species.iter().map(|id| if of(id).is_static() { 0.0 } else { of(id).diameter }).collect(),
             longest_bond: bonds.map(|potential| potential.range()).fold(0.0, f64::max),

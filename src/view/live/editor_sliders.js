@@ -152,7 +152,9 @@ class SliderScale {
     const raw = (to - from) / 250;
     const unit = 10 ** Math.floor(Math.log10(raw));
     this.step = [1, 2, 5, 10].map((k) => k * unit).find((step) => step >= raw * 0.999);
-    this.steps = this.isLog ? SLIDER_STEPS : Math.max(1, Math.round((to - from) / this.step));
+    // Two steps of an integer differ by at least 1.
+    const most = isInteger ? Math.max(1, Math.floor(Math.log(to / from) / Math.log1p(1 / from))) : SLIDER_STEPS;
+    this.steps = this.isLog ? Math.min(SLIDER_STEPS, most) : Math.max(1, Math.round((to - from) / this.step));
   }
 
   value(place) {

@@ -87,6 +87,8 @@ fn index_is_undefined_without_a_mixture() {
     assert_eq!(indices(&[(1, 5.0)], 2), [None; 4]);
     assert_eq!(indices(&[(0, 1.0), (0, 2.0), (0, 7.0)], 2), [None; 4]);
     assert_eq!(indices(&[(0, 1.0), (2, 7.0)], 2), [None; 4]);
+    // One occupied cell.
+    assert_eq!(indices(&[(0, 1.0), (2, 2.0)], 2), [None; 4]);
     // No particle of C.
     assert_eq!(indices(&[(0, 1.0), (2, 2.0), (2, 7.0)], 2)[3], None);
 }
