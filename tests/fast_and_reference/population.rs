@@ -91,7 +91,7 @@ pub fn run_scene(scene: &Scene, has_spins: bool, changes: &[Change], tally: &Cel
     let mut reference = Reference::new(scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
     let (at_start, size) = (total(&simulation), scene.space().size);
     // Rounding errors grow with the number of collisions of each particle.
-    let most = EVENTS.max(scene.particles().len());
+    let most = EVENTS.max(scene.particles().len() / 2);
     let (mut seen, mut count) = (0, tally.get());
     count.sequences += 1;
     for change in changes {
