@@ -50,7 +50,7 @@ pub struct Tally {
 }
 
 /// Returns the number of equal events, or `None` if rounding errors end the comparison.
-fn same_events(ours: &[Event], theirs: &[reference::Event], until: f64) -> Result<Option<usize>, TestCaseError> {
+pub fn same_events(ours: &[Event], theirs: &[reference::Event], until: f64) -> Result<Option<usize>, TestCaseError> {
     for (k, expected) in theirs.iter().enumerate() {
         let next = theirs.get(k + 1).map_or(until, |next| next.time);
         let speed = (expected.before[0] - expected.before[1]).dot(&expected.normal).abs();

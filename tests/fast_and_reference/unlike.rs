@@ -1,12 +1,13 @@
 //! Particles of very different sizes, which the fast engine sorts into several levels of cells.
 
-use crate::population::{Change, Tally, change, run_scene};
+use crate::population::{Change, Tally, change, run_scene, same_events};
 use crate::{LONGEST, compare_events};
 use carom::Vector;
-use carom::engine::Simulation;
+use carom::check::reference::Reference;
+use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, Scene};
+use carom::model::{ContactLaw, Particle, ParticleId, Scene, SpeciesId};
 use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -154,4 +155,42 @@ fn both_engines_agree_while_particles_of_very_different_sizes_enter_and_leave() 
     let tally = tally.get();
     println!("{tally:?}");
     assert!(tally.events > 5 * cases() as usize && 10 * tally.entered > cases() as usize, "{tally:?}");
+}
+
+/// The cells of a thin gas are smaller than the first large particle, which enters later.
+#[test]
+fn the_first_large_particle_meets_the_small_ones() {
+    for seed in 1..=8 {
+        let recipe = Recipe {
+            seed,
+            diameter: 5.0,
+            large: 0,
+            small: 0.003,
+            dimensions: 3,
+            boundary: [0, 1, 1],
+            has_gravity: false,
+            restitution: 1.0,
+            has_wells: false,
+            statics: 0,
+            room: 0.8,
+        };
+        let scene = recipe.scene().expect("a valid scene");
+        let mut simulation = Simulation::without_plan(scene.clone());
+        let mut reference = Reference::new(&scene).expect("a reference engine");
+        simulation.advance(Until::time(0.3)).expect("no arrest");
+        while reference.step_before(0.3).is_some() {}
+        let place =
+            |k: u32| Vector::new(f64::from(k % 8), f64::from(k / 8 % 8), f64::from(k / 64)) + Vector::repeat(3.1);
+        let new = |k: u32| Particle::new(SpeciesId(1), place(k), Vector::new(2.0, -1.7, 2.3));
+        let entered = (0..512).map(new).find(|particle| simulation.insert(&[*particle]).is_ok());
+        let large = reference.insert(entered.expect("a free place"));
+        let mut ours = Vec::new();
+        simulation.advance_with(Until::time(2.3), |event| ours.push(*event)).expect("no arrest");
+        let theirs: Vec<_> = std::iter::from_fn(|| reference.step_before(2.3)).collect();
+        assert!(same_events(&ours, &theirs, 2.3).is_ok(), "{seed}: {:?} {:?}", ours.len(), theirs.len());
+        let meets = |of: &[ParticleId; 2]| of.contains(&large);
+        let met =
+            ours.iter().filter(|event| event.partner().is_some_and(|other| meets(&[event.particle, other]))).count();
+        assert!(met > 0, "{seed}");
+    }
 }
