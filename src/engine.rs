@@ -58,6 +58,7 @@ use crate::model::space::Boundary;
 use crate::model::{ParticleId, Scene, Threads};
 use neighbours::ranges::Ranges;
 use observe::Observe;
+use pairs::rows::Rows;
 use parts::Engine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -123,11 +124,12 @@ impl EngineChoice {
                 let potential = &scene.interactions[id.0 as usize].potential;
                 potential.is_hard_sphere() && !potential.is_bond()
             });
-        let ranges = Ranges::of_scene(scene);
+        let rows = Rows::of(scene);
+        let ranges = Ranges::of(scene, rows.species());
         Self {
             is_falling,
             has_table: !is_one_hard_sphere,
-            search: Search::of(scene, &ranges),
+            search: Search::of(scene, &rows, &ranges),
             levels: ranges.level_count(),
         }
     }

@@ -74,7 +74,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Returns the best neighbour search at the present density, with a preference for the `current` search.
-    pub(super) fn search_like(&self, current: Option<Search>) -> Search {
+    fn search_like(&self, current: Option<Search>) -> Search {
+        if self.images.slide() {
+            return Search::Cells;
+        }
         let rows = self.state.rows.iter().copied().chain(std::iter::repeat(0));
         let particles = || self.state.bodies.iter().map(|body| body.position).zip(rows.clone());
         Search::choose(&self.state.space, (&self.ranges, self.distances.reach_factor()), particles, current)
@@ -84,10 +87,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn stream_all(&mut self, time: f64) {
         for particle in self.particles() {
             self.stream(particle, time);
-            self.keep_between_sliding_sides(particle);
-            let position = self.state.bodies[particle as usize].position;
-            self.wrap(particle, &position);
+            self.bring_in(particle);
         }
+    }
+
+    /// Sorts all particles into new cells or lists at their current positions. All of them must then be predicted again.
+    pub(super) fn sort_anew(&mut self) {
+        self.stream_all(self.clock.now);
+        self.sort_in(self.search_like(None));
+        self.fill_lists();
     }
 
     pub(super) fn reorder(&mut self) {

@@ -26,7 +26,7 @@ const MANY: usize = 32_768;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub fn new(scene: &Scene) -> Self {
         let mut engine = Self::placed(scene);
-        let search = Search::of(scene, &engine.ranges);
+        let search = Search::of(scene, &engine.pairs.rules.rows, &engine.ranges);
         engine.begin(scene, search);
         engine
     }

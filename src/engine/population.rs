@@ -4,7 +4,6 @@ use super::build::rounding_of_distances;
 use super::columns::records::Record;
 use super::contact::apply::{Change, With};
 use super::event::CountedKind;
-use super::neighbours::Search;
 use super::neighbours::candidates::Candidates;
 use super::observe::Observe;
 use super::parts::Engine;
@@ -218,15 +217,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let awake = particles.iter().map(|particle| rows.row(particle.species));
         let all = awake.flat_map(|row| [row, if rows.has_sleep() { rows.asleep(row) } else { row }]);
         if self.ranges.include(all) {
-            self.stream_all(self.clock.now);
-            let search = if self.images.slide() { Search::Cells } else { self.best_search() };
-            self.sort_in(search);
-            self.fill_lists();
-            for particle in self.particles() {
-                if !self.is_static(particle) {
-                    self.repredict(particle, self.clock.now);
-                }
-            }
+            self.sort_anew();
+            self.start_anew();
         }
     }
 

@@ -218,7 +218,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.note_energies(after.pair - before.pair, 0.0, after.potential - before.potential);
     }
 
-    fn bring_in(&mut self, particle: u32) {
+    pub(super) fn bring_in(&mut self, particle: u32) {
         self.keep_between_sliding_sides(particle);
         let (position, images) = self.wrapped(self.state.bodies[particle as usize].position);
         self.state.bodies[particle as usize].position = position;

@@ -9,7 +9,6 @@ use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::BlockAverage;
 use crate::base::numbers::id;
-use crate::base::text::identifiers;
 use crate::model::measurement_plan::CentreOfMass as Plan;
 use crate::model::space::{AXES, Boundary};
 use serde::{Deserialize, Serialize};
@@ -76,10 +75,10 @@ impl CentreOfMass {
         let class = |species: Option<u32>| Class { species, averages: vec![average.clone(); axes.len()] };
         let classes = [None].into_iter().chain(species(system).into_iter().map(Some)).map(class).collect();
         let inclination = plan.axis_point.map(|point| Inclination { point: point.into(), average: average.clone() });
-        let rows = RowsOverTime::new(setup.sample.time, Vec::new());
+        let rows = RowsOverTime::new();
         let mut centre = Self { times, time: setup.sample.time, axes, classes, inclination, rows };
         let first = centre.now(&setup.sample, system).values();
-        centre.rows = RowsOverTime::new(setup.sample.time, first);
+        centre.rows.add(setup.sample.time, first);
         centre
     }
 
@@ -125,11 +124,7 @@ impl CentreOfMass {
     }
 
     fn titles(&self, system: &SystemDescription) -> Vec<(String, String)> {
-        let species = self.classes.iter().filter_map(|class| class.species);
-        let names: Vec<&str> = species.map(|species| system.species_names[species as usize].as_str()).collect();
-        let keys = identifiers(names.iter().copied());
-        let each = keys.iter().zip(&names).map(|(key, name)| (format!("_{key}"), format!(" of {name}")));
-        [(String::new(), String::new())].into_iter().chain(each).collect()
+        system.titles_of_all_and_of(self.classes.iter().filter_map(|class| class.species))
     }
 
     fn curves(&self, system: &SystemDescription) -> Vec<Curve> {

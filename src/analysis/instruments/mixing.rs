@@ -8,7 +8,6 @@ use super::rows_over_time::RowsOverTime;
 use super::system::{Sample, SystemDescription};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::BlockAverage;
-use crate::base::text::identifiers;
 use crate::model::measurement_plan as plan;
 use serde::{Deserialize, Serialize};
 
@@ -64,10 +63,11 @@ impl Mixing {
             grid,
             averages: vec![average; 1 + species.len()],
             species,
-            rows: RowsOverTime::new(setup.sample.time, Vec::new()),
+            rows: RowsOverTime::new(),
             times,
         };
-        mixing.rows = RowsOverTime::new(setup.sample.time, mixing.indices(&setup.sample, system));
+        let first = mixing.indices(&setup.sample, system);
+        mixing.rows.add(setup.sample.time, first);
         mixing
     }
 
@@ -112,14 +112,6 @@ impl Mixing {
         let each = self.species.iter().map(|&k| index(variances[k as usize], separate[k as usize]));
         [of_all].into_iter().chain(each).collect()
     }
-
-    /// Names of the species that are measured separately, for keys and for titles.
-    fn titles(&self, system: &SystemDescription) -> Vec<(String, String)> {
-        let names: Vec<&str> = self.species.iter().map(|&k| system.species_names[k as usize].as_str()).collect();
-        let keys = identifiers(names.iter().copied());
-        let each = keys.iter().zip(&names).map(|(key, name)| (format!("_{key}"), format!(" of {name}")));
-        [(String::new(), String::new())].into_iter().chain(each).collect()
-    }
 }
 
 impl Instrument for Mixing {
@@ -144,7 +136,8 @@ impl Instrument for Mixing {
         let name = format!("mixing_{}", self.name);
         let title = format!("Index of mixing {}", self.name);
         let mut curve = Curve::new(&name, &title, INDEX).variable("t", "time", self.rows.times());
-        for (index, ((key, of), average)) in self.titles(system).into_iter().zip(&self.averages).enumerate() {
+        let titles = system.titles_of_all_and_of(self.species.iter().copied());
+        for (index, ((key, of), average)) in titles.into_iter().zip(&self.averages).enumerate() {
             let (name, title) = (format!("{name}{key}"), format!("{title}{of}"));
             measured.numbers.push(Number::estimated(&name, &title, "1", average.estimate(), INDEX));
             curve = curve.series(&format!("index{of}"), "1", &self.rows.column(index));

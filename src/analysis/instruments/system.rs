@@ -3,6 +3,7 @@
 use crate::Vector;
 use crate::analysis::observables::ApplicableObservables;
 use crate::base::numbers::id;
+use crate::base::text::identifiers;
 use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
 use crate::model::space::{AXES, Boundary, Space};
@@ -193,6 +194,14 @@ impl SystemDescription {
             (!self.conserves_momentum, "with a heat bath that changes the momentum"),
         ];
         obstacles.into_iter().find(|(is_one, _)| *is_one).map(|(_, words)| words)
+    }
+
+    /// Returns endings of names and of titles for results of all particles, and then of the given species.
+    pub(super) fn titles_of_all_and_of(&self, species: impl Iterator<Item = u32>) -> Vec<(String, String)> {
+        let names: Vec<&str> = species.map(|species| self.species_names[species as usize].as_str()).collect();
+        let keys = identifiers(names.iter().copied());
+        let each = keys.iter().zip(&names).map(|(key, name)| (format!("_{key}"), format!(" of {name}")));
+        [(String::new(), String::new())].into_iter().chain(each).collect()
     }
 
     pub(super) fn axes(&self) -> impl Iterator<Item = usize> + '_ {

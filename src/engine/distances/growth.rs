@@ -113,12 +113,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sort_anew();
         Ok(Repredict::All)
     }
-
-    fn sort_anew(&mut self) {
-        self.stream_all(self.clock.now);
-        self.sort_in(self.search_like(None));
-        self.fill_lists();
-    }
 }
 
 impl Simulation {

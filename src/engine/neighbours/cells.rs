@@ -7,6 +7,7 @@
 mod search;
 
 use super::grid::{CellFace, Grid};
+use super::kinetics::{cross_section, free_path};
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::columns::Order;
@@ -51,14 +52,8 @@ fn sides(space: &Space, range: f64, particles: usize) -> [f64; 3] {
     let dimensions = space.dimensions();
     let volume: f64 = space.size.iter().filter(|size| **size > 0.0).product();
     let distance = libm::pow(volume / particles as f64, 1.0 / dimensions as f64);
-    let ratio = range / distance;
     // Mean free path between hard spheres or disks of this diameter, in units of their mean distance.
-    let free_path = std::f64::consts::FRAC_1_SQRT_2
-        / match dimensions {
-            3 => std::f64::consts::PI * ratio * ratio,
-            2 => 2.0 * ratio,
-            _ => 1.0,
-        };
+    let free_path = free_path(cross_section(range / distance, dimensions));
     let [short, long] = FREE_PATHS;
     let weight = (libm::log(free_path / short) / libm::log(long / short)).clamp(0.0, 1.0);
     SIDES.map(|[fine, wide]| if weight > 0.0 { fine * libm::pow(wide / fine, weight) } else { fine })

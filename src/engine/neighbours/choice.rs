@@ -1,14 +1,18 @@
 //! Choice of the neighbour search: cells, or lists and their skin.
 
+mod density;
+mod mixture;
+
 use super::Search;
 use super::ranges::Ranges;
 use super::verlet::VerletLists;
 use crate::Vector;
-use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 use crate::engine::images::ImagePolicy;
 use crate::engine::pairs::rows::Rows;
 use crate::model::Scene;
 use crate::model::space::{Boundary, Space};
+use density::local_density;
+use mixture::Mixture;
 
 /// Number of particles beyond the interaction range that a Verlet list should contain, in one, two and three
 /// dimensions. More particles slow down predictions, and fewer cause more rebuilds. The third number was measured in
@@ -48,12 +52,11 @@ const THINNEST: f64 = 0.08;
 impl Search {
     /// Chooses the search method at the start of a scene.
     #[must_use]
-    pub fn of(scene: &Scene, ranges: &Ranges) -> Self {
+    pub fn of(scene: &Scene, rows: &Rows, ranges: &Ranges) -> Self {
         if !ImagePolicy::stay(scene) {
             // Verlet lists do not support the sliding images of sheared boxes.
             return Self::Cells;
         }
-        let rows = Rows::of(scene);
         let particles = || scene.particles.iter().map(|particle| (particle.position, rows.row(particle.species)));
         Self::choose(&scene.space, (ranges, 1.0), particles, None)
     }
@@ -97,13 +100,12 @@ impl Search {
     ) -> Self {
         // In a thin gas, a particle may have flown through several periods since its latest event.
         let particles = || particles().map(|(position, row)| (space.wrapped(position), row));
-        let contents = Contents::of(space, ranges, &particles);
-        let own = ranges.occurring().map(|row| ranges.at(row, row)).filter(|range| *range > 0.0);
-        let smallest = factor * own.fold(ranges.largest(), f64::min);
+        let mixture = Mixture::of(space, (ranges, factor), &particles);
+        let smallest = factor * ranges.smallest();
         let thinnest = (THINNEST * smallest).max(ranges.sleep_distance);
-        let half_skin = contents.half_skin((space, ranges, factor), thinnest);
+        let half_skin = mixture.half_skin(LISTED[space.dimensions() - 1], thinnest);
         let half_skin = half_skin.min(WIDE * smallest).min(WITHIN * widest).max(thinnest);
-        let [of_cells, of_lists] = contents.costs((space, ranges, factor), half_skin);
+        let [of_cells, of_lists] = mixture.costs(LISTED[space.dimensions() - 1], half_skin);
         let preference = match current {
             None => 1.0,
             Some(Self::Cells) => 1.0 - 2.0 * HYSTERESIS,
@@ -127,126 +129,6 @@ impl Search {
     }
 }
 
-/// Times of the test of a pair, of a cell transition, and of a new list on one of the levels, in nanoseconds. They were
-/// fitted to mixtures of spheres with size ratios of 2 to 10 at packing fractions of 1e-4 to 0.5.
-const PAIR: f64 = 8.0;
-const TRANSITION: f64 = 100.0;
-const NEW_LIST: f64 = 300.0;
-
-/// Numbers and local densities of particles of different sizes.
-struct Contents {
-    /// The rows that have particles.
-    rows: Vec<usize>,
-    /// For each row, the number of its particles if they move.
-    moving: Vec<f64>,
-    /// For each row, its share of the number density around particles of its level `[length^-dimensions]`. It is used
-    /// around all particles, so different levels are taken to be mixed.
-    densities: Vec<f64>,
-}
-
-impl Contents {
-    fn of<I: Iterator<Item = (Vector, u16)>>(space: &Space, ranges: &Ranges, particles: &impl Fn() -> I) -> Self {
-        let rows = ranges.levels.len();
-        let mut numbers = vec![0.0; rows];
-        particles().for_each(|(_, row)| numbers[usize::from(row)] += 1.0);
-        let level_of = |row: usize| ranges.levels[row];
-        let of_level = |level: u8| {
-            let number: f64 = (0..rows).filter(|&row| level_of(row) == level).map(|row| numbers[row]).sum();
-            let own = ranges.occurring().filter(|&row| level_of(row) == level).map(|row| ranges.at(row, row));
-            let positions =
-                || particles().filter(|(_, row)| level_of(usize::from(*row)) == level).map(|(position, _)| position);
-            let density = if number > 0.0 { local_density(space, own.fold(0.0, f64::max), positions) } else { 0.0 };
-            density / number.max(1.0)
-        };
-        let levels: Vec<f64> = (0..=u8::MAX).take(ranges.level_count()).map(of_level).collect();
-        Self {
-            rows: (0..rows).filter(|&row| numbers[row] > 0.0).collect(),
-            densities: (0..rows).map(|row| numbers[row] * levels[usize::from(level_of(row))]).collect(),
-            moving: (0..rows).map(|row| if ranges.moves[row] { numbers[row] } else { 0.0 }).collect(),
-        }
-    }
-
-    /// Returns the half skin with which lists contain, on average over moving particles, [`LISTED`] particles beyond
-    /// their ranges. At least `thinnest`, and infinite if lists never become that long.
-    fn half_skin(&self, (space, ranges, factor): (&Space, &Ranges, f64), thinnest: f64) -> f64 {
-        let dimensions = space.dimensions();
-        let volume = |radius: f64| volume_of_ball(radius, dimensions);
-        let rows = || self.rows.iter().copied();
-        let all: f64 = self.moving.iter().sum();
-        let listed = |half_skin: f64| {
-            let beyond = |a: usize, b: usize| {
-                let range = ranges.at(a, b) * factor;
-                if range < 0.0 { 0.0 } else { volume(range + 2.0 * half_skin) - volume(range) }
-            };
-            let of = |a: usize| rows().map(|b| self.densities[b] * beyond(a, b)).sum::<f64>();
-            rows().filter(|&a| self.moving[a] > 0.0).map(|a| self.moving[a] * of(a)).sum::<f64>() / all
-        };
-        let aim = LISTED[dimensions - 1];
-        let (mut lower, mut upper) = (thinnest, thinnest);
-        while listed(upper) < aim {
-            (lower, upper) = (upper, 2.0 * upper);
-            if upper == f64::INFINITY {
-                return upper;
-            }
-        }
-        for _ in 0..20 {
-            let middle = 0.5 * (lower + upper);
-            if listed(middle) < aim { lower = middle } else { upper = middle }
-        }
-        upper
-    }
-
-    /// Estimates the times of an event with cells and with lists, in nanoseconds. Between two events, a particle flies a
-    /// mean free path. It leaves its cell, or its skin, in proportion to this path.
-    fn costs(&self, (space, ranges, factor): (&Space, &Ranges, f64), half_skin: f64) -> [f64; 2] {
-        let dimensions = space.dimensions();
-        let axes = dimensions as f64;
-        let density: f64 = self.densities.iter().sum();
-        let free_path = self.free_path(ranges, factor, dimensions);
-        let side = (ranges.largest() * factor).max(0.8 * libm::pow(density, -1.0 / axes));
-        let held = density * libm::pow(side, axes);
-        let around = libm::pow(3.0, axes);
-        // With velocities in all directions, a particle crosses about half a side along each axis.
-        let transitions = 0.5 * axes * free_path / side;
-        let of_cells = around * held * PAIR + transitions * (TRANSITION + around / 3.0 * held * PAIR);
-        let of_lists = LISTED[dimensions - 1] * PAIR + free_path / half_skin * NEW_LIST * ranges.level_count() as f64;
-        [2.0 * of_cells, 2.0 * of_lists]
-    }
-
-    /// Mean free path of the moving particles `[length]`, as of hard spheres with Enskog's factor.
-    fn free_path(&self, ranges: &Ranges, factor: f64, dimensions: usize) -> f64 {
-        let rows = || self.rows.iter().copied();
-        let range = |a: usize, b: usize| (ranges.at(a, b) * factor).max(0.0);
-        let filled: f64 =
-            rows().map(|row| self.densities[row] * volume_of_ball(0.5 * range(row, row), dimensions)).sum();
-        let crowding = libm::pow(1.0 - filled.min(0.6), -0.5 * (dimensions as f64 + 2.0));
-        let section = |range: f64| match dimensions {
-            3 => std::f64::consts::PI * range * range,
-            2 => 2.0 * range,
-            _ if range > 0.0 => 1.0,
-            _ => 0.0,
-        };
-        // Particles that meet no others do not count.
-        let (mut all, mut sum) = (0.0, 0.0);
-        for a in rows() {
-            let met: f64 = rows().map(|b| self.densities[b] * section(range(a, b))).sum();
-            if met > 0.0 && self.moving[a] > 0.0 {
-                all += self.moving[a];
-                sum += self.moving[a] * std::f64::consts::FRAC_1_SQRT_2 / (met * crowding);
-            }
-        }
-        sum / all
-    }
-}
-
-fn volume_of_ball(radius: f64, dimensions: usize) -> f64 {
-    match dimensions {
-        3 => 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius,
-        2 => std::f64::consts::PI * radius * radius,
-        _ => 2.0 * radius,
-    }
-}
-
 /// Returns the reach `[length]` at which Verlet lists are fastest, for a given number density.
 fn reach_of_lists(space: &Space, range: f64, density: f64) -> f64 {
     let dimensions = space.dimensions();
@@ -267,56 +149,6 @@ fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
         Some(Search::Cells) => worthwhile * (1.0 - HYSTERESIS),
         Some(Search::Lists { .. }) => worthwhile * (1.0 + HYSTERESIS),
     }
-}
-
-/// Mean number density around particles `[length^-dimensions]`. Empty parts of the box do not count.
-fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, positions: impl Fn() -> I) -> f64 {
-    /// Mean number of particles per cell. A single particle then hardly changes the density.
-    const MANY: f64 = 32.0;
-    let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
-    let volume: f64 = (0..3).filter_map(extent).product();
-    let mut density = positions().count() as f64 / volume;
-    // If part of the box is empty, the first cells are too large. Each pass uses the density of the previous pass.
-    for _ in 0..3 {
-        let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
-        density = density_in_cells(space, fair, &positions);
-    }
-    density
-}
-
-/// Returns the mean number density around particles, from counts in cells with sides of about `fair`.
-fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
-    /// Up to this number of cells, or of particles, counts are stored in a dense array.
-    const SOME: usize = 4096;
-    let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
-    let along = |k: usize| extent(k).map_or(1.0, |size| (size / fair).floor().max(1.0));
-    let side = Vector::from_fn(|k, _| extent(k).map_or(f64::INFINITY, |size| size / along(k)));
-    let cell_of = |position: &Vector| -> [i32; 3] {
-        std::array::from_fn(|k| trunc_to_i32(((position[k] - space.lower[k]) / side[k]).floor()))
-    };
-    let cells: f64 = (0..3).map(along).product();
-    let are_few = cells <= positions().count().max(SOME) as f64;
-    let numbers: [usize; 3] = std::array::from_fn(|k| if are_few { trunc_to_usize(along(k)) } else { 0 });
-    let mut counts = vec![0_u32; numbers.iter().product()];
-    let mut elsewhere = Vec::new();
-    for position in positions() {
-        let cell = cell_of(&position);
-        let [x, y, z] = cell.map(|index| usize::try_from(index).unwrap_or(usize::MAX));
-        if x < numbers[0] && y < numbers[1] && z < numbers[2] {
-            counts[(z * numbers[1] + y) * numbers[0] + x] += 1;
-        } else {
-            elsewhere.push(cell);
-        }
-    }
-    elsewhere.sort_unstable();
-    let cell: f64 = side.iter().filter(|side| side.is_finite()).product();
-    let others = elsewhere.chunk_by(|a, b| a == b).map(|same| same.len() as f64);
-    // The sums are exact in any order, because all terms are integers.
-    let (mut squares, mut all) = (0.0, 0.0);
-    for n in counts.into_iter().map(f64::from).chain(others) {
-        (squares, all) = (squares + n * n, all + n);
-    }
-    squares / all / cell
 }
 
 #[cfg(test)]

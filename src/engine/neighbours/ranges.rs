@@ -1,6 +1,5 @@
 //! Interaction distances that the neighbour search has to cover.
 
-use crate::engine::pairs::rows::Rows;
 use crate::model::{Scene, SpeciesId};
 use serde::{Deserialize, Serialize};
 
@@ -19,44 +18,49 @@ pub struct Ranges {
     pub of_cells: f64,
     /// True if bonded pairs may start beyond `of_cells`. Their nearest images may be across any side of the box.
     pub may_be_overstretched: bool,
-    /// For each row, whether such particles occur, at the start or later.
-    occurs: Vec<bool>,
-    /// For each row, whether its particles move. Sleeping particles do not.
-    pub moves: Vec<bool>,
+    kinds: Vec<Kind>,
     /// The level of each row: 0 for the smallest particles.
-    pub levels: Vec<u8>,
-    /// For each row, the diameter of its particles `[length]`; 0 for static particles.
-    diameters: Vec<f64>,
+    levels: Vec<u8>,
     /// The largest length of a bond `[length]`; 0 without bonds.
     longest_bond: f64,
     /// The distance up to which sleeping grains have neighbours `[length]`.
     pub sleep_distance: f64,
 }
 
-impl Ranges {
-    /// Returns the ranges for all rows of a scene.
-    #[must_use]
-    pub fn of_scene(scene: &Scene) -> Self {
-        Self::of(scene, Rows::of(scene).species())
-    }
+/// The particles of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Kind {
+    /// Whether such particles occur, at the start or later.
+    occurs: bool,
+    /// Whether they move. Sleeping particles do not.
+    moves: bool,
+    /// Their diameter `[length]`; 0 for static particles.
+    diameter: f64,
+}
 
+impl Ranges {
     /// Returns the ranges for the species of the table rows.
     #[must_use]
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         let occurring = scene.occurring_species();
-        let of = |id: &SpeciesId| &scene.species[id.0 as usize];
         // The second half of the rows is for sleeping particles.
         let awake = if scene.sleep().is_some() { species.len() / 2 } else { species.len() };
+        let kind = |(row, id): (usize, &SpeciesId)| {
+            let species = &scene.species[id.0 as usize];
+            Kind {
+                occurs: occurring[id.0 as usize],
+                moves: row < awake && !species.is_static(),
+                diameter: if species.is_static() { 0.0 } else { species.diameter },
+            }
+        };
         let bonds = scene.bonds().iter().map(|bond| &scene.interactions()[bond.interaction.0 as usize].potential);
         let mut ranges = Self {
             between: species.iter().flat_map(|&a| species.iter().map(move |&b| scene.range(a, b))).collect(),
             longest: 0.0,
             of_cells: 0.0,
             may_be_overstretched: scene.allow_invalid_start(),
-            occurs: species.iter().map(|species| occurring[species.0 as usize]).collect(),
-            moves: (0..).zip(species).map(|(row, id)| row < awake && !of(id).is_static()).collect(),
+            kinds: (0..).zip(species).map(kind).collect(),
             levels: Vec::new(),
-            diameters: species.iter().map(|id| if of(id).is_static() { 0.0 } else { of(id).diameter }).collect(),
             longest_bond: bonds.map(|potential| potential.range()).fold(0.0, f64::max),
             sleep_distance: scene.sleep().map_or(0.0, |sleep| sleep.distance),
         };
@@ -67,14 +71,15 @@ impl Ranges {
     /// Whether particles of a row occur.
     #[must_use]
     pub fn includes(&self, row: u16) -> bool {
-        self.occurs[usize::from(row)]
+        self.kinds[usize::from(row)].occurs
     }
 
     /// Includes species that did not occur before. Returns true if there are any.
     pub fn include(&mut self, rows: impl Iterator<Item = u16>) -> bool {
-        let before = self.occurs.clone();
-        rows.for_each(|row| self.occurs[usize::from(row)] = true);
-        let has_grown = self.occurs != before;
+        let mut has_grown = false;
+        for row in rows {
+            has_grown |= !std::mem::replace(&mut self.kinds[usize::from(row)].occurs, true);
+        }
         if has_grown {
             self.update();
         }
@@ -82,8 +87,7 @@ impl Ranges {
     }
 
     fn update(&mut self) {
-        let diameters = self.diameters.iter().zip(&self.occurs).filter(|(_, occurs)| **occurs);
-        let range = diameters.map(|(diameter, _)| *diameter).fold(self.largest(), f64::max);
+        let range = self.occurring().map(|row| self.kinds[row].diameter).fold(self.largest(), f64::max);
         self.of_cells = range + self.sleep_distance;
         self.longest = range.max(self.longest_bond);
         self.levels = self.find_levels();
@@ -91,7 +95,19 @@ impl Ranges {
 
     /// The rows of particles that occur.
     pub fn occurring(&self) -> impl Iterator<Item = usize> {
-        (0..self.occurs.len()).filter(|&row| self.occurs[row])
+        (0..self.kinds.len()).filter(|&row| self.kinds[row].occurs)
+    }
+
+    /// Whether the particles of a row move. Sleeping particles do not.
+    #[must_use]
+    pub fn moves(&self, row: usize) -> bool {
+        self.kinds[row].moves
+    }
+
+    /// The level of each row: 0 for the smallest particles.
+    #[must_use]
+    pub fn levels(&self) -> &[u8] {
+        &self.levels
     }
 
     /// Returns the largest contact distance of two particles that occur `[length]`; 0 without contacts.
@@ -100,18 +116,25 @@ impl Ranges {
         self.occurring().flat_map(|a| self.occurring().map(move |b| self.at(a, b))).fold(0.0, f64::max)
     }
 
+    /// Returns the smallest contact distance of two particles of one row `[length]`, or the largest contact distance if no
+    /// particle meets its like.
+    #[must_use]
+    pub fn smallest(&self) -> f64 {
+        let own = self.occurring().map(|row| self.at(row, row)).filter(|range| *range > 0.0);
+        own.fold(self.largest(), f64::min)
+    }
+
     /// Returns the contact distance of a pair of rows `[length]`; negative without contacts.
     #[inline]
     #[must_use]
     pub fn at(&self, a: usize, b: usize) -> f64 {
-        self.between[a * self.occurs.len() + b]
+        self.between[a * self.kinds.len() + b]
     }
 
     /// Checks data from a file.
     #[must_use]
     pub fn is_sound(&self, rows: usize) -> bool {
-        let has_all = [self.occurs.len(), self.moves.len(), self.levels.len(), self.diameters.len()] == [rows; 4];
-        has_all && self.between.len() == rows * rows
+        [self.kinds.len(), self.levels.len()] == [rows; 2] && self.between.len() == rows * rows
     }
 
     /// Returns true if bonds are no longer than cells. Captured pairs are then in the same cell or in adjacent cells.
@@ -134,10 +157,10 @@ impl Ranges {
             let own = self.at(row, row);
             if own > 0.0 { own } else { self.occurring().map(|other| self.at(row, other)).fold(0.0, f64::max) }
         };
-        let sizes: Vec<f64> = (0..self.occurs.len()).map(size).collect();
+        let sizes: Vec<f64> = (0..self.kinds.len()).map(size).collect();
         let mut sorted: Vec<usize> = self.occurring().filter(|&row| sizes[row] > 0.0).collect();
         sorted.sort_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
-        let mut levels = vec![0; self.occurs.len()];
+        let mut levels = vec![0; self.kinds.len()];
         let (mut level, mut smallest) = (0, sorted.first().map_or(0.0, |&row| sizes[row]));
         for row in sorted {
             if sizes[row] > SIMILAR * smallest && level < u8::MAX {
@@ -164,10 +187,8 @@ impl Ranges {
             longest: 0.0,
             of_cells: 0.0,
             may_be_overstretched: false,
-            occurs: vec![true; rows],
-            moves: vec![true; rows],
+            kinds: vec![Kind { occurs: true, moves: true, diameter: 0.0 }; rows],
             levels: Vec::new(),
-            diameters: vec![0.0; rows],
             longest_bond: 0.0,
             sleep_distance: 0.0,
         };

@@ -14,7 +14,7 @@ const DIAMETERS: [f64; 4] = [0.1, 0.7, 1.0, 12.0];
 /// Ranges of additive spheres. The second and third never meet each other.
 fn ranges() -> Ranges {
     let between = |a: usize, b: usize| {
-        if a.abs_diff(b) == 1 && a + b == 3 { -1.0 } else { 0.5 * (DIAMETERS[a] + DIAMETERS[b]) }
+        if [a, b] == [1, 2] || [a, b] == [2, 1] { -1.0 } else { 0.5 * (DIAMETERS[a] + DIAMETERS[b]) }
     };
     Ranges::of_matrix((0..16).map(|pair| between(pair / 4, pair % 4)).collect())
 }
@@ -47,7 +47,7 @@ proptest! {
         pushed in 0..20_usize,
     ) {
         let (space, ranges) = (space(boundary, lower), ranges());
-        prop_assert_eq!(&ranges.levels[..], &[0, 1, 1, 2]);
+        prop_assert_eq!(ranges.levels(), &[0, 1, 1, 2]);
         let place = |at: [f64; 3]| {
             Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { lower } else { lower + at[k] })
         };
