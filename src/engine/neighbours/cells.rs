@@ -244,6 +244,23 @@ mod tests {
     }
 
     #[test]
+    fn lost_and_doubled_particles_are_noticed() {
+        let (space, positions) = lattice(3);
+        let cells = Cells::new(&space, 0.999, &positions);
+        assert!(cells.is_sound(27));
+        let mut lost = cells.clone();
+        lost.first[5] = NO_PARTICLE;
+        assert!(!lost.is_sound(27));
+        let mut round = cells.clone();
+        let particle = round.first[5];
+        round.next[particle as usize] = particle;
+        assert!(!round.is_sound(27));
+        let mut elsewhere = cells;
+        elsewhere.homes[7] = 8;
+        assert!(!elsewhere.is_sound(27));
+    }
+
+    #[test]
     fn neighbour_cells_hold_every_particle_in_range_once() {
         for n in 1..6 {
             let (mut space, positions) = lattice(n);

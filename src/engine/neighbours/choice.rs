@@ -161,10 +161,13 @@ mod tests {
         Search::choose(space, (&Ranges::of_equal(range), 1.0), particles, current)
     }
 
-    /// Chooses the search for particles on a lattice. Of 50 particles, one is of row 2, one of row 0, and the others are
-    /// of row 1.
-    fn choose_unlike(between: &[f64], spacing: f64) -> Search {
-        let (space, positions) = lattice(10, spacing);
+    /// Chooses the search for particles on a lattice, which are some periods outside of the box. Of 50 particles, one is
+    /// of row 2, one of row 0, and the others are of row 1.
+    fn choose_unlike(between: &[f64], spacing: f64, periods: u32) -> Search {
+        let (space, mut positions) = lattice(10, spacing);
+        for (position, k) in positions.iter_mut().zip(0..) {
+            position.x += 10.0 * spacing * f64::from(k % (periods + 1));
+        }
         let row = |k: u32| match k % 50 {
             0 => 2,
             1 => 0,
@@ -178,9 +181,10 @@ mod tests {
     fn unlike_sizes_have_lists_unless_they_are_thin() {
         // Row 0 meets no particle.
         let between = [-1.0, -1.0, -1.0, -1.0, 1.0, 3.0, -1.0, 3.0, 5.0];
-        let chosen = choose_unlike(&between, 1.5);
+        let chosen = choose_unlike(&between, 1.5, 0);
         assert!(matches!(chosen, Search::Lists { half_skin } if (0.2..0.6).contains(&half_skin)), "{chosen:?}");
-        assert_eq!(choose_unlike(&between, 20.0), Search::Cells);
+        assert_eq!(choose_unlike(&between, 1.5, 30), chosen);
+        assert_eq!(choose_unlike(&between, 20.0, 0), Search::Cells);
         // Only particles that meet no others.
         let (space, positions) = lattice(10, 1.5);
         let alone = || positions.iter().map(|position| (*position, 0));
