@@ -210,35 +210,7 @@ impl InstrumentKind {
     }
 }
 
-/// The grid of an instrument.
-#[derive(Debug)]
-pub(crate) struct RequestedGrid<'p> {
-    pub key: &'static str,
-    /// Index among the instruments of its kind.
-    pub index: usize,
-    pub bins: &'p [u64; 3],
-    pub lower: Option<[f64; 3]>,
-    pub upper: Option<[f64; 3]>,
-}
-
-macro_rules! grids {
-    ($plan:ident: $($key:literal of $field:ident),*) => {
-        std::iter::empty()$(.chain($plan.$field.iter().enumerate().map(|(index, it)| RequestedGrid {
-            key: $key,
-            index,
-            bins: &it.bins,
-            lower: it.lower,
-            upper: it.upper,
-        })))*
-    };
-}
-
 impl MeasurementPlan {
-    /// The grids of all instruments that have one.
-    pub(crate) fn grids(&self) -> impl Iterator<Item = RequestedGrid<'_>> {
-        grids!(self: "profile" of profiles, "stress" of stresses, "mixing" of mixings)
-    }
-
     /// Whether the plan has no instruments.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -8,7 +8,6 @@ use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::BlockAverage;
-use crate::base::numbers::id;
 use crate::model::measurement_plan::CentreOfMass as Plan;
 use crate::model::space::{AXES, Boundary};
 use serde::{Deserialize, Serialize};
@@ -149,12 +148,9 @@ impl CentreOfMass {
 
 /// Moving species that are measured separately.
 fn species(system: &SystemDescription) -> Vec<u32> {
-    let is_present = |&species: &u32| {
-        let is_moving = system.species_masses[species as usize].is_finite();
-        // A species may enter later.
-        is_moving && (system.has_flow || system.species.contains(&species))
-    };
-    let present: Vec<u32> = (0..id(system.species_masses.len())).filter(is_present).collect();
+    // A species may enter later.
+    let is_present = |species: &u32| system.has_flow || system.species.contains(species);
+    let present: Vec<u32> = system.moving_species().filter(is_present).collect();
     if (2..=MOST_SPECIES).contains(&present.len()) { present } else { Vec::new() }
 }
 

@@ -49,8 +49,7 @@ pub(super) struct Mixing {
 impl Mixing {
     pub fn new(plan: &plan::Mixing, setup: &Setup<'_>) -> Self {
         let system = setup.system;
-        let moving: Vec<u32> =
-            (0..).zip(&system.species_masses).filter(|(_, mass)| mass.is_finite()).map(|(k, _)| k).collect();
+        let moving: Vec<u32> = system.moving_species().collect();
         // Two species have the same index.
         let species = if (3..=MOST_SPECIES).contains(&moving.len()) { moving } else { Vec::new() };
         let grid = Grid::new(plan.bins, plan.lower, plan.upper, &system.space);
@@ -84,30 +83,28 @@ impl Mixing {
                 counts[cell * kinds + species.0 as usize] += 1.0;
             }
         }
-        let mut totals = vec![0.0; kinds];
+        // For each species, the sums of n_k c_k and of n_k c_k^2.
+        let (mut totals, mut squares) = (vec![0.0; kinds], vec![0.0; kinds]);
         let mut occupied = 0.0;
-        for cell in counts.chunks(kinds) {
-            totals.iter_mut().zip(cell).for_each(|(total, count)| *total += count);
-            occupied += if cell.iter().any(|count| *count > 0.0) { 1.0 } else { 0.0 };
-        }
-        let all: f64 = totals.iter().sum();
-        let fractions: Vec<f64> = totals.iter().map(|total| total / all).collect();
-        let mut variances = vec![0.0; kinds];
         for cell in counts.chunks(kinds) {
             let number: f64 = cell.iter().sum();
             if number > 0.0 {
-                for ((variance, count), fraction) in variances.iter_mut().zip(cell).zip(&fractions) {
-                    let deviation = count / number - fraction;
-                    *variance += number / all * deviation * deviation;
+                occupied += 1.0;
+                for ((total, square), count) in totals.iter_mut().zip(&mut squares).zip(cell) {
+                    *total += count;
+                    *square += count * count / number;
                 }
             }
         }
+        let all: f64 = totals.iter().sum();
+        let fractions = || totals.iter().map(|total| total / all);
+        let variances: Vec<f64> = squares.iter().zip(fractions()).map(|(square, p)| square / all - p * p).collect();
+        let separate: Vec<f64> = fractions().map(|p| p * (1.0 - p)).collect();
         let random = (occupied - 1.0) / (all - 1.0);
         let index = |variance: f64, separate: f64| {
             let index = (1.0 - variance / separate) / (1.0 - random);
             (index.is_finite() && occupied > 1.0).then_some(index)
         };
-        let separate: Vec<f64> = fractions.iter().map(|fraction| fraction * (1.0 - fraction)).collect();
         let of_all = index(variances.iter().sum(), separate.iter().sum());
         let each = self.species.iter().map(|&k| index(variances[k as usize], separate[k as usize]));
         [of_all].into_iter().chain(each).collect()

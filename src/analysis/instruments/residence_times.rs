@@ -81,8 +81,7 @@ impl Times {
 
 impl ResidenceTimes {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
-        let moving = (0..).zip(&setup.system.species_masses).filter(|(_, mass)| mass.is_finite());
-        let species: Vec<SpeciesId> = moving.map(|(id, _)| SpeciesId(id)).collect();
+        let species: Vec<SpeciesId> = setup.system.moving_species().map(SpeciesId).collect();
         let are_told_apart = (2..=MOST_SPECIES).contains(&species.len());
         let by_species = species.into_iter().filter(|_| are_told_apart).map(|id| (id, Times::new(plan)));
         Self { inside: BTreeMap::new(), from_start: 0, all: Times::new(plan), by_species: by_species.collect() }

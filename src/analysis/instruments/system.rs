@@ -196,6 +196,11 @@ impl SystemDescription {
         obstacles.into_iter().find(|(is_one, _)| *is_one).map(|(_, words)| words)
     }
 
+    /// The species whose particles move, even if there are none at present.
+    pub(super) fn moving_species(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..).zip(&self.species_masses).filter(|(_, mass)| mass.is_finite()).map(|(species, _)| species)
+    }
+
     /// Returns endings of names and of titles for results of all particles, and then of the given species.
     pub(super) fn titles_of_all_and_of(&self, species: impl Iterator<Item = u32>) -> Vec<(String, String)> {
         let names: Vec<&str> = species.map(|species| self.species_names[species as usize].as_str()).collect();

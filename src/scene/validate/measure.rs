@@ -34,8 +34,14 @@ impl SceneParts {
                 species_named(species, word, &at.key("species"))?;
             }
         }
-        for grid in self.measure.grids() {
-            check_grid(grid.bins, (grid.lower, grid.upper), space, &at.key(grid.key).index(grid.index))?;
+        for (index, it) in self.measure.profiles.iter().enumerate() {
+            check_grid(&it.bins, (it.lower, it.upper), space, &at.key("profile").index(index))?;
+        }
+        for (index, it) in self.measure.stresses.iter().enumerate() {
+            check_grid(&it.bins, (it.lower, it.upper), space, &at.key("stress").index(index))?;
+        }
+        for (index, it) in self.measure.mixings.iter().enumerate() {
+            check_grid(&it.bins, (it.lower, it.upper), space, &at.key("mixing").index(index))?;
         }
         check_flows(&self.measure, space, &at)
     }
