@@ -49,6 +49,7 @@ mod start;
 mod state;
 mod states;
 pub(crate) mod surfaces;
+mod swap;
 mod threads;
 mod volume_move;
 

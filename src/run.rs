@@ -37,7 +37,7 @@ use crate::analysis::observables::{Equilibrium, Row};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
-use crate::model::{ParticleId, VolumeMoves};
+use crate::model::{ParticleId, StageSwaps, VolumeMoves};
 use crate::run::audit::Audit;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -301,6 +301,8 @@ pub struct Finished {
     pub measured: Measured,
     /// Volume moves of the barostat in the measurement; `None` without a barostat.
     pub volume_moves: Option<VolumeMoves>,
+    /// Swap moves of each stage that has them.
+    pub swaps: Vec<StageSwaps>,
     /// Results of the measured stages before the last measurement, including a stage in which the run ended.
     pub stages: Vec<MeasuredStage>,
     /// Audit of the run: errors of energy and momentum, and overlaps.

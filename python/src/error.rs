@@ -142,13 +142,14 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
         NeedsRun::Equilibration => "the scene has an equilibration".to_owned(),
         NeedsRun::Rescaling => "the scene has a thermostat that scales velocities".to_owned(),
         NeedsRun::Barostat => "the scene has a barostat that changes the volume".to_owned(),
+        NeedsRun::Swap => "the scene has swap moves".to_owned(),
         NeedsRun::Exchange => "the scene has [exchange] with several replicas".to_owned(),
         _ => error.to_string(),
     };
     let cure = match error {
         NeedsRun::Exchange => "use carom.exchange, or Simulation(scene, plan=False) for the dynamics alone",
         NeedsRun::Rescaling => "use carom.run, or Simulation(scene, plan=False) and its rescale",
-        NeedsRun::Barostat => "use carom.run, or Simulation(scene, plan=False) for the dynamics alone",
+        NeedsRun::Barostat | NeedsRun::Swap => "use carom.run, or Simulation(scene, plan=False) for the dynamics alone",
         _ => {
             "use carom.run; or Simulation.prepared(scene), which starts at the measurement; or Simulation(scene, plan=False) for the dynamics alone"
         }

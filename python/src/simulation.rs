@@ -121,6 +121,9 @@ impl Simulation {
         if model.run().barostat.is_some() {
             return Err(error::needs_run(&NeedsRun::Barostat));
         }
+        if model.run().swap.is_some() {
+            return Err(error::needs_run(&NeedsRun::Swap));
+        }
         let mut watch = Watch::new(callback);
         let (run, ending) = py.detach(|| {
             let run = Run::new(model);

@@ -26,10 +26,12 @@ mod free_time;
 mod grid;
 mod histogram;
 mod instrument;
+mod logarithmic;
 mod mixing;
 mod momentum_flow;
 mod near_pairs;
 mod pressure_tensor;
+mod relaxation;
 mod residence_times;
 mod rows_over_time;
 mod slope;
@@ -97,6 +99,7 @@ instruments! {
     contacts::Contacts: contacts,
     centre_of_mass::CentreOfMass: centre_of_mass,
     residence_times::ResidenceTimes: residence_times,
+    relaxation::Relaxation: relaxation,
 }
 
 /// All instruments of a run. They come from the scene, or are registered by the program.

@@ -11,6 +11,7 @@ mod kinetic_theory;
 mod maxwell;
 mod of_system;
 mod outflow;
+mod scaled_particle;
 mod steps;
 mod velocity_tail;
 
@@ -28,5 +29,6 @@ pub(crate) use of_system::CRYSTAL_LABEL;
 pub use of_system::{PublishedValue, of_system};
 pub use outflow::beverloo;
 pub(crate) use outflow::of_flows;
+pub use scaled_particle::HardMixture;
 pub use steps::{bounces_per_release, second_virial_of_square_well, third_virial_of_square_well};
 pub(crate) use velocity_tail::VelocityTail;

@@ -122,7 +122,7 @@ impl Reference {
             (scene.has_thermal_walls(), Unsupported::ThermalWalls),
             (!scene.surfaces.is_empty() && is_periodic, Unsupported::PeriodicSurfaces),
             (!scene.inlets.is_empty(), Unsupported::Inlets),
-            (scene.run.is_driven(), Unsupported::DrivenStages),
+            (scene.run.is_driven() || scene.run.has_swaps(), Unsupported::DrivenStages),
         ] {
             if is_asked {
                 return Err(unsupported);

@@ -53,6 +53,11 @@ impl Live {
                 format!("the scene {} has a barostat, but the box of a page has a constant size", scene.name());
             return Err(Failure::bad_input(message, Some("remove the barostat")));
         }
+        if scene.run().has_swaps() {
+            let message =
+                format!("the scene {} has swap moves, but the particles of a page keep their sizes", scene.name());
+            return Err(Failure::bad_input(message, Some("remove swap")));
+        }
         if scene.has_flow() {
             let message = format!(
                 "particles enter or leave in the scene {}, but a page shows the same particles at all times",

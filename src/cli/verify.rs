@@ -358,7 +358,7 @@ fn words(certificate: &Certificate) -> String {
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
         End::Driven => {
-            "NOTHING PROVEN: the run has a thermostat, a barostat, growth, shear, a thermal wall, a thermal surface, an inlet \
+            "NOTHING PROVEN: the run has a thermostat, a barostat, swap moves, growth, shear, a thermal wall, a thermal surface, an inlet \
              or an outlet"
                 .to_owned()
         }
@@ -410,7 +410,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         End::Driven => {
             let help = "remove these features from the scene; moving surfaces and changing gravity can stay";
             Err(Failure::bad_input(
-                "only runs without thermostat, barostat, growth, shear, thermal walls or surfaces, inlets and outlets can be proven",
+                "only runs without thermostat, barostat, swap moves, growth, shear, thermal walls or surfaces, inlets and outlets can be proven",
                 Some(help),
             ))
         }

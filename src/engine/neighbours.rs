@@ -137,6 +137,15 @@ impl Neighbours {
         }
     }
 
+    /// Gives a particle another row. With lists, the particle gets an empty list with a new centre, and is in no list
+    /// afterwards.
+    pub fn change_row(&mut self, particle: u32, centre: &Vector, row: u16) {
+        match self {
+            Self::Cells(_) => {}
+            Self::Lists(verlet) => verlet.change_row(particle, centre, row),
+        }
+    }
+
     pub fn enlarge(&self) {
         match self {
             Self::Cells(cells) => cells.enlarge(),

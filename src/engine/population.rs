@@ -157,8 +157,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for (particle, name) in new.iter().zip(self.state.next_name..) {
             let particle_id = ParticleId(name);
             let (position, _) = self.wrapped(particle.position);
-            let mut deepest = self.overlap_with_surfaces(particle, &position, particle_id);
             let row = self.pairs.rules.rows.row(particle.species);
+            let mut deepest = self.overlap_with_surfaces(row, &position, particle_id);
             let is_near = is_near && self.ranges.includes(row);
             if is_near {
                 self.neighbours.find_candidates_at(&position, row, &mut near);
@@ -191,8 +191,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         None
     }
 
-    fn overlap_with_surfaces(&self, new: &Particle, position: &Vector, particle: ParticleId) -> Option<Overlap> {
-        let row = self.pairs.rules.rows.row(new.species);
+    /// Returns the deepest overlap of a particle of a row at `position` with a surface. Overlaps within round-off are
+    /// ignored.
+    pub(super) fn overlap_with_surfaces(&self, row: u16, position: &Vector, particle: ParticleId) -> Option<Overlap> {
         let species = &self.pairs.rules.species[usize::from(row)];
         if species.is_static() {
             return None;
@@ -275,7 +276,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Gives a particle that has entered its velocity. Its energy is supplied, but not the energy of its pairs.
-    fn begin_motion(
+    pub(super) fn begin_motion(
         &mut self,
         particle: u32,
         velocity: Vector,

@@ -33,6 +33,9 @@ pub enum NeedsRun {
         "only a run changes the volume of the scene: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Barostat,
+    /// Swap moves of particles.
+    #[error("only a run makes swap moves: use run::Run, or Simulation::without_plan for the dynamics alone")]
+    Swap,
     /// Replicas at several temperatures.
     #[error(
         "the scene has replicas, which only exchange::Exchange simulates: use exchange::Exchange, or Simulation::without_plan for the dynamics alone"
@@ -47,8 +50,8 @@ impl Simulation {
     /// [`Run`](crate::run::Run), bit for bit. The duration of the run, measurements and output are ignored.
     ///
     /// # Errors
-    /// [`NeedsRun`] if the scene has stages, an equilibration, a thermostat that rescales velocities, a barostat, or
-    /// replicas.
+    /// [`NeedsRun`] if the scene has stages, an equilibration, a thermostat that rescales velocities, a barostat, swap
+    /// moves, or replicas.
     pub fn new(scene: Scene) -> Result<Self, NeedsRun> {
         let plan = &scene.run;
         if scene.exchange.is_some() {
@@ -66,6 +69,9 @@ impl Simulation {
         }
         if plan.barostat.is_some() {
             return Err(NeedsRun::Barostat);
+        }
+        if plan.swap.is_some() {
+            return Err(NeedsRun::Swap);
         }
         // As in a run, the heat bath uses the random stream of the measurement.
         let stage = scene.first_stream() + plan.stages.len() + 1;
@@ -151,15 +157,7 @@ mod tests {
     #[test]
     fn simulation_rejects_scenes_that_need_a_run() {
         let growth = Some(Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.3) });
-        let stage = StagePlan {
-            name: "grow".into(),
-            limit: Until::default(),
-            thermostat: None,
-            gravity: None,
-            barostat: None,
-            growth,
-            measured: None,
-        };
+        let stage = StagePlan { name: "grow".into(), growth, ..StagePlan::default() };
         let rescaling = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let bath = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] });
         let barostat = Barostat { pressure: 1.0, interval: 1.0, amplitude: Some(0.1) };

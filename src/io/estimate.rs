@@ -135,9 +135,13 @@ fn triangles(scene: &Scene) -> f64 {
 fn rests(scene: &Scene) -> bool {
     let plan = &scene.run;
     let is_pushed = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0) || scene.shear_rate.is_some();
-    let is_driven = Stage::all(plan)
-        .map(|stage| stage.settings(plan))
-        .any(|it| it.thermostat.is_some() || it.barostat.is_some() || it.growth.is_some() || it.gravity.is_some());
+    let is_driven = Stage::all(plan).map(|stage| stage.settings(plan)).any(|it| {
+        it.thermostat.is_some()
+            || it.barostat.is_some()
+            || it.swap.is_some()
+            || it.growth.is_some()
+            || it.gravity.is_some()
+    });
     let is_at_rest = scene.particles.iter().all(|particle| particle.velocity.norm() == 0.0);
     is_at_rest
         && !is_pushed

@@ -18,7 +18,7 @@ use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_flows, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::{InletCounts, Simulation};
-use crate::model::{Inlet, InputFile, Scene, Separated, Species, StagePlan, Units, VolumeMoves};
+use crate::model::{Inlet, InputFile, Scene, Separated, Species, StagePlan, StageSwaps, Units, VolumeMoves};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
@@ -57,6 +57,9 @@ pub struct Summary {
     /// Volume moves of the barostat in the measurement; absent without a barostat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_moves: Option<VolumeMoves>,
+    /// Swap moves of each stage that has them; absent without swap moves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub swaps: Vec<StageSwaps>,
     /// What each inlet did in the whole run; absent without inlets.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inlets: Vec<InletSummary>,
@@ -282,6 +285,7 @@ impl Summary {
             system: Some(System::of(finished)),
             diameter_factor: simulation.scale(),
             volume_moves: finished.volume_moves,
+            swaps: finished.swaps.clone(),
             inlets: InletSummary::of(simulation),
             events: events(&finished.measurement, scene),
             energy: Energies {

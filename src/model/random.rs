@@ -23,6 +23,8 @@ pub(crate) enum Purpose {
     Volume,
     /// Particles that enter at inlets.
     Inlet,
+    /// Pairs of particles that exchange their species.
+    Swap,
 }
 
 impl Purpose {
@@ -35,6 +37,7 @@ impl Purpose {
             Self::Thermalizing => (1 << 60) + group as u64,
             Self::Volume => (1 << 59) + group as u64,
             Self::Inlet => (1 << 58) + group as u64,
+            Self::Swap => (1 << 57) + group as u64,
             Self::Surface => (1 << 42) + 4 * group as u64 + 3,
             _ => 4 * group as u64 + self as u64,
         }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::barostat::Barostat;
+use super::swap::Swap;
 use super::thermostat::Thermostat;
 use super::threads::Threads;
 use crate::Vector;
@@ -27,6 +28,8 @@ pub struct RunPlan {
     pub thermostat: Option<Thermostat>,
     /// Barostat of the measurement.
     pub barostat: Option<Barostat>,
+    /// Swap moves of the measurement.
+    pub swap: Option<Swap>,
     /// Gravity of the last equilibration and measurement `[length / time^2]`, instead of the accelerations of the
     /// species. Either all stages have their own gravity, or none.
     pub gravity: Option<Vector>,
@@ -81,6 +84,12 @@ impl RunPlan {
         self.barostat.is_some() || self.stages.iter().any(|stage| stage.barostat.is_some())
     }
 
+    /// Whether a stage or the measurement has swap moves.
+    #[must_use]
+    pub fn has_swaps(&self) -> bool {
+        self.swap.is_some() || self.stages.iter().any(|stage| stage.swap.is_some())
+    }
+
     /// Gravitational accelerations that stages set. The measurement comes last.
     pub fn gravities(&self) -> impl Iterator<Item = Vector> + '_ {
         self.stages.iter().map(|stage| stage.gravity).chain([self.gravity]).flatten()
@@ -105,6 +114,8 @@ pub struct StagePlan {
     pub thermostat: Option<Thermostat>,
     /// Barostat of the stage, which needs a thermostat.
     pub barostat: Option<Barostat>,
+    /// Swap moves of the stage.
+    pub swap: Option<Swap>,
     /// Gravity during the stage `[length / time^2]`, instead of the accelerations of the species.
     pub gravity: Option<Vector>,
     /// Growth of the diameters.

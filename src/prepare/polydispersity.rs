@@ -49,6 +49,28 @@ pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     (0..classes).map(|k| classes as f64 * mean * (edge(k + 1) - edge(k))).collect()
 }
 
+/// Class diameters of a distribution with a density proportional to `d^-exponent`, between two limits `[length]`.
+///
+/// With `q = 1 - exponent`, the quantile `u` is `(lower^q + u (upper^q - lower^q))^(1 / q)`. A class between the
+/// diameters `a` and `b` has the mean `n I(a, b, 1 - exponent) / I(lower, upper, -exponent)`. Here `I(a, b, p)` is the
+/// integral of `d^p` from `a` to `b`, and `n` is the number of classes.
+pub(crate) fn power_law(exponent: f64, [lower, upper]: [f64; 2], classes: u64) -> Vec<f64> {
+    // Diameters are divided by the lower limit, so that powers neither overflow nor vanish.
+    let (ratio, q) = (libm::log(upper / lower), 1.0 - exponent);
+    let edge = |k: u64| {
+        let quantile = k as f64 / classes as f64;
+        if q == 0.0 { quantile * ratio } else { libm::log1p(quantile * libm::expm1(q * ratio)) / q }
+    };
+    let all = power_integral(0.0, ratio, q);
+    let mean = |k: u64| classes as f64 * power_integral(edge(k), edge(k + 1), q + 1.0) / all;
+    (0..classes).map(|k| lower * mean(k)).collect()
+}
+
+/// Integral of `exp(p x)` from `a` to `b`, which is the integral of `d^(p - 1)` from `exp(a)` to `exp(b)`.
+fn power_integral(a: f64, b: f64, p: f64) -> f64 {
+    if p == 0.0 { b - a } else { libm::exp(p * a) * libm::expm1(p * (b - a)) / p }
+}
+
 pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
     classes.iter().map(|class| class.share * class.diameter).sum()
 }
@@ -124,6 +146,33 @@ mod tests {
             let lost = 1.0 - (deviation / 0.2) * (deviation / 0.2);
             assert!(lost > 0.0 && lost < within, "{lost} {within}");
         }
+    }
+
+    #[test]
+    fn power_laws_have_exact_means() {
+        let (lower, upper) = (0.73, 1.62);
+        let moment = |p: f64| {
+            let steps = 20_000;
+            let step = (upper - lower) / f64::from(steps);
+            (0..steps).map(|k| libm::pow(lower + (f64::from(k) + 0.5) * step, p) * step).sum::<f64>()
+        };
+        for exponent in [3.0, 2.0, 1.0, 0.0, -1.5] {
+            let diameters = power_law(exponent, [lower, upper], 64);
+            assert!(diameters.windows(2).all(|pair| pair[0] < pair[1]), "{exponent}");
+            assert!(diameters[0] > lower && diameters[63] < upper, "{exponent}");
+            let (mean, deviation) = mean_and_deviation(&diameters);
+            let expected = moment(1.0 - exponent) / moment(-exponent);
+            // The midpoint rule has a relative error of about 1e-8.
+            assert!((mean / expected - 1.0).abs() < 1e-7, "{exponent}: {mean} {expected}");
+            let square = moment(2.0 - exponent) / moment(-exponent);
+            let lost = 1.0 - deviation * deviation / (square - expected * expected);
+            // Spread within 64 classes; equal widths would lose 1 / 64^2.
+            assert!(lost > 0.0 && lost < 1e-3, "{exponent}: {lost}");
+        }
+        assert_eq!(power_law(0.0, [1.0, 2.0], 1), [1.5]);
+        // With an exponent of 3, the mean is 2 / (1 / lower + 1 / upper).
+        let harmonic = 2.0 / (1.0 / lower + 1.0 / upper);
+        assert!((power_law(3.0, [lower, upper], 1)[0] / harmonic - 1.0).abs() < 1e-14);
     }
 
     #[test]

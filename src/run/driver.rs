@@ -9,6 +9,7 @@ mod pace;
 mod recorder;
 mod stages;
 mod storm;
+mod swaps;
 mod volume;
 
 pub use equilibrate::MOST_EVENTS_PER_PARTICLE;
@@ -16,6 +17,7 @@ pub(super) use equilibrate::Monitor;
 pub(super) use growth::PressureCheck;
 use recorder::{Failed, KeepsError};
 pub(super) use storm::StormWatch;
+pub(super) use swaps::Swaps;
 pub(super) use volume::{FEWEST_MOVES, Moves};
 
 use std::ops::ControlFlow;
@@ -204,7 +206,8 @@ impl Driver<'_> {
             let scaling = self.state.next_scaling;
             let temperature = self.state.next_temperature;
             let next_move = self.next_move();
-            let until = time.min(scaling).min(temperature).min(next_move);
+            let next_swap = self.next_swap();
+            let until = time.min(scaling).min(temperature).min(next_move).min(next_swap);
             let most = events.min(self.next_check());
             let ending = self.go(until, most)?;
             match ending {
@@ -217,6 +220,9 @@ impl Driver<'_> {
                     }
                     if next_move <= until {
                         self.move_volume(next_move);
+                    }
+                    if next_swap <= until {
+                        self.swap(next_swap);
                     }
                     if time <= until {
                         break;

@@ -2,10 +2,11 @@
 
 use super::stage::{Settings, Stage};
 use crate::analysis::published::{contact_value, contact_value_of_disks};
+use crate::base::numbers::trunc_to_usize;
 use crate::engine::{EngineChoice, Search};
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
-use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
+use crate::model::{Barostat, Growth, GrowthTarget, Scene, Swap, Thermostat};
 
 /// Typical number of engine steps per second. A step is an event, a new velocity, or a test of a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
@@ -45,7 +46,8 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
     }
     let pace = Pace::of(scene);
     let plan = &scene.run;
-    for Settings { limit, thermostat, barostat, growth, .. } in Stage::all(plan).map(|stage| stage.settings(plan)) {
+    for Settings { limit, thermostat, barostat, swap, growth, .. } in Stage::all(plan).map(|stage| stage.settings(plan))
+    {
         let by_events = limit.events.map_or(f64::INFINITY, |events| events as f64 / pace.events);
         let grown = growth.map_or(f64::INFINITY, |growth| duration_of(scene, &growth));
         let by_time = limit.time.unwrap_or(f64::INFINITY).min(grown);
@@ -71,13 +73,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             }
             None => {}
         }
-        if let Some(barostat) = barostat {
-            let cause = format!(
-                "the volume is changed about {:.0e} times, and all particles move with it",
-                duration / barostat.interval
-            );
-            burdens.extend(pace.burden(cause, pace.moving / barostat.interval, duration));
-        }
+        burdens.extend(of_moves(barostat, swap, &pace, duration));
         if let Some(rate) = scene.shear_rate {
             // Contacts with images are predicted again after each slide by a quarter of the box.
             let slides = 4.0 * rate.abs() * scene.space.size.y / scene.space.size.x;
@@ -98,6 +94,25 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
         burdens.push(Burden { cause, seconds: events * per_event });
     }
     burdens
+}
+
+/// The cost of Monte Carlo moves.
+fn of_moves(
+    barostat: Option<Barostat>,
+    swap: Option<Swap>,
+    pace: &Pace,
+    duration: f64,
+) -> impl Iterator<Item = Burden> {
+    let of_volume = barostat.and_then(|barostat| {
+        let times = duration / barostat.interval;
+        let cause = format!("the volume is changed about {times:.0e} times, and all particles move with it");
+        pace.burden(cause, pace.moving / barostat.interval, duration)
+    });
+    let of_swaps = swap.and_then(|swap| {
+        let rate = swap.attempts(trunc_to_usize(pace.moving)) as f64 / swap.interval;
+        pace.burden(format!("there are about {:.0e} swap moves", rate * duration), rate, duration)
+    });
+    of_volume.into_iter().chain(of_swaps)
 }
 
 /// Number of search steps per period of an oscillating or turning surface, for each particle near the surface.

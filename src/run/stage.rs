@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
-use crate::model::{Barostat, Growth, RunPlan, StagePlan, Thermostat, Until};
+use crate::model::{Barostat, Growth, RunPlan, StagePlan, Swap, Thermostat, Until};
 
 /// A stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +28,7 @@ pub(crate) struct Settings {
     pub limit: Until,
     pub thermostat: Option<Thermostat>,
     pub barostat: Option<Barostat>,
+    pub swap: Option<Swap>,
     pub growth: Option<Growth>,
     pub gravity: Option<Vector>,
     /// Whether the stage ends as soon as no observable drifts.
@@ -87,17 +88,18 @@ impl Stage {
 
     pub(crate) fn settings(self, plan: &RunPlan) -> Settings {
         let listed = |number: u32| (&plan.stages[number as usize], plan.first_stream_of(number as usize));
-        let plain = |limit, (thermostat, barostat, gravity), stream| Settings {
+        let plain = |limit, (thermostat, barostat, swap, gravity), stream| Settings {
             limit,
             thermostat,
             barostat,
+            swap,
             growth: None,
             gravity,
             until_stationary: false,
             stream,
         };
-        let of_stage = |stage: &StagePlan| (stage.thermostat, stage.barostat, stage.gravity);
-        let of_run = (plan.thermostat, plan.barostat, plan.gravity);
+        let of_stage = |stage: &StagePlan| (stage.thermostat, stage.barostat, stage.swap, stage.gravity);
+        let of_run = (plan.thermostat, plan.barostat, plan.swap, plan.gravity);
         match self {
             Self::Preparation(number) => {
                 let (stage, stream) = listed(number);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::driver::{Monitor, Moves, PressureCheck, StormWatch};
+use super::driver::{Monitor, Moves, PressureCheck, StormWatch, Swaps};
 use super::forecast;
 use super::frames::FrameLimit;
 use super::measured_stage::MeasuredStage;
@@ -12,7 +12,7 @@ use crate::analysis::observables::{ApplicableObservables, Observer};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::engine::Simulation;
 use crate::engine::event::{EventCounts, EventCountsBySpecies};
-use crate::model::{Scene, Thermostat, Until};
+use crate::model::{Scene, StageSwaps, Thermostat, Until};
 use crate::run::audit::Ledger;
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -127,6 +127,9 @@ pub struct RunState {
     pub(super) moves: Option<Moves>,
     /// Last tuned amplitude of the volume moves; `None` before any tuning.
     pub(super) amplitude: Option<f64>,
+    pub(super) swaps: Option<Swaps>,
+    /// The swap moves of the stages that have ended.
+    pub(super) stage_swaps: Vec<StageSwaps>,
     pub(super) monitor: Option<Monitor>,
     pub(super) pressure_check: Option<PressureCheck>,
     pub(super) storm_watch: Option<StormWatch>,
@@ -192,6 +195,8 @@ impl RunState {
             next_temperature: f64::INFINITY,
             moves: None,
             amplitude: None,
+            swaps: None,
+            stage_swaps: Vec::new(),
             monitor: None,
             pressure_check: None,
             storm_watch: StormWatch::of(simulation.scene(), simulation, moving),

@@ -2,7 +2,8 @@
 
 use super::driver::FEWEST_MOVES;
 use super::stage::{Settings, Stage};
-use crate::model::{Barostat, Scene, Thermostat};
+use crate::analysis::published::HardMixture;
+use crate::model::{Barostat, GrowthTarget, Scene, Swap, Thermostat};
 use crate::scene::measurement_times;
 
 /// A setting that has no effect, because a stage is too short.
@@ -26,6 +27,13 @@ pub enum Unreached {
         /// Minimum number of volume moves needed to tune the amplitude.
         fewest: f64,
     },
+    /// Swap moves are hardly ever accepted.
+    Swaps {
+        /// Name of the stage.
+        stage: String,
+        /// Expected fraction of accepted moves, among those of particles of different species.
+        acceptance: f64,
+    },
 }
 
 /// Returns the times in a scene that are never reached, because stages with a time limit are too short.
@@ -43,6 +51,7 @@ pub fn unreached(scene: &Scene) -> Vec<Unreached> {
         }
         let acting = [
             ("barostat.interval", settings.barostat.map(|it| it.interval)),
+            ("swap.interval", settings.swap.map(|it| it.interval)),
             ("thermostat.interval", settings.thermostat.and_then(scaling_interval)),
         ];
         for (key, time) in acting.into_iter().filter_map(|(key, time)| Some((key, time?))) {
@@ -53,6 +62,7 @@ pub fn unreached(scene: &Scene) -> Vec<Unreached> {
         }
     }
     all.extend(few_moves(&stages));
+    all.extend(rare_swaps(scene, &stages));
     let late = measurement_times(&scene.measure).into_iter().filter(|(_, time)| *time > longest);
     all.extend(late.map(|(key, time)| Unreached::Time { key, time, stage: None, duration: longest }));
     all
@@ -81,4 +91,89 @@ fn few_moves(stages: &[(Stage, Settings)]) -> Option<Unreached> {
     let moves = stages[..first].iter().map(moves).sum();
     let fewest = f64::from(FEWEST_MOVES);
     (moves < fewest).then_some(Unreached::Amplitude { moves, fewest })
+}
+
+/// Swap moves are reported if a smaller fraction of them is accepted.
+const RARE: f64 = 1e-3;
+
+fn rare_swaps(scene: &Scene, stages: &[(Stage, Settings)]) -> Vec<Unreached> {
+    let mut grown = 1.0;
+    let mut rare = Vec::new();
+    for (stage, settings) in stages {
+        match settings.growth.map(|growth| growth.until) {
+            Some(GrowthTarget::PackingFraction(target)) => {
+                grown = libm::pow(target / scene.packing_fraction(), 1.0 / scene.space.dimensions() as f64);
+            }
+            // The packing fraction is unknown from here on.
+            Some(GrowthTarget::CompressibilityFactor(_)) => break,
+            None => {}
+        }
+        if settings.barostat.is_some() {
+            break;
+        }
+        let acceptance = settings.swap.and_then(|swap| expected_acceptance(scene, &swap, grown));
+        if let Some(acceptance) = acceptance.filter(|acceptance| *acceptance < RARE) {
+            rare.push(Unreached::Swaps { stage: stage.name(&scene.run).into_owned(), acceptance });
+        }
+    }
+    rare
+}
+
+/// Expected fraction of accepted swap moves, among those of particles of different species, by scaled-particle theory.
+/// Diameters are multiplied by `grown`.
+fn expected_acceptance(scene: &Scene, swap: &Swap, grown: f64) -> Option<f64> {
+    let mut counts = vec![0.0; scene.species.len()];
+    scene.particles.iter().for_each(|particle| counts[particle.species.0 as usize] += 1.0);
+    let volume = scene.space.volume();
+    let species = || scene.species.iter().zip(&counts).filter(|(_, count)| **count > 0.0);
+    let mixture = HardMixture::new(
+        scene.space.dimensions(),
+        species().map(|(species, count)| [grown * species.diameter, count / volume]),
+    )?;
+    let moving: Vec<[f64; 2]> = species()
+        .filter(|(species, _)| !species.is_static())
+        .map(|(species, count)| [grown * species.diameter, *count])
+        .collect();
+    let (mut accepted, mut all) = (0.0, 0.0);
+    for (k, [first, of_first]) in moving.iter().enumerate() {
+        for [second, of_second] in &moving[..k] {
+            let pairs = of_first * of_second;
+            all += pairs;
+            if swap.allows([first.min(*second), first.max(*second)]) {
+                accepted += pairs * mixture.acceptance_of_exchange([*first, *second]);
+            }
+        }
+    }
+    (all > 0.0).then_some(accepted / all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A simulation of this scene with 512 particles accepted 4.1 % of the moves.
+    #[test]
+    fn expected_acceptance_is_that_of_a_simulation() {
+        let scene = Scene::from_toml(include_str!("../../configs/glass_former.toml"), "glass_former.toml").unwrap();
+        let grown = libm::cbrt(0.60 / scene.packing_fraction());
+        let swap = scene.run.stages[1].swap.unwrap();
+        let expected = expected_acceptance(&scene, &swap, grown).unwrap();
+        assert!((expected / 0.041 - 1.0).abs() < 0.2, "{expected}");
+        let limited = Swap { largest_ratio: Some(1.01), ..swap };
+        assert!(expected_acceptance(&scene, &limited, grown).unwrap() < 0.5 * expected);
+    }
+
+    #[test]
+    fn rare_swaps_are_reported_with_the_packing_fraction_of_their_stage() {
+        let text = include_str!("../../configs/glass_former.toml")
+            .replace("upper = 1.613, classes = 32", "upper = 6.0, classes = 2");
+        let of = |text: &str| {
+            let scene = Scene::from_toml(text, "scene.toml").unwrap();
+            unreached(&scene).into_iter().filter(|it| matches!(it, Unreached::Swaps { .. })).collect::<Vec<_>>()
+        };
+        let [Unreached::Swaps { stage, acceptance }] = &of(&text)[..] else { panic!("{:?}", of(&text)) };
+        assert!(stage == "swap" && *acceptance < 1e-4, "{acceptance}");
+        assert_eq!(of(&text.replace("packing_fraction = 0.60", "packing_fraction = 0.31")), []);
+        assert_eq!(of(include_str!("../../configs/glass_former.toml")), []);
+    }
 }

@@ -7,7 +7,7 @@ use crate::base::text::shortest;
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{
     Barostat, ContactLaw, ExchangeEnsemble, Growth, Interaction, Restitution, Roughness, RunPlan, SceneParts,
-    SceneSurface, SurfaceLaw, Thermostat, Threads,
+    SceneSurface, SurfaceLaw, Swap, Thermostat, Threads,
 };
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -73,6 +73,7 @@ pub(super) struct Phase<'a> {
     pub at: ConfigPath,
     pub thermostat: Option<&'a Thermostat>,
     pub barostat: Option<&'a Barostat>,
+    pub swap: Option<&'a Swap>,
     pub growth: Option<&'a Growth>,
     /// Whether part of the stage is simulated but not measured.
     pub is_prepared: bool,
@@ -85,6 +86,7 @@ pub(super) fn phases(plan: &RunPlan) -> impl Iterator<Item = Phase<'_>> {
         at: ConfigPath::entry("stage", index),
         thermostat: stage.thermostat.as_ref(),
         barostat: stage.barostat.as_ref(),
+        swap: stage.swap.as_ref(),
         growth: stage.growth.as_ref(),
         is_prepared: stage.measured.is_none_or(|before| !before.is_empty()),
         is_measured: stage.measured.is_some(),
@@ -93,6 +95,7 @@ pub(super) fn phases(plan: &RunPlan) -> impl Iterator<Item = Phase<'_>> {
         at: ConfigPath::root().key("run"),
         thermostat: plan.thermostat.as_ref(),
         barostat: plan.barostat.as_ref(),
+        swap: plan.swap.as_ref(),
         growth: None,
         is_prepared: !plan.last_equilibration().is_empty(),
         is_measured: true,
@@ -153,6 +156,9 @@ const GROWTH: Feature =
     feature("grow", &["stage.grow"], |it| given_at(it.phase.growth.is_some(), || it.phase.at.key("grow")));
 const BAROSTAT: Feature = feature("a barostat", &["run.barostat", "stage.barostat"], |it| {
     given_at(it.phase.barostat.is_some(), || it.phase.at.key("barostat"))
+});
+const SWAP: Feature = feature("swap moves", &["run.swap", "stage.swap"], |it| {
+    given_at(it.phase.swap.is_some(), || it.phase.at.key("swap"))
 });
 const THERMOSTAT: Feature = key(&["run.thermostat"], |it| given(it.parts.run.thermostat.is_some()));
 const HEAT: Feature = feature("a thermostat", &["run.thermostat", "stage.thermostat"], |it| {
@@ -472,6 +478,17 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(BAROSTAT, RESCALING, "together with a thermostat that scales velocities", ANDERSEN, OF_MOVES),
     row(BAROSTAT, NO_THERMOSTAT, "without a thermostat", ANDERSEN, OF_MOVES),
     row(BAROSTAT, INLET, "", ABSENT, "its ensemble has a constant number of particles"),
+    row(SWAP, EXCHANGE, "", ABSENT, "its replicas exchange their temperatures only"),
+    row(SWAP, ONE_MOVING_SPECIES, "with fewer than two moving species", "two moving species", "particles of one species have nothing to exchange"),
+    row(SWAP, WELLS, "with wells, shoulders or bonds", "only hard spheres without bonds", "an exchange would change their energy"),
+    row(SWAP, GRAVITY, "with gravity", ABSENT, "an exchange of masses would change the potential energy"),
+    row(SWAP, SHEAR, "in a sheared box", ABSENT, "a sheared system has no equilibrium"),
+    row(SWAP, TC_MODEL, "with the TC model", ABSENT, "contacts must be elastic"),
+    row(SWAP, ROUGH, "with rough contacts", "smooth contacts", "an exchange would change the energy of rotation"),
+    row(SWAP, LOSSES, "with a restitution below 1", "a restitution of 1", "a system that loses energy has no equilibrium"),
+    row(SWAP, INVALID_START, "with allow_invalid_start", "a start without overlaps", "swap moves are rejected as long as particles overlap"),
+    row(SWAP, GROWTH, "together with grow", "only one of them", "swap moves need constant diameters"),
+    row(SWAP, FLOW, "", ABSENT, "its ensemble has a constant number of particles"),
     row(FLOW, BONDS, "with bonds", ABSENT, "a bonded particle cannot leave alone"),
     row(FLOW, RESCALING, "with a thermostat that scales velocities", ABSENT, "the temperature of a flow is not measured"),
     row(FLOW, AUTOMATIC, "with an automatic equilibration", "to be absent, or a given equilibration_time", "the rates of a flow do not show whether a silo is still filling"),

@@ -18,7 +18,9 @@ mod surface;
 mod surface_velocity;
 
 pub(crate) use diameter::{DiameterFile, DistributionFile};
-pub(crate) use drive::{BarostatFile, ExchangeFile, GrowthFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile};
+pub(crate) use drive::{
+    BarostatFile, ExchangeFile, GrowthFile, StageFile, SwapFile, ThermostatFile, ThreadsFile, UmbrellaFile,
+};
 pub(crate) use inlet::InletFile;
 pub(crate) use interaction::InteractionFile;
 pub(crate) use live::{LiveFile, SliderFile};
@@ -257,6 +259,8 @@ pub(crate) struct RunFile {
     pub thermostat: Option<ThermostatFile>,
     /// Barostat during equilibration and measurement; none if not given. It needs a thermostat of the kind `andersen`.
     pub barostat: Option<BarostatFile>,
+    /// Swap moves of a mixture of hard spheres during equilibration and measurement; none if not given.
+    pub swap: Option<SwapFile>,
     /// Number of threads; 1 if not given. `auto` uses one thread per core, or fewer for few particles. The results do
     /// not depend on this number.
     pub threads: Option<ThreadsFile>,

@@ -11,6 +11,7 @@ mod recirculation;
 mod sleep;
 pub(crate) mod start;
 mod surfaces;
+mod swap;
 mod units;
 
 pub(crate) use measure::measurement_times;
@@ -121,6 +122,7 @@ impl SceneBuilder {
         plan::check_growth_fits(&scene)?;
         plan::settle_thermostats(&mut scene)?;
         barostat::check_barostats(&scene)?;
+        swap::check_output(&scene)?;
         inlets::check_instruments(&scene)?;
         self.check_equilibrium(&scene)?;
         Ok(scene)

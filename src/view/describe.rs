@@ -6,6 +6,7 @@ mod exchange;
 mod facts;
 mod inlets;
 mod surfaces;
+mod swap;
 
 pub use barostat::{barostat, volume_moves};
 pub use estimate::{estimate, observable};
@@ -13,6 +14,7 @@ pub use exchange::{distance_between, exchange};
 pub(crate) use facts::AUTO_THREADS;
 pub use facts::{Fact, facts};
 pub use surfaces::{idle_surfaces, meshes};
+pub use swap::{swap, swap_moves};
 
 use std::path::Path;
 
@@ -270,6 +272,7 @@ pub fn stage(stage: &StagePlan) -> String {
     parts.extend(stage.gravity.map(|gravity| format!("gravity {}", vector(&gravity))));
     parts.extend(stage.thermostat.as_ref().map(thermostat));
     parts.extend(stage.barostat.as_ref().map(barostat));
+    parts.extend(stage.swap.as_ref().map(swap));
     if let Some(before) = stage.measured.filter(|before| !before.is_empty()) {
         parts.push(format!("equilibrates {}", equilibrates(&before)));
     }
@@ -393,10 +396,8 @@ mod tests {
             name: "dense".to_owned(),
             limit: Until::time(20.0),
             thermostat: Some(bath),
-            barostat: None,
-            gravity: None,
             growth: Some(growth),
-            measured: None,
+            ..StagePlan::default()
         };
         let text = stage(&plan);
         for part in [

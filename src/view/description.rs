@@ -145,6 +145,9 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
             digits(moves),
             digits(fewest)
         ),
+        Unreached::Swaps { stage, acceptance } => format!(
+            "swap moves in the stage `{stage}` will hardly ever be accepted, about {acceptance:.0e} of those between species: use more similar diameters, or sizes in between"
+        ),
     };
     run::unreached(scene).into_iter().map(told).collect()
 }

@@ -10,7 +10,7 @@ use crate::engine::event::EventCounts;
 use crate::engine::{InletCounts, Simulation};
 use crate::io::Summary;
 use crate::io::rates::{Rate, rates, told_apart};
-use crate::model::{Inlet, Scene, VolumeMoves};
+use crate::model::{Inlet, Scene, StageSwaps, VolumeMoves};
 use crate::run::{Ending, Finished, Stage};
 use crate::view::{audit, describe};
 
@@ -60,6 +60,7 @@ pub fn text(finished: &Finished) -> String {
         lines.means(&finished.observables, &finished.stationarity, event_counts, scene);
     }
     lines.moves(finished.volume_moves.as_ref());
+    lines.swaps(&finished.swaps);
     lines.instruments("results of instruments", &finished.measured);
     lines.rates(&rates(simulation, &finished.event_counts_by_species, finished.measurement.duration));
     for stage in &finished.stages {
@@ -161,6 +162,12 @@ impl Lines {
     fn moves(&mut self, moves: Option<&VolumeMoves>) {
         if let Some(moves) = moves {
             self.pair("volume moves", &describe::volume_moves(moves));
+        }
+    }
+
+    fn swaps(&mut self, swaps: &[StageSwaps]) {
+        for StageSwaps { stage, moves } in swaps {
+            self.pair(&format!("swap moves in {stage}"), &describe::swap_moves(moves));
         }
     }
 

@@ -283,15 +283,8 @@ fn samples_of_a_rescaled_gas_cover_the_time_between_scalings() {
 #[test]
 fn net_momentum_left_by_a_heat_bath_counts_in_no_temperature() {
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 2.0, axes: [true; 3] };
-    let stage = StagePlan {
-        gravity: None,
-        barostat: None,
-        name: "heat".into(),
-        limit: Until::time(3.0),
-        thermostat: Some(bath),
-        growth: None,
-        measured: None,
-    };
+    let stage =
+        StagePlan { name: "heat".into(), limit: Until::time(3.0), thermostat: Some(bath), ..StagePlan::default() };
     let run = RunPlan { stages: vec![stage], limit: Until::time(5.0), ..RunPlan::default() };
     let finished = finish(fluid("moving", 32, 0.3).run(run).build().unwrap());
     let energy = finished.simulation.energy();

@@ -10,15 +10,8 @@ use super::driven::{assert_no_overlap, finish, hard};
 fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
     let growth = Growth { rate: 0.05, until: GrowthTarget::PackingFraction(0.6) };
-    let stage = StagePlan {
-        gravity: None,
-        barostat: None,
-        name: "compress".into(),
-        limit: Until::default(),
-        thermostat: Some(scaling),
-        growth: Some(growth),
-        measured: None,
-    };
+    let stage =
+        StagePlan { name: "compress".into(), thermostat: Some(scaling), growth: Some(growth), ..StagePlan::default() };
     let between = |a: f64, b: f64| Potential::hard_sphere(0.5 * (a + b)).unwrap();
     let mixture = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -52,13 +45,10 @@ fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
 fn growth_to_a_pressure_ends_near_the_jammed_state() {
     let growth = Growth { rate: 0.1, until: GrowthTarget::CompressibilityFactor(200.0) };
     let stage = StagePlan {
-        gravity: None,
-        barostat: None,
         name: "jam".into(),
-        limit: Until::default(),
         thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
         growth: Some(growth),
-        measured: None,
+        ..StagePlan::default()
     };
     let fill = Fill::new(Arrangement::Random, "A").count(500).packing_fraction(0.2);
     let scene = SceneBuilder::new("jam")
@@ -86,13 +76,10 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
     let (target, rate, count, contacts) = (50.0, 0.005, 500, 20_000);
     for seed in 1..=2 {
         let stage = StagePlan {
-            gravity: None,
-            barostat: None,
             name: "compress".into(),
-            limit: Until::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
             growth: Some(Growth { rate, until: GrowthTarget::CompressibilityFactor(target) }),
-            measured: None,
+            ..StagePlan::default()
         };
         let fill = Fill::new(Arrangement::Random, "A").count(count).packing_fraction(0.3);
         let scene = SceneBuilder::new("pressure")

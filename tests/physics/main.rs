@@ -32,6 +32,7 @@ mod starts_in_contact;
 mod steps;
 mod stress;
 mod surface_velocity;
+mod swaps;
 mod umbrella;
 mod unbounded;
 mod walls;

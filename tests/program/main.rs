@@ -27,6 +27,7 @@ mod replaced;
 mod run;
 mod stages;
 mod start;
+mod swaps;
 mod sweep;
 mod sweep_inputs;
 mod sweep_values;

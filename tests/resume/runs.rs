@@ -5,7 +5,7 @@ use std::process::{Child, Command, Output, Stdio};
 use super::files::files;
 
 /// Scenes for every kind of engine and driving, with numbers of events.
-pub const SCENES: [(&str, &str); 11] = [
+pub const SCENES: [(&str, &str); 12] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
     ("pendulum", "400000"),
@@ -17,6 +17,7 @@ pub const SCENES: [(&str, &str); 11] = [
     ("isobaric", "60000"),
     ("circulating_silo", "60000"),
     ("heap", "60000"),
+    ("swaps", "60000"),
 ];
 
 pub const GROWN: &str = r#"
@@ -142,6 +143,34 @@ speeds = true
 chains = true
 "#;
 
+/// Spheres of several sizes exchange their species.
+pub const SWAPS: &str = r#"
+seed = 3
+[[species]]
+name = "sphere"
+mass = 1.3
+diameter = { distribution = "uniform", lower = 0.6, upper = 1.6, classes = 7 }
+[[interaction]]
+species = ["sphere", "sphere"]
+potential = "hard-sphere"
+[[fill]]
+species = "sphere"
+arrangement = "random"
+count = 120
+packing_fraction = 0.30
+temperature = 1.0
+[[stage]]
+name = "mix"
+until_time = 6.0
+swap = { interval = 0.03 }
+[run]
+swap = { interval = 0.02, largest_ratio = 1.5 }
+until_events = 1000
+[measure]
+relaxation = { span = 0.5 }
+radial_distribution = true
+"#;
+
 /// Grains rain onto a floor with a hole, and fall asleep there.
 pub const HEAP: &str = r#"
 [space]
@@ -201,6 +230,7 @@ pub fn start(scene: &str, events: &str, folder: &Path) -> Command {
         "sheared" => Some(SHEARED),
         "isobaric" => Some(ISOBARIC),
         "heap" => Some(HEAP),
+        "swaps" => Some(SWAPS),
         _ => None,
     };
     let scene = text.map_or_else(

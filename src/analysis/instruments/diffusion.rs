@@ -6,14 +6,16 @@ mod tracers;
 use serde::{Deserialize, Serialize};
 
 use super::instrument::{Instrument, Setup};
+use super::logarithmic::{LOGARITHMIC, logarithmic, next_logarithmic};
 use super::quantity::Measured;
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::CurveAverage;
 use crate::model::measurement_plan::Diffusion as Plan;
-use lags::{LOGARITHMIC, Lags, TICKS_PER_STEP, logarithmic, next_logarithmic};
+use lags::{Lags, TICKS_PER_STEP};
 use spread::{Slopes, Spread};
 use tracers::Tracers;
+pub(super) use tracers::followed;
 
 /// Memory for the positions, velocities and slopes at all time origins `[bytes]`.
 const BUDGET: usize = 64 << 20;

@@ -14,7 +14,7 @@ use crate::model::{
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
-/// Description of the simulated system, constant during a measurement.
+/// Description of the simulated system, constant during a measurement, except for swap moves.
 ///
 /// Lists over particles are in the order of the ids. If particles enter or leave, the lists contain the particles at
 /// the start of the measurement. The particles of a [`Sample`] then have other indices.
@@ -29,7 +29,7 @@ pub struct SystemDescription {
     pub species_names: Vec<String>,
     /// Diameters of the species `[length]`.
     pub diameters: Vec<f64>,
-    /// Species of each particle, as an index into the names.
+    /// Species of each particle, as an index into the names. Swap moves change it.
     pub species: Vec<u32>,
     /// Masses `[mass]`; infinite for static particles.
     pub masses: Vec<f64>,
@@ -135,6 +135,16 @@ impl SystemDescription {
             Ok::<(), Infallible>(())
         });
         Self::with(simulation.scene(), species, applicable)
+    }
+
+    /// Updates the species and the masses of the particles after they have exchanged their species.
+    pub(crate) fn take_species(&mut self, simulation: &Simulation) {
+        self.species.clear();
+        let Ok(()) = simulation.for_each_now(|particle| {
+            self.species.push(particle.species.0);
+            Ok::<(), Infallible>(())
+        });
+        self.masses = self.species.iter().map(|&species| self.species_masses[species as usize]).collect();
     }
 
     fn with(scene: &Scene, species: Vec<u32>, applicable: &ApplicableObservables) -> Self {

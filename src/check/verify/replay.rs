@@ -88,7 +88,7 @@ pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'
 
 fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Watch<'_>) -> Certificate {
     let refused = |end: End| Certificate { end, ..Certificate::blank(1, scene.start_time) };
-    let is_driven = scene.run.has_thermostat_or_growth() || scene.shear_rate.is_some();
+    let is_driven = scene.run.has_thermostat_or_growth() || scene.run.has_swaps() || scene.shear_rate.is_some();
     if is_driven || scene.has_thermal_walls() || scene.has_flow() {
         return refused(End::Driven);
     }

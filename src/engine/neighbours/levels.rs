@@ -155,6 +155,13 @@ impl Levels {
         self.put(particle, centre);
     }
 
+    /// Moves a particle to the level of another row. It must have been lifted.
+    pub fn change_row(&mut self, particle: u32, row: u16) {
+        if self.all.len() > 1 {
+            self.of_particles[particle as usize] = self.of_rows[usize::from(row)];
+        }
+    }
+
     /// Finds all particles that may be listed for a particle of a row at `centre`, and others nearby.
     pub fn find_candidates(&self, centre: &Vector, row: u16, near: &mut Candidates) {
         near.clear();

@@ -139,6 +139,14 @@ impl VerletLists {
         self.lists.withdraw(particle);
     }
 
+    /// Gives a particle another row, an empty list and a new centre. The particle is in no list afterwards.
+    pub fn change_row(&mut self, particle: u32, centre: &Vector, row: u16) {
+        self.withdraw(particle);
+        self.levels.change_row(particle, row);
+        self.centres[particle as usize] = *centre;
+        self.levels.put(particle, centre);
+    }
+
     pub fn permuted(&self, order: &Order) -> Self {
         let centres = order.permuted(&self.centres);
         let levels = self.levels.permuted(order, &centres);

@@ -32,6 +32,7 @@ impl Driver<'_> {
             self.record(true, true)?;
             self.nothing()
         };
+        self.note_swaps();
         let instruments = self.state.measurement.take().map(|measurement| measurement.instruments.into_own());
         Ok(Finished {
             ending,
@@ -43,6 +44,7 @@ impl Driver<'_> {
             equilibrium: last.equilibrium,
             measured: last.measured,
             volume_moves: last.volume_moves,
+            swaps: self.state.stage_swaps,
             stages: self.state.measured_stages,
             audit: self.state.ledger.close(&self.simulation),
             frames_limit: self.state.frames.reason(),

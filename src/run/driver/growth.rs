@@ -170,12 +170,9 @@ mod tests {
     fn grown(step: u64) -> f64 {
         let stage = StagePlan {
             name: "compress".into(),
-            limit: Until::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
-            gravity: None,
-            barostat: None,
             growth: Some(Growth { rate: 0.05, until: GrowthTarget::CompressibilityFactor(15.0) }),
-            measured: None,
+            ..StagePlan::default()
         };
         let scene = SceneBuilder::new("growing")
             .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
@@ -203,12 +200,9 @@ mod tests {
     fn disks(packing_fraction: f64, rate: f64, thermostat: Option<Thermostat>) -> Ending {
         let stage = StagePlan {
             name: "compress".into(),
-            limit: Until::default(),
             thermostat,
-            gravity: None,
-            barostat: None,
             growth: Some(Growth { rate, until: GrowthTarget::PackingFraction(packing_fraction) }),
-            measured: None,
+            ..StagePlan::default()
         };
         let mut space = crate::model::space::Space::periodic_cube(8.0);
         (space.size.z, space.boundary[2]) = (0.0, crate::model::space::Boundary::Flat);

@@ -17,7 +17,7 @@ impl Driver<'_> {
 
     pub(super) fn enter(&mut self) {
         let stage = self.state.stage.stage;
-        let Settings { mut limit, thermostat, barostat, growth, gravity, stream, .. } = self.settings();
+        let Settings { mut limit, thermostat, barostat, swap, growth, gravity, stream, .. } = self.settings();
         let scene = self.simulation.scene();
         // A stage without measurement uses the velocity components of the last measurement for the temperature.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
@@ -34,6 +34,7 @@ impl Driver<'_> {
         let seed = self.simulation.stream_seed();
         self.simulation.set_planned_thermostat(thermostat.as_ref(), seed, stream);
         self.begin_moves(barostat, seed, stream);
+        self.begin_swaps(swap, seed, stream);
         self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),
@@ -61,6 +62,7 @@ impl Driver<'_> {
     }
 
     pub(super) fn leave(&mut self, next: Stage) {
+        self.note_swaps();
         self.state.ledger.note(&self.simulation, &self.simulation.energy());
         if self.growth().is_some() {
             // Removes the heat that growth has added since the last scaling.
@@ -73,6 +75,14 @@ impl Driver<'_> {
         self.state.has_begun = false;
         (self.is_over, self.state.monitor, self.state.measurement) = (false, None, None);
         (self.started, self.state.earlier_seconds) = (None, 0.0);
+    }
+
+    /// Returns the next time after `time` at a multiple of an interval since the start of the stage. Multiples do not
+    /// accumulate rounding errors.
+    pub(super) fn next_multiple(&self, interval: f64, time: f64) -> f64 {
+        let start = self.state.stage.time;
+        let passed = ((time - start) / interval).round();
+        (start + (passed + 1.0) * interval).max(time.next_up())
     }
 
     /// Scales the velocities. The simulation has reached `time` within round-off.

@@ -93,10 +93,7 @@ impl Driver<'_> {
             self.integrate();
             self.resize_system();
         }
-        // Multiples of the interval do not accumulate rounding errors.
-        let start = self.state.stage.time;
-        let passed = ((time - start) / barostat.interval).round();
-        moves.next = (start + (passed + 1.0) * barostat.interval).max(time.next_up());
+        moves.next = self.next_multiple(barostat.interval, time);
         (self.state.moves, self.scaling) = (Some(moves), Some(scaling));
     }
 

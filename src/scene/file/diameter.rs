@@ -24,10 +24,13 @@ pub(crate) struct DistributionFile {
     /// Kind of distribution.
     #[schemars(extend("enum" = words(&DISTRIBUTIONS)))]
     pub distribution: String,
-    /// Smallest diameter of a uniform distribution `[length]`.
+    /// Exponent `a` of a power law: the probability density is proportional to `diameter^-a`.
+    #[schemars(range(min = -100, max = 100))]
+    pub exponent: Option<f64>,
+    /// Smallest diameter of a uniform distribution or of a power law `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub lower: Option<f64>,
-    /// Largest diameter of a uniform distribution `[length]`.
+    /// Largest diameter of a uniform distribution or of a power law `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub upper: Option<f64>,
     /// Mean diameter `[length]`.

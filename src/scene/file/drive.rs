@@ -10,6 +10,7 @@ use crate::model::Threads;
 use crate::model::barostat::LARGEST_AMPLITUDE;
 use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::space::AXES;
+use crate::model::swap::MOST_ATTEMPTS;
 use crate::model::umbrella_plan::{MOST_BINS, MOST_MEMBERS, USUAL_BINS};
 use crate::scene::names::WORDS;
 use crate::scene::parse::plan::{AUTOMATIC, ENSEMBLES, THERMOSTATS};
@@ -49,6 +50,8 @@ pub(crate) struct StageFile {
     pub thermostat: Option<ThermostatFile>,
     /// Barostat during the stage; none if not given. It needs a thermostat of the kind `andersen`.
     pub barostat: Option<BarostatFile>,
+    /// Swap moves of a mixture of hard spheres during the stage; none if not given.
+    pub swap: Option<SwapFile>,
     /// Growth of the diameters of hard spheres during the stage.
     pub grow: Option<GrowthFile>,
 }
@@ -89,6 +92,22 @@ pub(crate) struct BarostatFile {
     /// Largest change of the logarithm of the volume in one move; if not given, adjusted while nothing is measured.
     #[schemars(range(max = LARGEST_AMPLITUDE), extend("exclusiveMinimum" = 0))]
     pub amplitude: Option<f64>,
+}
+
+/// Swap moves, such as `{ interval = 0.5, attempts = 1000, largest_ratio = 1.3 }`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SwapFile {
+    /// Time between two sets of swap moves `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: f64,
+    /// Number of moves in a set; the number of moving particles if not given.
+    #[schemars(range(min = 1, max = MOST_ATTEMPTS))]
+    #[serde(default, deserialize_with = "whole::given")]
+    pub attempts: Option<u64>,
+    /// Largest ratio of two diameters that are exchanged; no limit if not given.
+    #[schemars(range(min = 1))]
+    pub largest_ratio: Option<f64>,
 }
 
 /// Number of threads, or `auto`.

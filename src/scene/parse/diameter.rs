@@ -1,7 +1,8 @@
 //! Parses the distribution of the diameters of a species.
 
 use super::Keys;
-use crate::prepare::polydispersity::{Class, gaussian, lognormal, uniform};
+use crate::base::text::shortest;
+use crate::prepare::polydispersity::{Class, gaussian, lognormal, power_law, uniform};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::DistributionFile;
@@ -11,10 +12,14 @@ const MOST_CLASSES: usize = 64;
 
 const DEFAULT_CLASSES: u64 = 16;
 
-pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
+/// Largest absolute value of the exponent of a power law.
+const LARGEST_EXPONENT: f64 = 100.0;
+
+pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 5] = [
     ("uniform", &["lower", "upper", "classes"]),
     ("gaussian", &["mean", "deviation", "classes"]),
     ("lognormal", &["mean", "deviation", "classes"]),
+    ("power-law", &["exponent", "lower", "upper", "classes"]),
     ("list", &["diameters", "shares"]),
 ];
 
@@ -30,12 +35,21 @@ pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Res
     }
     let given = |key| positive(keys.need(key)?, at.key(key));
     let diameters = match word {
-        "uniform" => {
+        "uniform" | "power-law" => {
             let (lower, upper) = (given("lower")?, given("upper")?);
             if upper <= lower {
                 return refuse(at.key("upper"), upper, format!("more than the lower end, {lower}"));
             }
-            uniform(lower, upper, classes)
+            if word == "uniform" {
+                uniform(lower, upper, classes)
+            } else {
+                let exponent = keys.need("exponent")?;
+                if !(-LARGEST_EXPONENT..=LARGEST_EXPONENT).contains(&exponent) {
+                    let expected = format!("a number from -{LARGEST_EXPONENT} to {LARGEST_EXPONENT}");
+                    return refuse(at.key("exponent"), shortest(exponent), expected);
+                }
+                power_law(exponent, [lower, upper], classes)
+            }
         }
         "gaussian" => gaussian(given("mean")?, given("deviation")?, classes),
         _ => lognormal(given("mean")?, given("deviation")?, classes),

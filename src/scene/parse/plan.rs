@@ -7,12 +7,12 @@ use crate::model::space::AXES;
 use crate::model::umbrella_plan::USUAL_BINS;
 use crate::model::{
     Barostat, Equilibration, ExchangeEnsemble, ExchangePlan, Growth, GrowthTarget, ParticleId, RunPlan, StagePlan,
-    Thermostat, Threads, UmbrellaPlan, Until,
+    Swap, Thermostat, Threads, UmbrellaPlan, Until,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::file::{
-    BarostatFile, ExchangeFile, GrowthFile, RunFile, StageFile, ThermostatFile, ThreadsFile, UmbrellaFile,
+    BarostatFile, ExchangeFile, GrowthFile, RunFile, StageFile, SwapFile, ThermostatFile, ThreadsFile, UmbrellaFile,
 };
 use crate::scene::validate::plan::SO_MANY_THREADS;
 
@@ -35,6 +35,7 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
         gravity: run.gravity.map(vector),
         thermostat: run.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
         barostat: run.barostat.map(parse_barostat),
+        swap: run.swap.map(parse_swap),
         threads: run.threads.map_or(Ok(Threads::default()), |file| parse_threads(file, at.key("threads")))?,
     })
 }
@@ -85,6 +86,7 @@ fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneErro
         limit,
         thermostat: stage.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
         barostat: stage.barostat.map(parse_barostat),
+        swap: stage.swap.map(parse_swap),
         growth: stage.grow.map(|file| parse_growth(&file, &at.key("grow"))).transpose()?,
     })
 }
@@ -130,6 +132,11 @@ fn parse_thermostat(file: ThermostatFile, at: &ConfigPath) -> Result<Thermostat,
 fn parse_barostat(file: BarostatFile) -> Barostat {
     let BarostatFile { pressure, interval, amplitude } = file;
     Barostat { pressure, interval, amplitude }
+}
+
+fn parse_swap(file: SwapFile) -> Swap {
+    let SwapFile { interval, attempts, largest_ratio } = file;
+    Swap { interval, attempts, largest_ratio }
 }
 
 fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError> {

@@ -8,7 +8,7 @@ use crate::model::{
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::{finite, on_flat_axes, positive, positive_if_given};
-use crate::scene::validate::barostat;
+use crate::scene::validate::{barostat, swap};
 
 pub(in crate::scene) const SO_MANY_THREADS: &str = "a whole number from 1 to 64, or \"auto\"";
 
@@ -59,6 +59,7 @@ impl SceneParts {
         check_limit(self.run.limit, at.key("until_time"), at.key("until_events"))?;
         check_thermostat(self.run.thermostat.as_ref(), &at.key("thermostat"))?;
         barostat::check_numbers(self.run.barostat.as_ref(), &at.key("barostat"))?;
+        swap::check_numbers(self.run.swap.as_ref(), &at.key("swap"))?;
         check_gravity(self.run.gravity, &self.space, &at)?;
         if let Threads::Number(number) = self.run.threads
             && !(1..=Threads::MOST).contains(&number)
@@ -75,6 +76,7 @@ impl SceneParts {
             check_gravity(stage.gravity, &self.space, &at)?;
             check_thermostat(stage.thermostat.as_ref(), &at.key("thermostat"))?;
             barostat::check_numbers(stage.barostat.as_ref(), &at.key("barostat"))?;
+            swap::check_numbers(stage.swap.as_ref(), &at.key("swap"))?;
             if let Some(growth) = &stage.growth {
                 check_growth(growth, &at.key("grow"))?;
             }

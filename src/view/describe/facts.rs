@@ -1,7 +1,7 @@
 //! Facts of a scene, for `carom check` and the page of the run.
 
 use super::{
-    barostat, counts, equilibration, exchange, inlets, interactions, population, space, stage, start, surfaces,
+    barostat, counts, equilibration, exchange, inlets, interactions, population, space, stage, start, surfaces, swap,
     thermostat,
 };
 use crate::base::text::{digits, plural};
@@ -23,7 +23,7 @@ pub struct Fact {
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
     let equilibrates = run.until_stationary || run.equilibration != Until::default();
-    let all: [(&'static str, Vec<String>); 18] = [
+    let all: [(&'static str, Vec<String>); 19] = [
         ("start", start(scene).into_iter().collect()),
         ("units", units(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),
@@ -40,6 +40,7 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("equilibration", equilibrates.then(|| equilibration(run)).into_iter().collect()),
         ("thermostat", run.thermostat.as_ref().map(thermostat).into_iter().collect()),
         ("barostat", run.barostat.as_ref().map(barostat).into_iter().collect()),
+        ("swap moves", run.swap.as_ref().map(swap).into_iter().collect()),
         ("exchange", scene.exchange().map(exchange).into_iter().collect()),
         ("threads", threads(scene).into_iter().collect()),
     ];

@@ -3,7 +3,7 @@ use super::inputs::Inputs;
 use crate::base::numbers::trunc_to_u64;
 use crate::base::text::{digits, plural};
 use crate::io::summary::{Events, System};
-use crate::model::{Scene, Species, Units};
+use crate::model::{Scene, Species, StageSwaps, Units};
 use crate::view::describe;
 use crate::view::final_table::kinds;
 
@@ -56,6 +56,9 @@ pub(super) fn section(inputs: &Inputs) -> String {
     }
     if let Some(moves) = &summary.volume_moves {
         list.text("volume moves", &describe::volume_moves(moves));
+    }
+    for StageSwaps { stage, moves } in &summary.swaps {
+        list.text(&format!("swap moves in {stage}"), &describe::swap_moves(moves));
     }
     list.text("engine", &summary.engine);
     let Events { total, core, capture, release, bounce, wall, .. } = summary.events;

@@ -117,52 +117,12 @@ impl Lags {
     }
 }
 
-/// Number of logarithmic lags. The longest lag, about 2^63 ticks, is longer than any run.
-pub(super) const LOGARITHMIC: usize = 126;
-
-/// Returns the logarithmic lag with index `number`, in ticks. The lags are 1, 2, 3, 4, 6, 8, 12, ...
-pub(super) fn logarithmic_ticks(number: usize) -> u64 {
-    match number {
-        0 => 1,
-        odd if odd % 2 == 1 => 2 << (odd / 2),
-        even => 3 << (even / 2 - 1),
-    }
-}
-
-fn logarithmic_up_to(ticks: u64) -> Option<usize> {
-    let power = ticks.checked_ilog2()? as usize;
-    let number = (2 * power).saturating_sub(1);
-    Some(if power >= 1 && logarithmic_ticks(number + 1) <= ticks { number + 1 } else { number })
-}
-
-pub(super) fn logarithmic(ticks: u64) -> Option<usize> {
-    logarithmic_up_to(ticks).filter(|&number| logarithmic_ticks(number) == ticks)
-}
-
-pub(super) fn next_logarithmic(ticks: u64) -> u64 {
-    logarithmic_ticks(logarithmic_up_to(ticks).map_or(0, |number| number + 1))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::analysis::instruments::system::Sample;
     use crate::analysis::instruments::system::SystemDescription;
     use crate::analysis::instruments::test_system::{hard_spheres, instrument};
-
-    #[test]
-    fn logarithmic_lags_are_consecutive() {
-        let times: Vec<u64> = (0..10).map(logarithmic_ticks).collect();
-        assert_eq!(times, [1, 2, 3, 4, 6, 8, 12, 16, 24, 32]);
-        let mut ticks = 0;
-        for (number, time) in times.iter().enumerate() {
-            assert_eq!(next_logarithmic(ticks), *time);
-            assert_eq!(logarithmic(*time), Some(number));
-            ticks = *time;
-        }
-        assert_eq!([0, 5, 7, 25].map(logarithmic), [None; 4]);
-        assert_eq!(logarithmic(logarithmic_ticks(LOGARITHMIC - 2)), Some(LOGARITHMIC - 2));
-    }
 
     #[test]
     fn lags_fit_mean_free_time_and_run_length() {

@@ -1,6 +1,6 @@
-use super::lags::{LOGARITHMIC, logarithmic_ticks};
 use super::tracers::{Tracers, followed};
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
+use crate::analysis::instruments::logarithmic::{LOGARITHMIC, logarithmic_ticks};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;

@@ -153,7 +153,7 @@ impl Tracers {
     }
 }
 
-pub(super) struct Followed {
+pub struct Followed {
     pub axes: Vec<usize>,
     /// Whether all followed axes have walls, so that no motion is diffusive.
     pub is_enclosed: bool,
@@ -161,7 +161,7 @@ pub(super) struct Followed {
     pub leaves_walls_out: bool,
 }
 
-pub(super) fn followed(system: &SystemDescription) -> Followed {
+pub fn followed(system: &SystemDescription) -> Followed {
     let at_rest = |axis: &usize| system.shear_rate == 0.0 || *axis > 0;
     let across: Vec<usize> = system.axes().filter(at_rest).collect();
     let free: Vec<usize> = across.iter().copied().filter(|&axis| system.space.walls(axis) == 0).collect();
@@ -172,7 +172,7 @@ pub(super) fn followed(system: &SystemDescription) -> Followed {
 
 impl Followed {
     /// Sets the components along other axes to zero.
-    fn of(&self, vector: Vector) -> Vector {
+    pub fn of(&self, vector: Vector) -> Vector {
         Vector::from_fn(|axis, _| if self.axes.contains(&axis) { vector[axis] } else { 0.0 })
     }
 }

@@ -1,0 +1,104 @@
+//! Swap moves: two particles exchange their species.
+
+use super::contact::apply::With;
+use super::neighbours::Neighbours;
+use super::neighbours::candidates::Candidates;
+use super::parts::Engine;
+use super::{Chosen, Simulation};
+use crate::Vector;
+use crate::model::random::Random;
+use crate::model::{Swap, SwapMoves};
+
+impl Simulation {
+    /// Makes a set of swap moves at the current time. The scene must allow them: only smooth and elastic hard spheres,
+    /// without bonds, gravity, growth and shear.
+    pub(crate) fn swap(&mut self, swap: &Swap, random: &mut Random) -> SwapMoves {
+        with_engine!(&mut self.engine, engine => engine.swap(swap, random))
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    fn swap(&mut self, swap: &Swap, random: &mut Random) -> SwapMoves {
+        let mut moves = SwapMoves::default();
+        self.join();
+        // In the order of ids, which does not depend on the order in memory.
+        let moving: Vec<u32> = self.by_id().filter(|&particle| !self.is_static(particle)).collect();
+        if moving.len() < 2 {
+            return moves;
+        }
+        let mut near = Candidates::default();
+        for _ in 0..swap.attempts(moving.len()) {
+            let (first, other) = (random.below(moving.len()), random.below(moving.len() - 1));
+            let mut pair = [moving[first], moving[other + usize::from(other >= first)]];
+            if self.diameter(pair[0]) > self.diameter(pair[1]) {
+                pair.reverse();
+            }
+            moves.attempted += 1;
+            if self.row(pair[0]) == self.row(pair[1]) {
+                moves.alike += 1;
+            } else if !swap.allows(pair.map(|particle| self.diameter(particle))) {
+                moves.too_unlike += 1;
+            } else if self.has_room(pair, &mut near) && self.has_room([pair[1], pair[0]], &mut near) {
+                // The particle that grows is tested first, because it is more likely to overlap.
+                moves.accepted += 1;
+                self.exchange(pair);
+            }
+        }
+        moves
+    }
+
+    fn diameter(&self, particle: u32) -> f64 {
+        2.0 * self.pairs.rules.species[usize::from(self.row(particle))].radius
+    }
+
+    /// Whether a particle overlaps nothing if it gets the species of `other`. The distance of the two particles themselves
+    /// stays allowed, because they exchange their species.
+    fn has_room(&self, [particle, other]: [u32; 2], near: &mut Candidates) -> bool {
+        let now = self.clock.now;
+        let row = self.row(other);
+        let (position, _) = self.wrapped(self.state_at(particle, now).0);
+        self.neighbours.find_candidates_at(&position, row, near);
+        let overlaps = |third: &u32| {
+            let meeting = self.pairs.rules.meeting(row, self.row(*third));
+            let apart = position - self.state_at(*third, now).0;
+            let nearest = self.nearest(apart, Vector::zeros(), now).0.position;
+            ![particle, other].contains(third) && meeting.exists && nearest.norm_squared() < meeting.squared
+        };
+        !near.found().iter().any(overlaps) && self.overlap_with_surfaces(row, &position, self.name(particle)).is_none()
+    }
+
+    /// Exchanges the species of two particles without checks.
+    ///
+    /// Other particles whose predicted contact is with one of the two are predicted again when this contact is due.
+    fn exchange(&mut self, pair: [u32; 2]) {
+        let now = self.clock.now;
+        let mut velocities = pair.map(|particle| self.state.bodies[particle as usize].velocity);
+        if self.inverse_mass(pair[0]) != self.inverse_mass(pair[1]) {
+            velocities.reverse();
+        }
+        for particle in pair {
+            self.stream(particle, now);
+            let _ = self.end_motion(particle, &Vector::zeros(), (With::Program, None), &mut None);
+        }
+        self.state.rows.swap(pair[0] as usize, pair[1] as usize);
+        if matches!(self.neighbours, Neighbours::Lists(_)) {
+            for particle in pair {
+                self.bring_in(particle);
+                let (position, row) = (self.state.bodies[particle as usize].position, self.row(particle));
+                self.neighbours.change_row(particle, &position, row);
+            }
+            for particle in pair {
+                self.fill_list(particle);
+            }
+        }
+        for (particle, velocity) in pair.into_iter().zip(velocities) {
+            let _ = self.begin_motion(particle, velocity, (With::Program, None), &mut None);
+        }
+        for particle in pair {
+            self.repredict(particle, now);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

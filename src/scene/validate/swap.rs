@@ -1,0 +1,36 @@
+use crate::base::text::shortest;
+use crate::model::measurement_plan::InstrumentKind;
+use crate::model::{Format, Scene, Swap};
+use crate::scene::compatibility::phases;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, refuse};
+
+pub(super) fn check_numbers(swap: Option<&Swap>, at: &ConfigPath) -> Result<(), SceneError> {
+    let checked = swap.map_or(Ok(()), Swap::check);
+    checked.or_else(|(name, value, expected)| refuse(at.key(name), shortest(value), expected))
+}
+
+/// Rejects instruments and formats that need particles of constant species.
+pub(super) fn check_output(scene: &Scene) -> Result<(), SceneError> {
+    if !scene.run.has_swaps() {
+        return Ok(());
+    }
+    if let Some(index) = scene.output.formats.iter().position(|format| *format == Format::Npy) {
+        let at = ConfigPath::root().key("output").key("formats").index(index);
+        let expected = "another format: NumPy arrays need particles of the same species in all frames, and swap moves change the species";
+        return refuse(at, "\"npy\"", expected);
+    }
+    if !phases(&scene.run).any(|phase| phase.is_measured && phase.swap.is_some()) {
+        return Ok(());
+    }
+    match scene.measure.requested().find(|it| !it.kind.any_species) {
+        Some(it) => {
+            let expected = format!(
+                "to be absent in a measurement with swap moves, which allows only {}: let swap moves equilibrate the system in a stage, and measure without them",
+                InstrumentKind::listed(|kind| kind.any_species)
+            );
+            refuse(ConfigPath::root().key("measure").key(it.kind.key), "given", expected)
+        }
+        None => Ok(()),
+    }
+}

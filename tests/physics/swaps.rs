@@ -1,0 +1,111 @@
+//! Swap moves: the same bits after pauses and on several threads, and averages that do not change.
+
+use carom::engine::Snapshot;
+use carom::model::measurement_plan::{PressureTensor, RadialDistribution};
+use carom::model::{Barostat, MeasurementPlan, RunPlan, Scene, StagePlan, Swap, Thermostat, Until};
+use carom::run::{Run, run};
+use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
+use std::ops::ControlFlow;
+
+fn mixture(plan: RunPlan) -> Scene {
+    let names = ["small", "middle", "large"];
+    let sizes = [(0.8, 0.7), (1.0, 1.3), (1.2, 1.3)];
+    let mut scene = SceneBuilder::new("mixture").seed(5);
+    for (name, (diameter, mass)) in names.into_iter().zip(sizes) {
+        scene = scene.species(SpeciesDraft::new(name).mass(mass).diameter(diameter));
+    }
+    for (k, a) in names.into_iter().enumerate() {
+        for b in &names[..=k] {
+            scene = scene.interaction(InteractionDraft::new(Model::HardSphere).between(a, b));
+        }
+    }
+    let composition = names.map(|name| (name.to_owned(), 1.0)).to_vec();
+    let fill = Fill { composition, ..Fill::new(Lattice::FaceCentredCubic, names[0]) };
+    let measure = MeasurementPlan {
+        pressure_tensor: Some(PressureTensor::default()),
+        radial_distribution: Some(RadialDistribution::default()),
+        ..MeasurementPlan::default()
+    };
+    let scene = scene.fill(fill.count(256).packing_fraction(0.35)).temperature(1.0);
+    scene.measure(measure).run(plan).build().unwrap()
+}
+
+fn swap(interval: f64) -> Option<Swap> {
+    Some(Swap { interval, attempts: None, largest_ratio: None })
+}
+
+/// Returns the final state, the results and the final volume of a run. With `pause`, the run pauses after every `pause` events.
+fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String, f64) {
+    let mut run = Run::new(scene.clone()).threads(threads);
+    let mut events = 0;
+    while let Some(step) = pause {
+        events += step;
+        let (paused, ending) = run.advance(Until::events(events), &mut ()).unwrap();
+        run = paused;
+        if ending.is_some() {
+            break;
+        }
+    }
+    let finished = run.finish().unwrap();
+    assert!(finished.swaps.iter().all(|stage| stage.moves.accepted > 100), "{:?}", finished.swaps);
+    let results = format!("{:?} {:?} {:?}", finished.observables, finished.volume_moves, finished.swaps);
+    (finished.simulation.snapshot(), results, finished.simulation.volume())
+}
+
+#[test]
+fn pauses_and_threads_do_not_change_a_run_with_swap_moves() {
+    let bath = Some(Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] });
+    let stage = StagePlan {
+        name: "mix".to_owned(),
+        limit: Until::time(2.0),
+        thermostat: bath,
+        // Volume moves must know the exchanged species.
+        barostat: Some(Barostat { pressure: 3.0, interval: 0.02, amplitude: Some(0.003) }),
+        swap: swap(0.07),
+        ..StagePlan::default()
+    };
+    let plan = RunPlan { stages: vec![stage], limit: Until::time(1.5), swap: swap(0.11), ..RunPlan::default() };
+    let scene = mixture(plan);
+    let whole = end(&scene, 1, None);
+    assert!((whole.2 / scene.space().volume() - 1.0).abs() > 0.005, "{}", whole.2);
+    assert_eq!(end(&scene, 1, Some(1_234)), whole);
+    assert_eq!(end(&scene, 2, Some(5_001)), whole);
+    assert_eq!(end(&scene, 3, None), whole);
+}
+
+#[test]
+fn swap_moves_change_no_average() {
+    let of = |swap| {
+        let plan = RunPlan { equilibration: Until::time(5.0), limit: Until::time(60.0), swap, ..RunPlan::default() };
+        run(mixture(plan), &mut (), &mut |_| ControlFlow::Continue(())).unwrap()
+    };
+    let (with, without) = (of(swap(0.1)), of(None));
+    assert!(with.swaps[1].moves.acceptance().unwrap() > 0.05, "{:?}", with.swaps);
+    for name in ["compressibility_factor", "collision_rate"] {
+        let [one, other] = [&with, &without].map(|finished| finished.observable(name).unwrap());
+        let error = libm::hypot(one.standard_error.unwrap(), other.standard_error.unwrap());
+        assert!((one.mean - other.mean).abs() < 5.0 * error, "{name}: {one:?} {other:?}");
+        assert!(error < 0.02 * one.mean, "{name}: {error}");
+    }
+    // Instruments must know the current species and masses.
+    let pairs = ["small_small", "small_middle", "small_large", "middle_middle", "middle_large", "large_large"];
+    let contacts = pairs.map(|pair| format!("contact_value_{pair}"));
+    for name in contacts.iter().map(String::as_str).chain(["compressibility_factor", "pressure_xx"]) {
+        let [one, other] =
+            [&with, &without].map(|finished| finished.measured.number(name).unwrap().estimate().unwrap());
+        let error = libm::hypot(one.standard_error.unwrap(), other.standard_error.unwrap());
+        assert!((one.mean - other.mean).abs() < 5.0 * error, "{name}: {one:?} {other:?}");
+        assert!(error < 0.1 * one.mean, "{name}: {error} {one:?}");
+    }
+    // The rates by species depend on equipartition between the masses.
+    let rates = |finished: &carom::run::Finished| {
+        let entries = finished.event_counts_by_species.entries();
+        entries.into_iter().map(|(_, _, count)| count as f64).collect::<Vec<f64>>()
+    };
+    let (one, other) = (rates(&with), rates(&without));
+    assert_eq!(one.len(), other.len());
+    for (one, other) in one.iter().zip(&other) {
+        // Counts of collisions fluctuate a little more than Poisson's distribution.
+        assert!((one - other).abs() < 8.0 * (one + other).sqrt(), "{one} {other}");
+    }
+}
