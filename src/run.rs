@@ -178,7 +178,7 @@ impl Ending {
                 Some("no event happened during a million rows of output, or for a very long time".to_owned())
             }
             Self::Unsettled => {
-                Some("the equilibration reached its limit before the observables were stationary".to_owned())
+                Some("the equilibration did not end: an observable still drifts, or its drift is unknown".to_owned())
             }
             Self::Time | Self::Events | Self::Condition | Self::Idle | Self::Interrupted => None,
         }
@@ -227,8 +227,8 @@ pub struct Jam {
 
 impl Jam {
     /// How the user can avoid this error.
-    pub const CURE: &'static str = "lower the packing fraction of the stage, let the spheres grow more slowly, or up to a \
-        compressibility_factor, which says when they are close enough to jamming";
+    pub const CURE: &'static str = "lower the packing fraction of the stage, let the spheres grow more slowly, or give \
+        a compressibility_factor as the target, which is a measure of the distance to jamming";
 }
 
 /// A surface that appears at the beginning of a stage and overlaps a particle.
@@ -254,8 +254,8 @@ pub struct Blocked {
 
 impl Blocked {
     /// How the user can avoid this error.
-    pub const CURE: &'static str = "let the surface be there from the start and move into its place, put it where no particle is, or begin its stage when the particles have \
-        left";
+    pub const CURE: &'static str = "let the surface exist from the start and move it into place, put it where no \
+        particle is, or begin its stage after the particles have left";
 }
 
 /// Start, duration, events and wall time of a measurement.

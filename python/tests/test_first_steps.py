@@ -47,6 +47,18 @@ def test_a_run_at_constant_pressure_goes_on_as_a_simulation(fluid: dict) -> None
     assert simulation.advance(events=1000) == "events"
 
 
+def test_a_run_with_swap_moves_goes_on_as_a_simulation(fluid: dict) -> None:
+    sizes = {"distribution": "uniform", "lower": 0.9, "upper": 1.1, "classes": 2}
+    species = [{**fluid["species"][0], "diameter": sizes}]
+    scene = {**fluid, "species": species, "run": {"until_time": 1.0, "swap": {"interval": 0.1}}}
+    run = carom.run(scene)
+    simulation = carom.Simulation(run)
+    assert np.array_equal(simulation.frame().species, run.frames[-1].species)
+    assert simulation.advance(events=1000) == "events"
+    with pytest.raises(ValueError, match="swap moves"):
+        carom.Simulation(scene)
+
+
 def test_a_simulation_is_shown_while_another_thread_advances_it(fluid: dict) -> None:
     simulation = carom.Simulation(fluid)
     inside, go_on = threading.Event(), threading.Event()

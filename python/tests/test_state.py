@@ -149,7 +149,7 @@ def test_what_is_damaged_is_refused(fluid: dict, tmp_path: Path) -> None:
         "first bytes are": b"",
         "carom 9.9.9": resealed(good[:16] + b"9.9.9".ljust(12, b"\0") + good[28:]),
         "which may continue differently": resealed(good[:28] + bytes([good[28] ^ 1]) + good[29:]),
-        "damaged one": resealed(good[:36] + bytes(200) + (200).to_bytes(8, "little") + b"1234"),
+        "or is damaged": resealed(good[:36] + bytes(200) + (200).to_bytes(8, "little") + b"1234"),
     }
     for message, content in wrong.items():
         Path("bad").write_bytes(content)

@@ -21,6 +21,7 @@ mod contacts;
 mod diffusion;
 mod finite_size;
 mod flow;
+mod followed;
 mod free_paths;
 mod free_time;
 mod grid;

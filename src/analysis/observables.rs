@@ -153,6 +153,10 @@ impl Observer {
         self.applicable.set_thermostat(scene, thermostat);
     }
 
+    pub(crate) fn set_swaps(&mut self, has_swaps: bool) {
+        self.applicable.set_swaps(has_swaps);
+    }
+
     /// `grown` is the factor by which diameters have grown since the start of the simulation.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.applicable.set_barostat(scene, acting, grown);

@@ -71,8 +71,8 @@ pub enum Unsupported {
     /// The scene has inlets.
     #[error("the reference engine has no inlets")]
     Inlets,
-    /// A stage or the measured part of the run has a thermostat or growth.
-    #[error("the reference engine has no thermostats and no growth")]
+    /// A stage or the measured part of the run has a thermostat, growth or swap moves.
+    #[error("the reference engine has no thermostats, no growth and no swap moves")]
     DrivenStages,
 }
 
@@ -113,8 +113,8 @@ impl Reference {
     /// Predicts the events of every pair of a scene.
     ///
     /// # Errors
-    /// [`Unsupported`] if the scene has a sheared box, thermal walls, surfaces in a periodic box, a thermostat or
-    /// growth.
+    /// [`Unsupported`] if the scene has a sheared box, thermal walls, surfaces in a periodic box, inlets, a thermostat,
+    /// growth or swap moves.
     pub fn new(scene: &Scene) -> Result<Self, Unsupported> {
         let is_periodic = scene.space.boundary.contains(&Boundary::Periodic);
         for (is_asked, unsupported) in [
@@ -295,7 +295,7 @@ impl Reference {
         sleepers.executed.pop_front().unwrap_or(event)
     }
 
-    /// The species of a particle, which is static while it sleeps.
+    /// The species of a particle. While the particle sleeps, this is a static species.
     fn species(&self, i: u32) -> &Species {
         match &self.sleepers {
             Some(sleepers) if sleepers.is_asleep[i as usize] => {

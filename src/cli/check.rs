@@ -124,7 +124,7 @@ fn too_much(estimate: &SizeEstimate, free: Option<f64>) -> Option<String> {
     (estimate.bytes > most).then(|| {
         let (bytes, most) = (size(estimate.bytes), size(most));
         format!(
-            "a run would write some {bytes}; beyond {most} it asks for --force: choose longer intervals in [output]"
+            "a run would write about {bytes}; more than {most} requires --force: choose longer intervals in [output]"
         )
     })
 }

@@ -216,8 +216,8 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     Err(Failure::of_audit(faults))
 }
 
-const NO_DENSITY: &str =
-    "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
+const NO_DENSITY: &str = "let the exchange run for longer, or choose temperatures whose energies overlap; hard bodies \
+    have no density of states";
 
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),

@@ -84,7 +84,7 @@ fn end(size: usize) -> ! {
     let mut rest = &mut line[..];
     let _ = writeln!(
         rest,
-        "Error: out of memory, {size} bytes more were asked for; what is written is complete up to the last checkpoint"
+        "Error: out of memory: {size} more bytes were requested; the output is complete up to the last checkpoint"
     );
     let left = rest.len();
     let length = line.len() - left;

@@ -277,7 +277,7 @@ fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -
     let Some(kept) = &done.kept else { return String::new() };
     let run = kept.display();
     let new = done.folder.display();
-    let why = if done.failures.is_empty() { "did not end well" } else { "is not complete" };
+    let why = if done.failures.is_empty() { "was interrupted or failed" } else { "is not complete" };
     let next = if finished.can_go_on() {
         format!("`{}` finishes the new run, which then replaces the old one; ", again(kept))
     } else {
@@ -306,8 +306,8 @@ fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
         )),
         Ending::Unsettled => Err(Failure::failed(
             format!(
-                "gave up at time {}: the equilibration did not end by itself, and after {} events per particle something still drifts, \
-                 or cannot be told",
+                "gave up at time {}: the equilibration did not end, because after {} events per particle, an \
+                 observable still drifts, or its drift is unknown",
                 finished.simulation.time(),
                 run::MOST_EVENTS_PER_PARTICLE
             ),

@@ -185,7 +185,7 @@ impl SweepCommand {
             signals::flow() == ControlFlow::Break(()) || fates.iter().any(|(_, fate)| *fate == Fate::Interrupted);
         if !failed.is_empty() {
             let message = format!("{} of {} runs failed:\n{}", failed.len(), fates.len(), failed.join("\n"));
-            let help = "the others are complete; where a run has a folder, report.txt says more";
+            let help = "the other runs are complete; if a failed run has a folder, see its report.txt";
             return Err(Failure::failed(message, Some(help)));
         }
         if is_interrupted {

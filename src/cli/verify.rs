@@ -402,7 +402,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
             Err(Failure::failed(message(&violation, surfaces), Some(help)))
         }
         End::Violated(violation) => {
-            let help = "carom should not do this: please report the scene and the command";
+            let help = "this is a bug in Carom: please report the scene and the command";
             Err(Failure::failed(message(&violation, surfaces), Some(help)))
         }
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),

@@ -52,7 +52,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             || self.neighbours.verlet().is_some_and(|verlet| verlet.levels.are_outgrown(is_outgrown))
     }
 
-    /// Whether the next look at the layout would change it.
+    /// Whether the next check of the layout would change it.
     pub(super) fn is_layout_outdated(&self) -> bool {
         self.is_order_outdated() || self.better_search().is_some()
     }
@@ -91,7 +91,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Sorts all particles into new cells or lists at their current positions. All of them must then be predicted again.
+    /// Sorts all particles into new cells or lists at their current positions. All of them must then be predicted
+    /// again.
     pub(super) fn sort_anew(&mut self) {
         self.stream_all(self.clock.now);
         self.sort_in(self.search_like(None));

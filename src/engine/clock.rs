@@ -33,7 +33,8 @@ pub(super) struct Moved {
 }
 
 impl Moved {
-    /// Returns a time since the new epoch. Particles with older states are brought forward.
+    /// Returns the oldest permitted time of a state, counted from the new epoch. Older states are streamed to the
+    /// epoch.
     pub fn oldest(&self) -> f64 {
         -2.0 * self.shift
     }
@@ -140,8 +141,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Starts the next epoch, and skips epochs without predicted events. Returns `None` if no event is predicted.
     ///
-    /// The last event of a long run is as accurate as the first. The shift is a multiple of a power of two, so most
-    /// times are shifted without rounding.
+    /// Times since the epoch stay small, so the last event of a long run is as accurate as the first. The shift is a
+    /// multiple of a power of two, so most times are shifted without rounding.
     pub(super) fn move_epoch(&mut self) -> Option<Moved> {
         let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
@@ -164,8 +165,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(moved)
     }
 
-    /// Whether the memory layout and the neighbour search are reconsidered at an epoch: often at the start, rarely later,
-    /// and if the number of particles has changed much.
+    /// Whether the memory layout and the neighbour search are reconsidered at an epoch: often at the start, rarely
+    /// later, and if the number of particles has changed much.
     pub(super) fn is_layout_looked_at(&self, epochs: u64) -> bool {
         epochs.is_power_of_two() || epochs.is_multiple_of(16) || self.is_search_outgrown()
     }
@@ -185,11 +186,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Moved { shift }
     }
 
-    /// Brings a particle forward to the epoch if it has had no event since `oldest`. Returns true in this case.
+    /// Streams a particle to the epoch if its state is older than `oldest`. Returns true in this case.
     ///
-    /// Rounding errors grow with the distance that a particle has flown since its state was written.
-    ///
-    /// The order of particles does not matter, because the state of a particle at the epoch keeps its bits.
+    /// Rounding errors grow with the distance that a particle has flown since its state was written. The order in which
+    /// particles are streamed does not matter: their states at the epoch are the same before and after, bit for bit.
     pub(super) fn bring_forward(&mut self, particle: u32, oldest: f64) -> bool {
         let is_old = self.state.bodies[particle as usize].time < oldest;
         if is_old {

@@ -78,8 +78,8 @@ pub(super) trait Column: Sized {
     /// True if the column is not part of the state of a particle, but needed to find its next event.
     const IS_PLAN: bool = false;
 
-    /// Whether the column would stay wrong if a contact were undone by restoring motions, predictions and captured pairs
-    /// only.
+    /// Whether contacts change data in this column that a rollback of motions, predictions and captured pairs does not
+    /// restore.
     fn is_more_than_motion(&self) -> bool {
         Self::CHANGES_IN_CONTACTS
     }
@@ -147,7 +147,7 @@ impl Column for Vec<Body> {
 impl Column for Vec<u16> {
     const CHANGES_IN_CONTACTS: bool = false;
 
-    /// The column is empty if there is only one species.
+    /// The column is empty in an engine without an interaction table.
     fn permuted(&self, order: &Order) -> Self {
         order.permuted_if_any(self)
     }
@@ -160,10 +160,10 @@ impl Column for Vec<u16> {
         self.extend(record.species);
     }
 
-    /// Does nothing, because no particle changes its species.
+    /// Does nothing, because rows never change while the system runs in domains.
     fn set(&mut self, _: u32, _: &Record) {}
 
-    /// Does nothing, because no particle changes its species.
+    /// Does nothing, because rows never change while the system runs in domains.
     fn take_over(&mut self, _: &Self, _: &PartNumbers<'_>) {}
 }
 

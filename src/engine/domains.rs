@@ -46,7 +46,7 @@ use std::time::Instant;
 use team::Team;
 pub use work::{DomainWork, SingleThread};
 
-/// Number of steps of a domain in a window: initial and largest target.
+/// Target number of steps of a domain in a window: the initial value and the upper limit.
 const MOST_STEPS: f64 = 10_000.0;
 
 /// Number of steps that the single engine runs when the domains cannot continue.
@@ -153,7 +153,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         if observe.is_some() {
             return self.advance_in_windows(whole, steps, until, observe);
         }
-        // One of the worker threads does everything, because it starts the others sooner than this thread could.
+        // The loop runs on a worker thread, because a worker starts the other workers faster than this thread could.
         let team = self.team.clone();
         team.within(|| self.advance_in_windows(whole, steps, until, &mut None))
     }
@@ -252,8 +252,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 break;
             }
         }
-        // The domains cannot continue. Domains that were just made would be the same after another cut. In this case, one
-        // engine simulates the whole system for a while. Otherwise, the system is cut into domains again.
+        // The domains cannot continue. A new cut helps only if a window was accepted since the last cut. Otherwise, the
+        // new domains would be the same, and the single engine runs for a while instead.
         let is_fresh = cut.is_fresh;
         self.cut = Some(cut);
         self.join(whole);

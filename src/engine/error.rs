@@ -135,8 +135,8 @@ impl Arrest {
                  without particles that rest in contact or overlap"
             }
             (true, _) | (_, Standstill::Storm { .. }) => {
-                "give the particles more room, or set a longer dynamics.contact_time: in the space that they have, they meet far more often \
-                 than once per contact time"
+                "give the particles more room, or set a longer dynamics.contact_time: at these distances, they collide \
+                 far more often than once per contact time"
             }
         }
     }
@@ -166,8 +166,8 @@ pub struct InvariantBroken {
 
 impl InvariantBroken {
     /// Advice for the user.
-    pub const CURE: &'static str = "carom should not do this: please report the scene and the command; if it does not happen again, \
-        check the memory of the machine";
+    pub const CURE: &'static str = "this is a bug in Carom: please report the scene and the command; if the error does \
+        not recur, check the memory of the machine";
 }
 
 /// An invariant that must hold in every state of the engine.

@@ -168,7 +168,8 @@ pub struct EventCounts {
     pub tc_contacts: u64,
     /// Contacts in which the TC model changed the speed or the roughness.
     pub tc_altered: u64,
-    /// Altered contacts that kept a part of their speed, or all of it, so that the pair stays apart for a contact time.
+    /// Altered contacts that did not follow a recent contact, did not slide and were not lifted. The pair keeps
+    /// speed in order to stay apart for a contact time.
     pub tc_kept: u64,
     /// Altered contacts that slid along the barrier.
     pub tc_slid: u64,

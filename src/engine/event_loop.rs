@@ -50,7 +50,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         reason
     }
 
-    /// Particles that leave may leave gaps in memory.
+    /// Runs the event loop. Afterwards, there may be gaps in memory where particles have left the system.
     fn advance_with_gaps(
         &mut self,
         steps: u64,
@@ -152,8 +152,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(self.check_standstill(particle, prediction)?)
     }
 
-    /// Returns the next action, as [`Self::next_due`] does. At the end of an epoch, closes the gaps of particles that
-    /// have left, because all particles are looked at.
+    /// Returns the next action, as [`Self::next_due`] does. At the end of an epoch, closes gaps in memory, because a
+    /// new epoch visits all particles.
     #[inline]
     fn next_due_without_gaps(&mut self, stop: f64) -> Next {
         let next = self.next_due(stop);

@@ -21,7 +21,8 @@ const MOST_PAIRS: usize = 4_000_000;
 /// Largest number of pairs in adjacent cells. The proof then takes a few seconds.
 const MOST_NEAR: usize = 400_000_000;
 
-/// Number of cell transitions without an event before the first attempt, which takes less time.
+/// Number of cell transitions without an event before the first attempt at a proof. The attempt takes less time than
+/// these transitions.
 const FIRST_PROOF: u64 = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -164,7 +165,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return seen.map(|seen| seen.squared);
         }
         let meeting = self.pairs.rules.meeting(self.row(a), self.row(b));
-        // A particle that passes very near wakes a sleeping one.
+        // A particle that passes within the sleep distance can wake a sleeping particle.
         let passing = self.sources.sleepers.as_ref().filter(|_| self.is_asleep(b)).map_or(0.0, |it| it.plan.distance);
         if passing > 0.0 {
             let range = meeting.squared.sqrt() + passing;

@@ -65,7 +65,7 @@ impl ImagePolicy {
         LeesEdwards::of(scene).is_none()
     }
 
-    /// With narrow skins, the nearest image is sufficient.
+    /// Verlet lists need only the nearest image, because the box limits the width of their skins.
     pub fn choose_for_lists(&mut self) {
         (self.further, self.tied) = (Vec::new(), [false; 3]);
     }
@@ -87,7 +87,8 @@ impl ImagePolicy {
         self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
 
-    /// Returns an upper bound of the displacement of sliding images after a time, from up to one period `[length]`.
+    /// Returns an upper bound of the displacement of sliding images after `time` `[length]`. The displacement at the
+    /// beginning is at most one period.
     pub fn farthest_slid(&self, time: f64, periods: &Vector) -> f64 {
         self.sliding.map_or(0.0, |shear| periods[FLOW] + shear.speed.abs() * time)
     }
@@ -126,8 +127,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Calls `visit` for all images that are as near as the nearest one. There are such images if a component of the
-    /// distance is at least half a period, `least`: each combination of these axes gives one.
+    /// Calls `visit` for all other images that are as near as `nearest`. An axis is tied if the separation along it is
+    /// at least `least`, which is about half a period. Each combination of tied axes gives one image.
     #[inline]
     pub(super) fn for_each_tied_image(
         &self,

@@ -11,8 +11,8 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
-/// Number of events by which data are prefetched in advance: for the particle and its partner, for their lists or
-/// cells, and for their neighbours.
+/// Distances of prefetching, in events: data of the particle and its partner are requested first, then their lists or
+/// cells, and then their neighbours.
 pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;

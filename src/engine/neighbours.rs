@@ -1,8 +1,8 @@
 //! Neighbour search: finds the particles that a particle could meet.
 //!
-//! In a thin fluid, only [`cells`] are used, because a Verlet list would be outdated before its second use. In a dense
-//! fluid, Verlet lists with a skin are used ([`lists`]). Particles of very different sizes have lists at lower densities,
-//! too, because lists have cells for each level of sizes ([`levels`]).
+//! A thin fluid uses only [`cells`], because a Verlet list would be outdated before its second use. A dense fluid uses
+//! Verlet lists with a skin ([`lists`]). Mixtures of very different sizes also use lists at lower densities, because
+//! lists are built from separate cells for each level of sizes ([`levels`]).
 
 pub mod candidates;
 pub mod cell_list;
@@ -112,8 +112,8 @@ impl Neighbours {
         }
     }
 
-    /// Finds all particles in the cell of a particle of a row and in the adjacent cells. With lists, finds all particles
-    /// that could be in its list, and others nearby.
+    /// Finds all particles in the cell of a particle and in the adjacent cells. With lists, finds all particles that
+    /// could be in its list, and others nearby. `row` is the table row of the particle.
     pub fn find_candidates(&self, particle: u32, row: u16, near: &mut Candidates) {
         match self {
             Self::Cells(cells) => cells.find_candidates(cells.home(particle), near),
@@ -121,7 +121,8 @@ impl Neighbours {
         }
     }
 
-    /// Finds all particles that could be within the interaction range of a new particle of a row at `position`.
+    /// Finds all particles that could be within the interaction range of a new particle at `position`. `row` is the
+    /// table row of the new particle.
     pub fn find_candidates_at(&self, position: &Vector, row: u16, near: &mut Candidates) {
         match self {
             Self::Cells(cells) => cells.find_candidates(cells.grid.cell_at(position), near),
@@ -134,15 +135,6 @@ impl Neighbours {
         match self {
             Self::Cells(cells) => cells.lift(particle),
             Self::Lists(verlet) => verlet.withdraw(particle),
-        }
-    }
-
-    /// Gives a particle another row. With lists, the particle gets an empty list with a new centre, and is in no list
-    /// afterwards.
-    pub fn change_row(&mut self, particle: u32, centre: &Vector, row: u16) {
-        match self {
-            Self::Cells(_) => {}
-            Self::Lists(verlet) => verlet.change_row(particle, centre, row),
         }
     }
 

@@ -40,11 +40,12 @@ impl ObserverResult for ControlFlow<()> {
 }
 
 impl Simulation {
-    /// Iterates over events up to a time or a number of physical events: contacts, and collisions with the heat bath.
+    /// Iterates over the events up to a time or a number of physical events. [`EventKind`](super::event::EventKind)
+    /// lists the kinds of events.
     ///
-    /// After each event, the simulation is at this event, see [`EventSequence::simulation`]. If the loop ends, the
-    /// simulation stays at the last event. A pause does not change a single bit of the results. For very many events,
-    /// [`Self::advance_with`] is faster.
+    /// The simulation advances to each event before the iterator returns it, see [`EventSequence::simulation`]. If the
+    /// caller stops the iteration, the simulation stays at the last event. A later advance then gives the same results,
+    /// bit for bit. For very many events, [`Self::advance_with`] is faster.
     ///
     /// Without a limit, the iteration may continue forever. It ends if the engine can prove that no further event
     /// happens.
@@ -94,8 +95,8 @@ pub struct EventSequence<'s> {
 }
 
 impl EventSequence<'_> {
-    /// The simulation at the event that was returned last, or at the end of the iteration. If several grains fall asleep or
-    /// wake up at the same time, the simulation is after all of these events.
+    /// The simulation at the event that was returned last, or at the end of the iteration. If several grains fall
+    /// asleep or wake up at the same time, the simulation is after all of these events.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         self.simulation

@@ -149,7 +149,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (position, _) = self.state_at(other, now);
             (self.name(other), self.pairs.rules.rows.species()[usize::from(self.row(other))], position)
         };
-        // A bond between two species has a maximum length, so that it can be violated at any distance.
+        // A bond potential between two species limits the distance of every pair, so distant pairs can violate it.
         let has_bonds = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
         let is_near = !has_bonds && !self.images.slide();
         let mut near = Candidates::default();
@@ -191,8 +191,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         None
     }
 
-    /// Returns the deepest overlap of a particle of a row at `position` with a surface. Overlaps within round-off are
-    /// ignored.
+    /// Returns the deepest overlap with a surface of a particle at `position` with the table row `row`. Overlaps within
+    /// round-off are ignored.
     pub(super) fn overlap_with_surfaces(&self, row: u16, position: &Vector, particle: ParticleId) -> Option<Overlap> {
         let species = &self.pairs.rules.species[usize::from(row)];
         if species.is_static() {
@@ -238,8 +238,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Inserts particles without checks, and calls `set_states` with their indices. Their energy is added to the supplied
-    /// energy. `how` says where they come from, and what is counted.
+    /// Inserts particles without checks, and calls `set_states` with their indices. Their energy, without the energy of
+    /// pairs, is added to the supplied energy. `how` is the origin of the particles and the kind of the counted event.
     pub(super) fn enter(
         &mut self,
         particles: &[Particle],
@@ -275,7 +275,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         flow
     }
 
-    /// Gives a particle that has entered its velocity. Its energy is supplied, but not the energy of its pairs.
+    /// Sets the velocity of a particle that has entered the system or changed its species. The energy of the particle,
+    /// without the energy of its pairs, counts as supplied energy.
     pub(super) fn begin_motion(
         &mut self,
         particle: u32,
@@ -292,8 +293,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         flow
     }
 
-    /// Stops a particle that leaves. The energy that it takes away counts as negative supplied energy, without the
-    /// energy of its pairs. `line` points from the outlet to the particle.
+    /// Stops a particle that leaves the system or changes its species. Its energy, without the energy of its pairs, is
+    /// subtracted from the supplied energy. `line` points from the outlet to the particle.
     pub(super) fn end_motion(
         &mut self,
         particle: u32,
@@ -346,7 +347,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.note_energies(gained, 0.0, gained);
     }
 
-    /// Notes that the number of moving particles has changed.
+    /// Adds `change` to the number of moving particles, and adapts the heat bath and the standstill watch.
     pub(super) fn note_population(&mut self, change: isize) {
         self.state.moving = self.state.moving.saturating_add_signed(change);
         if let Some(bath) = &mut self.sources.andersen {

@@ -124,7 +124,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the first contact with an uncaptured particle. With `wraps`, images across the sides are considered.
+    /// Predicts the first contact with an uncaptured particle. If `wraps` is true, nearest images may lie across a side
+    /// of the box.
     #[inline(always)]
     pub(in crate::engine) fn predict_batch(
         &self,

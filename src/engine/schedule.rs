@@ -55,8 +55,8 @@ const PARTICLES: usize = 8;
 /// Target number of steps per epoch for each group of [`PARTICLES`] particles.
 const TARGET: u32 = 64;
 
-/// An epoch ends early if the number of steps exceeds the target by this factor. An epoch that begins with particles at
-/// rest may be much too long.
+/// An epoch ends early if the number of steps exceeds the target by this factor. Otherwise, an epoch that begins with
+/// particles at rest could be much too long.
 const CROWDED: u64 = 4;
 
 /// Number of parts of an epoch. An epoch may end early only at the end of a part. The number of parts is constant, so
@@ -87,8 +87,8 @@ impl EventQueue {
     /// Half of these events are due within the time `median` after the epoch.
     #[must_use]
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
-        // An epoch has at least eight steps per particle. Large times have fewer digits, so longer epochs are less
-        // accurate.
+        // The target is at least about eight steps per particle. Longer epochs would be less accurate, because larger
+        // times have more round-off.
         let parts = Self::parts(particles);
         let span = if median.is_finite() && median > 0.0 {
             power_of_two((median * f64::from(TARGET) / due as f64).min(LONGEST)) * parts as f64

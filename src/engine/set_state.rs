@@ -145,7 +145,8 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.by_id().map(|particle| engine.name(particle)).collect())
     }
 
-    /// Static particles must keep the vector `fixed`. Components along flat axes must equal the components of `flat`.
+    /// Checks vectors in the order of ids. A static particle must have the vector `fixed`. Components along flat axes
+    /// must equal the components of `flat`.
     fn check_vectors(
         &self,
         vectors: &[Vector],

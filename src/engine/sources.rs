@@ -4,7 +4,8 @@
 //!
 //! - Contacts and transitions of a particle: [`pair`], [`surface`], [`cell_transition`] and [`list_rebuild`].
 //!   The event loop calls [`Engine::execute`] or [`Engine::execute_transition`].
-//! - Global events: [`andersen`], entries at an [`inlet`], the search for particles at [`rest`], the refresh of sliding images ([`super::images`]), new stages of growing diameters
+//! - Global events: collisions with the heat bath ([`andersen`]), entries at an [`inlet`], the search for particles at
+//!   [`rest`], the refresh of sliding images ([`super::images`]), new stages of growing diameters
 //!   ([`super::distances`]), and reflections of a restrained distance ([`restraint`]). The earliest global event is due
 //!   at [`Sources::next_global`].
 //!
@@ -68,7 +69,8 @@ enum GlobalEvent {
 }
 
 pub(super) enum Repredict {
-    /// The event has predicted all that it changed. Other work took as long as a number of steps.
+    /// The event has already predicted the particles that it changed. `steps` is the cost of its other work, in steps
+    /// of the event loop.
     Nothing {
         steps: u64,
     },
@@ -150,8 +152,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Whether a contact is not executed: its partner has had an event since, or is absent, or the contact only
-    /// continues a search for contacts with moving surfaces.
+    /// Whether a prediction must not be executed. This is the case if the motion of the partner has changed since the
+    /// prediction, if the partner is absent, or if the prediction only continues a search for contacts with moving
+    /// surfaces.
     #[inline(always)]
     pub(super) fn is_void(&self, prediction: &Prediction) -> bool {
         match prediction.contact {

@@ -51,8 +51,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         2.0 * self.pairs.rules.species[usize::from(self.row(particle))].radius
     }
 
-    /// Whether a particle overlaps nothing if it gets the species of `other`. The distance of the two particles themselves
-    /// stays allowed, because they exchange their species.
+    /// Whether a particle would overlap no particle and no surface if it had the species of `other`. The pair itself is
+    /// not tested, because its contact distance is the same after the exchange.
     fn has_room(&self, [particle, other]: [u32; 2], near: &mut Candidates) -> bool {
         let now = self.clock.now;
         let row = self.row(other);
@@ -67,9 +67,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         !near.found().iter().any(overlaps) && self.overlap_with_surfaces(row, &position, self.name(particle)).is_none()
     }
 
+    /// Gives two particles new lists after a change of their rows. Cells do not depend on rows.
+    fn list_anew(&mut self, pair: [u32; 2]) {
+        if self.neighbours.verlet().is_none() {
+            return;
+        }
+        for particle in pair {
+            self.bring_in(particle);
+            let (position, row) = (self.state.bodies[particle as usize].position, self.row(particle));
+            if let Neighbours::Lists(verlet) = &mut self.neighbours {
+                verlet.change_row(particle, &position, row);
+            }
+        }
+        for particle in pair {
+            self.fill_list(particle);
+        }
+    }
+
     /// Exchanges the species of two particles without checks.
     ///
-    /// Other particles whose predicted contact is with one of the two are predicted again when this contact is due.
+    /// If another particle is predicted to meet one of the two, this contact becomes void. The other particle is
+    /// predicted again when the contact is due.
     fn exchange(&mut self, pair: [u32; 2]) {
         let now = self.clock.now;
         let mut velocities = pair.map(|particle| self.state.bodies[particle as usize].velocity);
@@ -81,16 +99,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let _ = self.end_motion(particle, &Vector::zeros(), (With::Program, None), &mut None);
         }
         self.state.rows.swap(pair[0] as usize, pair[1] as usize);
-        if matches!(self.neighbours, Neighbours::Lists(_)) {
-            for particle in pair {
-                self.bring_in(particle);
-                let (position, row) = (self.state.bodies[particle as usize].position, self.row(particle));
-                self.neighbours.change_row(particle, &position, row);
-            }
-            for particle in pair {
-                self.fill_list(particle);
-            }
-        }
+        self.list_anew(pair);
         for (particle, velocity) in pair.into_iter().zip(velocities) {
             let _ = self.begin_motion(particle, velocity, (With::Program, None), &mut None);
         }

@@ -74,9 +74,8 @@ impl Simulation {
     /// Runs the system on this number of threads, at most 64, instead of
     /// [`RunPlan::threads`](crate::model::RunPlan::threads). The results have the same bits as on one thread.
     ///
-    /// The setting is not saved in checkpoints. Some systems always run on one thread, and [`Self::single_thread`]
-    /// returns the reason. They have growing diameters, a sheared box, an allowed invalid start, bonds that do not hold
-    /// their pairs together, a window of a distance, or multicanonical weights. Threads are useful above about 500,000
+    /// The setting is not saved in checkpoints. Some systems always run on one thread: [`SingleThread`] lists the
+    /// reasons, and [`Self::single_thread`] returns the reason for this system. Threads are useful above about 500,000
     /// particles per thread, and need two and a half times the memory (`docs/speed.md`).
     ///
     /// ```

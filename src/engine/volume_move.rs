@@ -59,7 +59,7 @@ impl Scaling {
         }
     }
 
-    /// A particle without bonds is a molecule.
+    /// Number of molecules. A particle without bonds counts as a molecule.
     pub fn molecules(&self) -> usize {
         self.molecules.count
     }
@@ -124,7 +124,8 @@ impl Simulation {
         (!overlap).then_some(energy)
     }
 
-    /// Velocities, times and event counts are unchanged. The energy change is added to the supplied energy.
+    /// Accepts a volume move. Velocities, the time and event counts are unchanged. The energy change is added to the
+    /// supplied energy.
     pub(crate) fn take_scaled(&mut self, scaled: Scaled) {
         let Scaled { space, positions, .. } = scaled;
         self.scene.space = space;

@@ -146,7 +146,8 @@ impl ExchangeFolderError {
         Some(match self {
             Self::Occupied(_) => "choose another folder with --out",
             Self::Other(_) => {
-                "continue it with `carom exchange DIR`, or choose another folder with --out; remove the folder if nothing of it is needed"
+                "continue it with `carom exchange DIR`, or choose another folder with --out; remove the folder if you \
+                 do not need it"
             }
             Self::Incomplete(_) => "continue it with `carom exchange DIR`",
             Self::Passed { .. } => "ask for a later end with --until-time, or choose another folder with --out",

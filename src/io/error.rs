@@ -87,7 +87,7 @@ pub enum OutputError {
     #[error("{} holds a run and its unfinished replacement", .0.display())]
     Replacing(PathBuf),
     /// The new run needs this path to replace an existing run, but something else exists there.
-    #[error("{} is needed for the new run, and holds something else", .0.display())]
+    #[error("{} is needed for the new run, but something else exists there", .0.display())]
     NotReplacement(PathBuf),
     /// The output folder is inside the folder of a run.
     #[error("{} is within {}, the folder of a run", target.display(), run.display())]
@@ -154,8 +154,8 @@ pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     const TOO_MANY_OPEN: [i32; 2] = [23, 24];
     match error.kind() {
         StorageFull | QuotaExceeded | FileTooLarge => {
-            "free some space; after a checkpoint the work continues to the same bits: a run with `carom run --resume DIR`, a sweep or an exchange \
-             with its own command"
+            "free some space; work with a checkpoint can then continue, bit for bit: a run with `carom run --resume \
+             DIR`, a sweep or an exchange with the same command"
         }
         ReadOnlyFilesystem => {
             "choose a folder with --out that can be written to; to resume a run, copy its folder to such a place"

@@ -18,7 +18,7 @@ use crate::run::checkpoint::{Flaw, Kind, read_sealed, write_sealed};
 #[non_exhaustive]
 pub enum SavedError {
     /// Something other than a saved simulation exists at the path.
-    #[error("{} exists, and is no saved simulation", .0.display())]
+    #[error("{} exists and is not a saved simulation", .0.display())]
     Exists(PathBuf),
     /// The file cannot be written.
     #[error("cannot write {}", path.display())]
@@ -37,7 +37,7 @@ pub enum SavedError {
         source: io::Error,
     },
     /// The file is damaged, or is not a saved simulation.
-    #[error("{name} is no saved simulation, or a damaged one: {why}")]
+    #[error("{name} is not a saved simulation, or is damaged: {why}")]
     Damaged {
         /// Name of the file.
         name: String,

@@ -128,8 +128,8 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
 fn cure(error: &CheckpointError) -> String {
     match error {
         CheckpointError::OtherVersion { .. } => {
-            "repeat that run with this version, or start from its last frame, which does not continue its bits: [[file]] with the path of its \
-             trajectory.xyz and frame = -1"
+            "repeat that run with this version, or start from its last frame, but not bit for bit: [[file]] with the \
+             path of its trajectory.xyz and frame = -1"
         }
         CheckpointError::Missing(_) | CheckpointError::Damaged { .. } => "repeat that run",
         error => error.cure(),

@@ -7,8 +7,8 @@ use crate::Vector;
 
 /// An inlet: a region where new particles appear at a constant rate, or where particles return from outlets.
 ///
-/// A particle appears at a random place of the region where it is beyond the range of all particles and touches no
-/// surface. If there is no such place, it waits, and enters as soon as a later attempt finds one.
+/// A particle appears at a random place of the region where it interacts with no other particle and touches no surface.
+/// If no such place is found, the particle waits, and enters as soon as a later attempt succeeds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Inlet {

@@ -322,7 +322,8 @@ impl Scene {
         !self.inlets.is_empty() || self.surfaces.iter().any(|surface| surface.law == SurfaceLaw::Outlet)
     }
 
-    /// Largest number of particles that may be in the system in addition to those at the start, as far as it is known.
+    /// Upper bound for the number of particles in the system in addition to the particles at the start. An inlet
+    /// without a known bound counts as 0.
     pub(crate) fn entering(&self) -> f64 {
         let end = self.run.latest_end(self.start_time);
         let of_one = |inlet: &Inlet| {
@@ -338,7 +339,7 @@ impl Scene {
         self.inlets.iter().flat_map(Inlet::species)
     }
 
-    /// Tells for each species whether the scene contains such particles, at the start or later.
+    /// Returns for each species whether the scene has particles of it, at the start or later.
     pub(crate) fn occurring_species(&self) -> Vec<bool> {
         let mut occurs = vec![false; self.species.len()];
         let present = self.particles.iter().map(|particle| particle.species);

@@ -22,17 +22,18 @@ impl Sleep {
     /// The mean time between the contacts of a grain at rest is less than this number of contact times.
     pub const MOST_CONTACT_TIMES: f64 = 4.0;
 
-    /// A grain that hits sleeping grains more often than this in a contact time wakes them.
+    /// A grain with more contacts per contact time than this since the previous search wakes the sleeping grains that
+    /// it hits.
     pub const MOST_CONTACTS: f64 = 64.0;
 
-    /// The smallest number of contacts between two searches of a grain at rest.
+    /// Minimum number of contacts of a grain at rest between two searches.
     #[must_use]
     pub fn fewest_contacts(&self, contact_time: f64) -> f64 {
         (self.interval / (Self::MOST_CONTACT_TIMES * contact_time)).ceil()
     }
 
-    /// The largest number of contacts between two searches of a grain that wakes no other. A grain that rattles in a narrow gap
-    /// between sleeping grains has many more.
+    /// Maximum number of contacts between two searches for a grain that does not wake the grains that it hits. A grain
+    /// that rattles in a narrow gap between sleeping grains has many more.
     #[must_use]
     pub fn most_contacts(&self, contact_time: f64) -> f64 {
         Self::MOST_CONTACTS * (self.interval / contact_time)

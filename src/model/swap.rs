@@ -6,10 +6,10 @@ use super::limits::is_positive;
 
 /// Monte Carlo moves of a mixture of hard spheres, at regular times between the events.
 ///
-/// A move draws two different particles, all with equal probability, and exchanges their species, and with it their
-/// diameters and masses. It is accepted if no particle overlaps afterwards. Positions stay the same. Velocities stay the
-/// same if the masses are equal; otherwise they are exchanged with the masses, so that momentum and energy are constant.
-/// Moves are symmetric, so that they do not change any average in equilibrium. A. Ninarello, L. Berthier and D.
+/// A move picks two different moving particles at random and exchanges their species, that is, their diameters and
+/// masses. It is accepted if this causes no overlap. Positions do not change. If the masses are equal, velocities do
+/// not change either. Otherwise, velocities are exchanged together with the masses, so that momentum and energy are
+/// constant. Moves are symmetric, so they do not change averages in equilibrium. A. Ninarello, L. Berthier and D.
 /// Coslovich, Phys. Rev. X 7, 021039 (2017), [doi:10.1103/PhysRevX.7.021039](https://doi.org/10.1103/PhysRevX.7.021039).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Swap {
@@ -21,8 +21,8 @@ pub struct Swap {
     pub largest_ratio: Option<f64>,
 }
 
-/// Largest number of moves in a set.
-pub(crate) const MOST_ATTEMPTS: u64 = 1_000_000_000;
+/// Largest number of moves in a set. A set is not interrupted, and takes about a second for a million moves.
+pub(crate) const MOST_ATTEMPTS: u64 = 10_000_000;
 
 /// Reason why a setting is rejected: its name, its value, and what is expected.
 pub(crate) type Invalid = (&'static str, f64, &'static str);
@@ -34,7 +34,7 @@ impl Swap {
         }
         match (self.attempts, self.largest_ratio) {
             (Some(attempts), _) if !(1..=MOST_ATTEMPTS).contains(&attempts) => {
-                Err(("attempts", attempts as f64, "an integer from 1 to 1,000,000,000"))
+                Err(("attempts", attempts as f64, "an integer from 1 to 10,000,000"))
             }
             (_, Some(ratio)) if !(is_positive(ratio) && ratio >= 1.0) => {
                 Err(("largest_ratio", ratio, "a number from 1 to 1e50"))

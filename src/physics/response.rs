@@ -93,7 +93,7 @@ pub struct Response {
     pub roughness: Option<Roughness>,
     /// Whether the pair was at rest and gained energy, see [`tc_contact`].
     pub is_lifted: bool,
-    /// What becomes of the energy lost to friction.
+    /// Rule by which energy lost to friction returns to the normal motion.
     pub rattle: Rattle,
 }
 
@@ -178,12 +178,12 @@ pub struct Leaving {
     pub is_lifted: bool,
     /// Whether the pair slides along the barrier, without friction.
     pub is_sliding: bool,
-    /// What becomes of the energy lost to friction.
+    /// Rule by which energy lost to friction returns to the normal motion.
     pub rattle: Rattle,
 }
 
 impl Leaving {
-    /// Leaves with this normal speed, without friction.
+    /// Creates the result of a smooth contact with this normal speed afterwards.
     pub fn smoothly(speed: f64) -> Self {
         Self {
             speed,
@@ -206,22 +206,23 @@ pub enum TcRule {
     LudingMcNamara,
 }
 
-/// Maximum number of contacts within one contact time. A pair that would have more contacts slides. It then gets twice
-/// the limiting speed, so that its next contacts are not at the limit, where round-off would decide whether they slide.
+/// Maximum number of contacts within one contact time. A pair that would have more contacts slides, and then gets twice
+/// the limiting normal speed. With the limiting speed itself, round-off would decide whether its next contacts slide.
 const SLIDING: f64 = 64.0;
 
-/// A contact reverses the slip if the approach is slower than this number of times the speed of a grain at rest, whose contacts
-/// are exactly one contact time apart. Without this rule, round-off would decide whether they reverse it.
+/// A contact reverses the slip if its normal speed is below this multiple of the normal speed of a grain at rest.
+/// Contacts of a grain at rest are exactly one contact time apart. Without this rule, round-off would decide whether
+/// they reverse the slip.
 const RESTING: f64 = 2.0;
 
 /// Largest factor by which the energy lost to friction may increase the normal speed in one contact.
 const FASTER: f64 = 16.0;
 
-/// Largest ratio of the speed at which surfaces slip to the speed of [`Rattle`], for grains that only rattle.
+/// Grains only rattle if the slip speed is at most this multiple of the speed of [`Rattle`]. Faster grains slide.
 const SLIP: f64 = 4.0;
 
-/// What becomes of the energy that friction takes from an elastic contact under the TC model: it goes into the normal
-/// motion of grains that rattle. Bodies that slide lose it.
+/// Rule by which energy lost to friction returns to the normal motion, in elastic contacts under the TC model. Grains
+/// that rattle get the energy back. Bodies that slide lose it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rattle {
     /// Normal speed at which contacts with the same mean force would be one contact time apart `[length / time]`.
@@ -240,18 +241,20 @@ impl Rattle {
         Self { speed, fastest }
     }
 
-    /// A contact with a surface that moves, or whose material does, at the normal speed `approach`.
+    /// Adapts the rule to a contact with a moving surface, or with a surface whose material moves. `approach` is the
+    /// normal speed of the contact.
     ///
-    /// Such a surface supplies energy without end, and grains that slide on it could rattle ever more. The slip is therefore
-    /// compared with the geometric mean of this normal speed and the largest one that the contact can gain.
+    /// A moving surface can supply unlimited energy, so grains that slide on it could rattle ever faster. The slip is
+    /// therefore compared with a lower speed: the geometric mean of `approach` and the largest normal speed that the
+    /// contact can reach.
     #[must_use]
     pub fn at_moving_surface(self, approach: f64) -> Self {
         Self { speed: (self.fastest * approach).sqrt(), ..self }
     }
 
-    /// Increase of the normal speed. `lost` is the energy that friction takes, divided by the reduced mass, and `slip` is
-    /// the speed at which the surfaces slip. All energy goes into the normal motion if the slip is at most 4 times the speed
-    /// of [`Rattle`], and none from 8 times on.
+    /// Returns the increase of the normal speed `speed`. `slip` is the slip speed of the surfaces, and `lost` is the
+    /// energy lost to friction, divided by the reduced mass. All of this energy returns to the normal motion if the
+    /// slip speed is at most 4 times the speed of [`Rattle`]. The share decreases to zero at 8 times this speed.
     #[inline]
     #[must_use]
     pub fn gain(&self, speed: f64, slip: f64, lost: f64) -> f64 {
@@ -265,26 +268,26 @@ impl Rattle {
 
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
 ///
-/// A contact is elastic if either particle had a contact less than `contact_time` ago; `since` is this time. With a restitution
-/// near 0 this rule is not sufficient, and the events would never end. The speed after a contact is therefore at least
-/// `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides along the barrier with
-/// hardly any normal speed, a small part of the tangential velocity is turned into the normal direction. None of these
-/// rules adds energy.
+/// A contact is elastic if the time `since` the previous contact of either particle is less than `contact_time`. For a
+/// restitution near 0, this rule is not sufficient, and the events would never end. After any other contact, the speed
+/// is therefore at least `closing * contact_time / 2`, unless the pair arrives more slowly. At this speed, the pair
+/// stays apart for one contact time. If a pair slides along the barrier with hardly any normal speed, a small part of
+/// the tangential velocity is turned into the normal direction. None of these rules adds energy.
 ///
-/// Elastic contacts remain rough, and reverse the slip unless they slide ([`Roughness::elastic`]). So do the contacts of grains
-/// at rest, which are one contact time apart. If a contact only stopped the slip, a grain that friction holds would creep: the
-/// load accelerates it between two contacts. The impulses of a pair that stays in contact then add up to the normal force, and the
-/// tangential impulses to the friction force of Coulomb's law. In the published model they are smooth, and a grain that
-/// has come to rest on a slope would slide without friction.
+/// Elastic contacts remain rough, and reverse the slip unless they slide ([`Roughness::elastic`]). Contacts of grains
+/// at rest, which are one contact time apart, also reverse the slip. If a contact only stopped the slip, a grain held
+/// by friction would creep, because its load accelerates it between two contacts. With the reversal, the normal
+/// impulses of a pair that stays in contact add up to the normal force, and the tangential impulses add up to the
+/// friction force of Coulomb's law. In the published model, elastic contacts are smooth, and a grain that has come to
+/// rest on a slope would slide without friction.
 ///
-/// Grains in a packing rattle, and friction would use up the energy of this motion. Slower grains in a packing meet more
-/// often, so that the number of contacts would grow. The energy that friction takes from an elastic contact therefore goes
-/// into the normal motion. The normal speed grows at most 16 times, and at most to the speed at which contacts would be one
-/// contact time apart. Bodies that slide lose the energy ([`Rattle`]).
+/// Grains in a packing rattle, and friction would consume the energy of this motion. Slower grains in a packing meet
+/// more often, so the number of contacts would grow. The energy that friction takes from an elastic contact therefore
+/// returns to the normal motion. The normal speed increases at most to 16 times its value, and at most to the speed at
+/// which contacts would be one contact time apart. Bodies that slide lose the energy ([`Rattle`]).
 ///
-/// A pair at rest has no energy to separate. It gets the speed `closing_at_rest * contact_time / 2`, with which grains
-/// at rest bounce in this model, and its contacts are then one contact time apart. This adds energy, which counts as
-/// supplied.
+/// A pair at rest has no energy to separate. It gets the speed `closing_at_rest * contact_time / 2`, at which its
+/// contacts are one contact time apart. This adds energy, which counts as supplied energy.
 #[inline]
 #[must_use]
 pub fn tc_contact(rule: TcRule, law: &ContactLaw, since: f64, arrival: &Arrival, contact_time: f64) -> Leaving {
@@ -489,7 +492,8 @@ mod tests {
         }
         let slides = left(0.3, true, [0.0008, 0.003], 1.0, 0.128);
         assert!(slides.speed == 0.002 && slides.tangential_scale < 1.0, "{slides:?}");
-        // The centrifugal force lifts no pair. Otherwise, each lift would increase the force, and the energy without limit.
+        // The centrifugal force lifts no pair. Otherwise, each lift would increase the force, and the energy would grow
+        // without limit.
         let arrival =
             Arrival { approach: 0.0, restitution: 0.3, tangential: 2.0, closing: 400.0, closing_at_rest: 0.0 };
         let along = tc_contact(TcRule::Resting, &ContactLaw::smooth(0.3), 0.0, &arrival, 1.0);

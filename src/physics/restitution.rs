@@ -17,8 +17,9 @@ pub enum Restitution {
     ///
     /// with the reduced mass `mu`, a = 0.501086, b = 1.15345, c = 0.577977 and d = 0.532178. This is the approximation
     /// of P. Müller and T. Pöschel, Phys. Rev. E 84, 021302 (2011), whose first terms are the series of R. Ramírez, T.
-    /// Pöschel, N. V. Brilliantov and T. Schwager, Phys. Rev. E 60, 4465 (1999). Beside the motion of two spheres with
-    /// the force below, `e` is wrong by up to 0.001 above `e = 0.7`, and by up to 0.01 elsewhere.
+    /// Pöschel, N. V. Brilliantov and T. Schwager, Phys. Rev. E 60, 4465 (1999). Compared with the equation of motion
+    /// of two spheres with the force below, the error of `e` is at most 0.001 above `e = 0.7`, and at most 0.01
+    /// elsewhere.
     Viscoelastic {
         /// `A` in the force `rho (xi^(3/2) + 3/2 A sqrt(xi) dxi/dt)` at the compression `xi` `[time]`.
         viscous_time: f64,
@@ -30,10 +31,10 @@ pub enum Restitution {
     Table(RestitutionTable),
 }
 
-/// Coefficients of restitution at some speeds. The coefficient is linear between these speeds, and constant beyond the
-/// first and the last of them.
+/// Coefficients of restitution at given speeds. The coefficient is interpolated linearly between these speeds. It is
+/// constant below the first and above the last speed.
 ///
-/// Contact laws are copied everywhere, so they hold a reference to the table. Each distinct table is kept in memory until
+/// Contact laws are copied often, so they hold only a reference to the table. Each distinct table stays in memory until
 /// the process ends.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Columns", try_from = "Columns")]
@@ -63,8 +64,8 @@ impl TryFrom<Columns> for RestitutionTable {
 }
 
 impl RestitutionTable {
-    /// Creates a table. Returns `None` unless there is at least one speed, as many values, the speeds are finite, not
-    /// negative and increasing, and the values are from 0 to 1.
+    /// Creates a table with one value for each speed. There must be at least one speed. Speeds must be finite, not
+    /// negative and increasing, and values must be from 0 to 1. Returns `None` otherwise.
     #[must_use]
     pub fn new(speeds: &[f64], values: &[f64]) -> Option<Self> {
         let is_increasing = speeds.windows(2).all(|two| two[0] < two[1]);
@@ -115,8 +116,8 @@ impl From<f64> for Restitution {
 }
 
 impl Restitution {
-    /// The coefficient at a normal speed of impact `[length / time]`, for a pair of the given reduced mass `mu = m_i m_j
-    /// / (m_i + m_j)` `[mass]`. The reduced mass of a particle at a wall is its mass.
+    /// Returns the coefficient at a normal speed of impact `[length / time]`, for a pair with the reduced mass
+    /// `mu = m_i m_j / (m_i + m_j)` `[mass]`. The reduced mass of a particle at a wall is its mass.
     #[inline]
     #[must_use]
     pub fn at(&self, speed: f64, reduced_mass: f64) -> f64 {
@@ -155,8 +156,8 @@ impl Restitution {
         }
     }
 
-    /// Upper bound for the change of the speed `e v` after a contact, divided by the change of the speed `v`, if the speed
-    /// is in the range `[from, to]`.
+    /// Upper bound of the magnitude of the derivative `d(e v)/dv` for speeds `v` in the range `[from, to]`. Here, `v`
+    /// and `e v` are the speeds before and after a contact. The bound is at least 1.
     pub(crate) fn steepness(&self, [from, to]: [f64; 2]) -> f64 {
         match self {
             // The coefficient of viscoelastic spheres decreases more slowly than `1 / v`.
@@ -237,7 +238,7 @@ mod tests {
         }
         let law = Restitution::Viscoelastic { viscous_time: 0.1, stiffness: 3.0 };
         assert_eq!((law.at(0.0, 1.3), law.at(f64::MAX, f64::MIN_POSITIVE) < 1e-3), (1.0, true));
-        // The speed after a contact increases with the speed before, and not more.
+        // The speed after a contact increases with the speed before, but at most by the bound.
         let speeds = (-300..300).map(|k| libm::pow(1.1, f64::from(k)));
         let [mut before, mut after] = [0.0, 0.0];
         for speed in speeds {

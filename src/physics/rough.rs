@@ -36,8 +36,8 @@ impl Roughness {
         acts && (self.tangential_restitution < 1.0 || self.friction < f64::INFINITY)
     }
 
-    /// Returns the law of an elastic contact: a contact that sticks reverses the tangential velocity. Friction and smooth
-    /// surfaces stay as they are.
+    /// Returns the law of an elastic contact: a contact that sticks reverses the tangential velocity. The friction
+    /// coefficient does not change, and smooth surfaces remain smooth.
     #[must_use]
     pub fn elastic(self) -> Self {
         let is_smooth = self.tangential_restitution == -1.0;

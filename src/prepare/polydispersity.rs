@@ -55,20 +55,32 @@ pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
 /// diameters `a` and `b` has the mean `n I(a, b, 1 - exponent) / I(lower, upper, -exponent)`. Here `I(a, b, p)` is the
 /// integral of `d^p` from `a` to `b`, and `n` is the number of classes.
 pub(crate) fn power_law(exponent: f64, [lower, upper]: [f64; 2], classes: u64) -> Vec<f64> {
-    // Diameters are divided by the lower limit, so that powers neither overflow nor vanish.
     let (ratio, q) = (libm::log(upper / lower), 1.0 - exponent);
+    // Diameters are divided by the limit where most particles are, so that powers do not overflow. `first` and `last` are
+    // the logarithms of the limits.
+    let (unit, first, last) = if q > 0.0 { (upper, -ratio, 0.0) } else { (lower, 0.0, ratio) };
     let edge = |k: u64| {
         let quantile = k as f64 / classes as f64;
-        if q == 0.0 { quantile * ratio } else { libm::log1p(quantile * libm::expm1(q * ratio)) / q }
+        match k {
+            0 => first,
+            k if k == classes => last,
+            _ if q == 0.0 => quantile * ratio,
+            _ if q > 0.0 => libm::log1p((1.0 - quantile) * libm::expm1(-q * ratio)) / q,
+            _ => libm::log1p(quantile * libm::expm1(q * ratio)) / q,
+        }
     };
-    let all = power_integral(0.0, ratio, q);
+    let all = power_integral(first, last, q);
     let mean = |k: u64| classes as f64 * power_integral(edge(k), edge(k + 1), q + 1.0) / all;
-    (0..classes).map(|k| lower * mean(k)).collect()
+    (0..classes).map(|k| unit * mean(k)).collect()
 }
 
 /// Integral of `exp(p x)` from `a` to `b`, which is the integral of `d^(p - 1)` from `exp(a)` to `exp(b)`.
 fn power_integral(a: f64, b: f64, p: f64) -> f64 {
-    if p == 0.0 { b - a } else { libm::exp(p * a) * libm::expm1(p * (b - a)) / p }
+    match p {
+        0.0 => b - a,
+        _ if p > 0.0 => -libm::exp(p * b) * libm::expm1(p * (a - b)) / p,
+        _ => libm::exp(p * a) * libm::expm1(p * (b - a)) / p,
+    }
 }
 
 pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
@@ -169,7 +181,13 @@ mod tests {
             // Spread within 64 classes; equal widths would lose 1 / 64^2.
             assert!(lost > 0.0 && lost < 1e-3, "{exponent}: {lost}");
         }
-        assert_eq!(power_law(0.0, [1.0, 2.0], 1), [1.5]);
+        assert!((power_law(0.0, [1.0, 2.0], 1)[0] - 1.5).abs() < 1e-15);
+        // Steep and wide distributions: nearly all particles are at one end.
+        for (exponent, end) in [(100.0, 1.0), (-100.0, 1e6)] {
+            let diameters = power_law(exponent, [1.0, 1e6], 8);
+            assert!(diameters.windows(2).all(|pair| pair[0] < pair[1]), "{diameters:?}");
+            assert!(diameters.iter().all(|diameter| (diameter / end - 1.0).abs() < 0.1), "{diameters:?}");
+        }
         // With an exponent of 3, the mean is 2 / (1 / lower + 1 / upper).
         let harmonic = 2.0 / (1.0 / lower + 1.0 / upper);
         assert!((power_law(3.0, [lower, upper], 1)[0] / harmonic - 1.0).abs() < 1e-14);

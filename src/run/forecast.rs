@@ -14,13 +14,13 @@ const STEPS_PER_SECOND: f64 = 1e6;
 /// Number of neighbours that can be tested in the time of one step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// The cost of a thermostat, a barostat, shear flow or a moving surface is reported above this wall time `[seconds]`.
+/// The cost of a thermostat, a barostat, swap moves, shear flow or a moving surface is reported above this wall time `[seconds]`.
 const LONG: f64 = 600.0;
 
 /// The number of events is reported above this wall time `[seconds]`.
 const VERY_LONG: f64 = 10_800.0;
 
-/// The cost of a thermostat, a barostat or shear flow is reported if there are more steps per event than this.
+/// The cost of a thermostat, a barostat, swap moves or shear flow is reported if there are more steps per event than this.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
 /// Events are slow if a particle has more neighbours than this.
@@ -109,8 +109,10 @@ fn of_moves(
         pace.burden(cause, pace.moving / barostat.interval, duration)
     });
     let of_swaps = swap.and_then(|swap| {
-        let rate = swap.attempts(trunc_to_usize(pace.moving)) as f64 / swap.interval;
-        pace.burden(format!("there are about {:.0e} swap moves", rate * duration), rate, duration)
+        // Before a set of moves, all moving particles are listed.
+        let moves = swap.attempts(trunc_to_usize(pace.moving)) as f64;
+        let cause = format!("there are about {:.0e} swap moves", moves * duration / swap.interval);
+        pace.burden(cause, (moves + pace.moving) / swap.interval, duration)
     });
     of_volume.into_iter().chain(of_swaps)
 }
@@ -143,7 +145,8 @@ fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
         let seconds = periods * STEPS_OF_PERIOD * SEARCH_STEP * moving;
         if seconds > LONG {
             let cause = format!(
-                "surface `{}` oscillates or turns about {periods:.0e} times, and each period takes several search steps for each nearby particle; with all particles nearby",
+                "surface `{}` oscillates or turns about {periods:.0e} times, and each period takes several search \
+                 steps for each nearby particle; if all particles are nearby",
                 surface.name
             );
             burdens.push(Burden { cause, seconds });

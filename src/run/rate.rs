@@ -8,7 +8,8 @@ use crate::model::Scene;
 /// Maximum number of moving particles in a trial. Such a trial takes a fraction of a second.
 pub(super) const MOST: usize = 3_000;
 
-/// Events per moving particle in a trial, and minimum number of all events. The first half melts the initial lattice.
+/// Number of events per moving particle in a trial, and minimum total number of events. The first half of a trial melts
+/// the initial lattice.
 const EACH: u64 = 10;
 const LEAST: u64 = 1_000;
 

@@ -261,7 +261,7 @@ impl RunState {
 }
 
 /// Shortest simulated time in which a particle crosses the box: at its initial speed, at the thermal speed, or in a
-/// fall from rest. Infinite if nothing moves. The limit is the time of [`MANY_COLLISIONS`] Andersen collisions.
+/// fall from rest. At most the time of [`MANY_COLLISIONS`] Andersen collisions. Infinite if nothing moves.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! Time settings of a scene that are never reached, because they exceed the duration of their stage.
+//! Settings of a scene that have little or no effect.
 
 use super::driver::FEWEST_MOVES;
 use super::stage::{Settings, Stage};
@@ -6,7 +6,7 @@ use crate::analysis::published::HardMixture;
 use crate::model::{Barostat, GrowthTarget, Scene, Swap, Thermostat};
 use crate::scene::measurement_times;
 
-/// A setting that has no effect, because a stage is too short.
+/// A setting that has little or no effect.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Unreached {
     /// An interval or a sampling time is longer than the stage or measurement.
@@ -33,10 +33,13 @@ pub enum Unreached {
         stage: String,
         /// Expected fraction of accepted moves, among those of particles of different species.
         acceptance: f64,
+        /// Whether all pairs of different species exceed the largest ratio of diameters.
+        is_forbidden: bool,
     },
 }
 
-/// Returns the times in a scene that are never reached, because stages with a time limit are too short.
+/// Returns the times in a scene that are never reached, because stages with a time limit are too short, and moves that are
+/// too few or hardly ever accepted.
 #[must_use]
 pub fn unreached(scene: &Scene) -> Vec<Unreached> {
     let plan = &scene.run;
@@ -93,6 +96,9 @@ fn few_moves(stages: &[(Stage, Settings)]) -> Option<Unreached> {
     (moves < fewest).then_some(Unreached::Amplitude { moves, fewest })
 }
 
+/// Relative tolerance for sums of diameters.
+const ROUNDING: f64 = 1e-12;
+
 /// Swap moves are reported if a smaller fraction of them is accepted.
 const RARE: f64 = 1e-3;
 
@@ -113,17 +119,29 @@ fn rare_swaps(scene: &Scene, stages: &[(Stage, Settings)]) -> Vec<Unreached> {
         }
         let acceptance = settings.swap.and_then(|swap| expected_acceptance(scene, &swap, grown));
         if let Some(acceptance) = acceptance.filter(|acceptance| *acceptance < RARE) {
-            rare.push(Unreached::Swaps { stage: stage.name(&scene.run).into_owned(), acceptance });
+            let stage = stage.name(&scene.run).into_owned();
+            rare.push(Unreached::Swaps { stage, acceptance, is_forbidden: acceptance == 0.0 });
         }
     }
     rare
 }
 
 /// Expected fraction of accepted swap moves, among those of particles of different species, by scaled-particle theory.
-/// Diameters are multiplied by `grown`.
+/// Diameters are multiplied by `grown`. `None` for contact distances other than the mean diameters, for which there is no
+/// theory.
 fn expected_acceptance(scene: &Scene, swap: &Swap, grown: f64) -> Option<f64> {
     let mut counts = vec![0.0; scene.species.len()];
     scene.particles.iter().for_each(|particle| counts[particle.species.0 as usize] += 1.0);
+    let occurring: Vec<usize> = (0..counts.len()).filter(|&species| counts[species] > 0.0).collect();
+    let is_additive = |a: usize, b: usize| {
+        let mean = 0.5 * (scene.species[a].diameter + scene.species[b].diameter);
+        let contact = scene.table.get(a, b).map_or(0.0, |id| scene.interactions[id.0 as usize].potential.range());
+        (contact / mean - 1.0).abs() < ROUNDING
+    };
+    let mut pairs = occurring.iter().flat_map(|&a| occurring.iter().map(move |&b| (a, b)));
+    if !pairs.all(|(a, b)| is_additive(a, b)) {
+        return None;
+    }
     let volume = scene.space.volume();
     let species = || scene.species.iter().zip(&counts).filter(|(_, count)| **count > 0.0);
     let mixture = HardMixture::new(
@@ -171,7 +189,9 @@ mod tests {
             let scene = Scene::from_toml(text, "scene.toml").unwrap();
             unreached(&scene).into_iter().filter(|it| matches!(it, Unreached::Swaps { .. })).collect::<Vec<_>>()
         };
-        let [Unreached::Swaps { stage, acceptance }] = &of(&text)[..] else { panic!("{:?}", of(&text)) };
+        let [Unreached::Swaps { stage, acceptance, is_forbidden: false }] = &of(&text)[..] else {
+            panic!("{:?}", of(&text))
+        };
         assert!(stage == "swap" && *acceptance < 1e-4, "{acceptance}");
         assert_eq!(of(&text.replace("packing_fraction = 0.60", "packing_fraction = 0.31")), []);
         assert_eq!(of(include_str!("../../configs/glass_former.toml")), []);

@@ -225,6 +225,9 @@ const ROUGH: Feature = feature(
     ],
     roughness,
 );
+const SPINS: Feature = feature("particles with spins", &["particle.spin"], |it| {
+    given(it.start.groups.particles.iter().any(|particle| particle.spin != Vector::zeros()))
+});
 const WELLS: Feature = feature("wells, shoulders or bonds", &[], |it| {
     given(it.start.interactions.list().iter().any(|it| !it.potential.is_hard_sphere() || it.potential.is_bond()))
 });
@@ -485,8 +488,9 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(SWAP, SHEAR, "in a sheared box", ABSENT, "a sheared system has no equilibrium"),
     row(SWAP, TC_MODEL, "with the TC model", ABSENT, "contacts must be elastic"),
     row(SWAP, ROUGH, "with rough contacts", "smooth contacts", "an exchange would change the energy of rotation"),
+    row(SWAP, SPINS, "with particles that spin", ABSENT, "an exchange would change the energy of rotation"),
     row(SWAP, LOSSES, "with a restitution below 1", "a restitution of 1", "a system that loses energy has no equilibrium"),
-    row(SWAP, INVALID_START, "with allow_invalid_start", "a start without overlaps", "swap moves are rejected as long as particles overlap"),
+    row(SWAP, INVALID_START, "with allow_invalid_start", "a start without overlaps", "swap moves are tested for overlaps of the exchanged particles only"),
     row(SWAP, GROWTH, "together with grow", "only one of them", "swap moves need constant diameters"),
     row(SWAP, FLOW, "", ABSENT, "its ensemble has a constant number of particles"),
     row(FLOW, BONDS, "with bonds", ABSENT, "a bonded particle cannot leave alone"),

@@ -99,7 +99,7 @@ fn add_start(
     let space = scene.parts.space.clone();
     if given.is_some_and(|given| given.is_plane) && space.boundary[2] != Boundary::Flat {
         let problem =
-            "positions have two columns, but z is not flat: give them three, or the scene `z = \"flat\"` in [space]";
+            "positions have two columns, but z is not flat: give three columns, or set `z = \"flat\"` in [space]";
         return Err(origin.wrong(0, problem.to_owned()));
     }
     let place = |position: Vector| given.map_or(position, |given| given.placed(position, &space));

@@ -104,7 +104,7 @@ pub enum SceneErrorKind {
     #[error("a random packing fraction of {wanted:.4} was not reached: these particles jam at {reached:.4}")]
     Jammed { wanted: f64, reached: f64 },
     /// More particles than fit into memory.
-    #[error("{particles} particles need about {} GiB, more than there are here: {} GiB", bytes >> 30, budget >> 30)]
+    #[error("{particles} particles need about {} GiB of memory, expected at most {} GiB", bytes >> 30, budget >> 30)]
     TooMany { particles: u64, bytes: u64, budget: u64 },
     /// An invalid coordinate file.
     #[error("{}, line {line}: {problem}", path.display())]
@@ -172,9 +172,9 @@ impl SceneErrorKind {
                 Some("check the diameters and the box, or raise separate_overlaps if such moves are acceptable".to_owned())
             }
             Self::NoRoom { .. } => Some(
-                "placed one by one, particles jam at a packing fraction of about 0.38 in 3D, 0.54 in 2D and 0.74 in 1D; dense random starts \
-                 need a fully periodic box with one fill and nothing else in it: use that, or a lattice; `as_many_as_fit = true` in the \
-                 [[fill]] continues with the particles that found a place"
+                "particles that are placed one by one jam at a packing fraction of about 0.38 in 3D, 0.54 in 2D and \
+                 0.74 in 1D; for a denser random start, use a fully periodic box that contains only one fill, or use \
+                 a lattice; `as_many_as_fit = true` in the [[fill]] accepts fewer particles"
                     .to_owned(),
             ),
             Self::Jammed { .. } => Some(
@@ -189,11 +189,15 @@ impl SceneErrorKind {
             Self::NeedsRun { .. } => Some("in a program, read such a scene with io::read_scene".to_owned()),
             Self::NoStart { cure, .. } => Some(cure.clone()),
             Self::RunChanged { .. } => Some(
-                "that run went on since, or another run replaced it: repeat it from its scene to the same end, or start a new run from this \
-                 scene; without `checksum` any state is accepted"
+                "that run has been continued or replaced: repeat it from its scene to the same end, or start a new run \
+                 from this scene; without `checksum` any state is accepted"
                     .to_owned(),
             ),
-            Self::Empty => Some("a scene needs [[species]], an [[interaction]] of each pair of them, and particles, such as a [[fill]]; a [run] with an end, to be run. `carom new hopper` prints one".to_owned()),
+            Self::Empty => Some(
+                "a scene needs [[species]], an [[interaction]] for each pair of species, and particles, such as a \
+                 [[fill]]; a run also needs [run] with an end. `carom new hopper` prints an example"
+                    .to_owned(),
+            ),
             _ => None,
         }
     }

@@ -166,9 +166,9 @@ pub(crate) struct DynamicsFile {
     /// Contact time of the TC model `[time]`. If not given, the model is off.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_time: Option<f64>,
-    /// Rule of the TC model for a contact less than the contact time after the previous one. With `resting`, it is elastic
-    /// but rough, and grains at rest stay apart for a contact time. With `luding-mcnamara`, it is elastic and smooth, as in
-    /// the published model.
+    /// Rule of the TC model for a contact that follows the previous one within the contact time. With `resting`, this
+    /// contact is elastic but stays rough, and grains at rest bounce once per contact time. With `luding-mcnamara`, it
+    /// is elastic and smooth, as in the published model.
     #[schemars(extend("enum" = words(&TC_RULES), "default" = "resting"))]
     pub tc_rule: Option<String>,
     /// Lets grains at rest fall asleep, so that they cost no events. If not given, no grain falls asleep.
@@ -186,7 +186,8 @@ pub(crate) struct SleepFile {
     /// contacts were less than 4 contact times apart on average. At most 0.05 of the smallest diameter `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub distance: f64,
-    /// A particle that hits a sleeping grain at a higher relative speed wakes it `[length / time]`.
+    /// A particle that hits a sleeping grain at a higher relative speed wakes it `[length / time]`. Faster grains do
+    /// not fall asleep.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub wake_speed: f64,
 }

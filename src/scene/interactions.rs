@@ -96,8 +96,8 @@ impl<'a> Interactions<'a> {
         if potential.is_some() && self.list.len() == MOST_KINDS {
             return refuse(
                 ConfigPath::entry("interaction", index),
-                format!("beyond the first {MOST_KINDS} interactions"),
-                "no further interactions in a scene",
+                "one interaction too many",
+                format!("at most {MOST_KINDS}, where each contact distance of an [[interaction]] counts as one"),
             );
         }
         if draft.law.roughness.is_some() && potential.as_ref().is_some_and(|potential| potential.core().is_none()) {

@@ -109,8 +109,8 @@ impl Scene {
             }
             KeptParticles::InTables(given) => {
                 if self.displacement != 0.0 {
-                    let problem = "images of a sheared box are displaced, which a scene file has only with a file of \
-                                   particles: the scene.toml of a run names one";
+                    let problem = "the periodic images of a sheared box are displaced, which tables of particles \
+                                   cannot describe: use a file of particles, as in the scene.toml of a run";
                     let kind = SceneErrorKind::Particles { problem: problem.to_owned() };
                     return Err(SceneError::new(ConfigPath::root().key(given.name.clone()), kind));
                 }

@@ -145,8 +145,11 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
             digits(moves),
             digits(fewest)
         ),
-        Unreached::Swaps { stage, acceptance } => format!(
-            "swap moves in the stage `{stage}` will hardly ever be accepted, about {acceptance:.0e} of those between species: use more similar diameters, or sizes in between"
+        Unreached::Swaps { stage, is_forbidden: true, .. } => format!(
+            "no swap moves in the stage `{stage}` will be accepted, because all ratios of diameters are above swap.largest_ratio"
+        ),
+        Unreached::Swaps { stage, acceptance, .. } => format!(
+            "only about {acceptance:.0e} of the swap moves between different species in the stage `{stage}` will be accepted: use more similar diameters, or add sizes in between"
         ),
     };
     run::unreached(scene).into_iter().map(told).collect()
@@ -178,7 +181,7 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
             format!("and is in contact again every {} of time: the simulated time hardly advances", digits(bounce))
         }
     };
-    let cure = "set dynamics.contact_time (the TC model), in which grains can rest, or put it slightly above";
+    let cure = "set dynamics.contact_time (the TC model), so that grains can rest, or move the particle slightly away";
     vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
 }
 
@@ -257,7 +260,8 @@ fn few_digits(scene: &Scene) -> Vec<String> {
     let lost = ROUNDINGS * f64::EPSILON * farthest / smallest;
     if smallest.is_finite() && lost > MOST {
         warnings.push(format!(
-            "coordinates of up to {} leave {} of the smallest diameter to rounding; the audit allows overlaps of 1e-6 at the most",
+            "coordinates of up to {} have a round-off of {} of the smallest diameter; the audit allows overlaps of at \
+             most 1e-6",
             digits(farthest),
             digits(lost)
         ));

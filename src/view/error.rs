@@ -30,7 +30,7 @@ pub enum ViewError {
         source: io::Error,
     },
     /// A surface file beside the trajectory is damaged.
-    #[error("the file of a surface next to the trajectory is damaged")]
+    #[error("a surface file next to the trajectory is damaged")]
     Surface(#[source] Box<MeshFileError>),
     /// The frame has no particles.
     #[error("the frame has no particles to draw")]
@@ -87,13 +87,13 @@ pub enum ViewError {
     #[error("an MP4 is written by the program ffmpeg, which cannot be started")]
     NoFfmpeg(#[source] io::Error),
     /// The trajectory of a movie is a pipe or a device.
-    #[error("{} is not a file: its frames are found first and read then, which a pipe does not allow", .0.display())]
+    #[error("{} is not a regular file: a movie reads its frames twice, which a pipe does not allow", .0.display())]
     NotFile(PathBuf),
     /// The trajectory was changed while it was read.
     #[error("{} was changed while it was read", .0.display())]
     Changed(PathBuf),
     /// No frame of the movie has a particle.
-    #[error("no frame of {} that is asked for has a particle to draw", .0.display())]
+    #[error("no requested frame of {} contains a particle", .0.display())]
     EmptyMovie(PathBuf),
     /// The trajectory ends before the first requested frame.
     #[error("frame {first} of {} does not exist: it has {count} complete frames, counted from 0", path.display())]

@@ -117,7 +117,8 @@ fn ending(finished: &Finished) -> String {
         }
         Ending::Unsettled => {
             format!(
-                "GAVE UP at t = {time}{stage}: the equilibration did not end by itself, because at least one observable never became stationary"
+                "GAVE UP at t = {time}{stage}: the equilibration did not end, because an observable still drifts, or \
+                 its drift is unknown"
             )
         }
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),

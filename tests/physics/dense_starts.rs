@@ -175,7 +175,7 @@ fn starts_with_walls_or_other_particles_are_filled_one_by_one() {
         let error = scene.build().unwrap_err();
         assert!(matches!(error.kind(), SceneErrorKind::NoRoom { .. }), "{error}");
         let help = miette::Diagnostic::help(&error).unwrap().to_string();
-        assert!(help.contains("need a fully periodic box with one fill"), "{help}");
+        assert!(help.contains("a fully periodic box that contains only one fill"), "{help}");
     };
     refused(equal(100, 0.5, Arrangement::Random).boundary(walls));
     refused(equal(100, 0.5, Arrangement::Random).particle("A", Vector::zeros(), Vector::zeros()));

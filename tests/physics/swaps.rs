@@ -1,13 +1,22 @@
 //! Swap moves: the same bits after pauses and on several threads, and averages that do not change.
 
 use carom::engine::Snapshot;
-use carom::model::measurement_plan::{PressureTensor, RadialDistribution};
+use carom::model::measurement_plan::{PressureTensor, RadialDistribution, Relaxation};
 use carom::model::{Barostat, MeasurementPlan, RunPlan, Scene, StagePlan, Swap, Thermostat, Until};
 use carom::run::{Run, run};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
 fn mixture(plan: RunPlan) -> Scene {
+    let measure = MeasurementPlan {
+        pressure_tensor: Some(PressureTensor::default()),
+        radial_distribution: Some(RadialDistribution::default()),
+        ..MeasurementPlan::default()
+    };
+    mixture_with(plan, measure)
+}
+
+fn mixture_with(plan: RunPlan, measure: MeasurementPlan) -> Scene {
     let names = ["small", "middle", "large"];
     let sizes = [(0.8, 0.7), (1.0, 1.3), (1.2, 1.3)];
     let mut scene = SceneBuilder::new("mixture").seed(5);
@@ -21,11 +30,6 @@ fn mixture(plan: RunPlan) -> Scene {
     }
     let composition = names.map(|name| (name.to_owned(), 1.0)).to_vec();
     let fill = Fill { composition, ..Fill::new(Lattice::FaceCentredCubic, names[0]) };
-    let measure = MeasurementPlan {
-        pressure_tensor: Some(PressureTensor::default()),
-        radial_distribution: Some(RadialDistribution::default()),
-        ..MeasurementPlan::default()
-    };
     let scene = scene.fill(fill.count(256).packing_fraction(0.35)).temperature(1.0);
     scene.measure(measure).run(plan).build().unwrap()
 }
@@ -107,5 +111,27 @@ fn swap_moves_change_no_average() {
     for (one, other) in one.iter().zip(&other) {
         // Counts of collisions fluctuate a little more than Poisson's distribution.
         assert!((one - other).abs() < 8.0 * (one + other).sqrt(), "{one} {other}");
+    }
+}
+
+/// A run that ends after a number of events estimates its duration with a pilot run, whose swap moves must not remain.
+#[test]
+fn pilot_runs_leave_no_exchanged_species_behind() {
+    let of = |limit| {
+        let plan = RunPlan { limit, swap: swap(0.02), ..RunPlan::default() };
+        let measure = MeasurementPlan {
+            relaxation: Some(Relaxation { interval: Some(0.05), span: Some(1.0), ..Relaxation::default() }),
+            ..MeasurementPlan::default()
+        };
+        run(mixture_with(plan, measure), &mut (), &mut |_| ControlFlow::Continue(())).unwrap()
+    };
+    let by_events = of(Until::events(20_000));
+    let by_time = of(Until::time(by_events.simulation.time()));
+    let values =
+        |finished: &carom::run::Finished| finished.measured.curve("relaxation").unwrap().series[0].values.clone();
+    let (one, other) = (values(&by_time), values(&by_events));
+    assert!(one.len() > 6 && one.len() == other.len(), "{one:?} {other:?}");
+    for (one, other) in one.into_iter().zip(other) {
+        assert!((one.unwrap() - other.unwrap()).abs() < 1e-9, "{one:?} {other:?}");
     }
 }

@@ -185,7 +185,7 @@ fn run_requires_force_before_filling_the_disk() {
     assert!(line(&output).contains("TB") && errors(&output).contains("--force"), "{}", errors(&output));
     assert!(!place.path().join("runs").exists());
     let text = words(&place.carom(&[&["check"], &interval[..]].concat()));
-    assert!(text.contains("it asks for --force"), "{text}");
+    assert!(text.contains("requires --force"), "{text}");
     let place = Place::with(FLUID);
     let both = [&interval[..], &["--set", "run.until_time=1e10"]].concat();
     let output = place.carom(&[&["run"], &both[..]].concat());

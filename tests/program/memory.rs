@@ -77,5 +77,5 @@ fn a_scene_beyond_the_memory_of_the_process_is_refused() {
     let place = Place::with(&FLUID.replace("count = 108", "count = 10_000_000"));
     let output = within(&place, 1 << 20, &["check", "scene.toml"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
-    assert!(errors(&output).contains("more than there are here: 1"), "{}", errors(&output));
+    assert!(errors(&output).contains("expected at most 1"), "{}", errors(&output));
 }

@@ -278,11 +278,11 @@ fn surface_that_appears_inside_a_grain_is_named_in_the_error() {
     for expected in [
         "surface `gate` appears with the stage `closed` at time 4, but particle",
         "it extends 0.25 through the surface",
-        "help: let the surface be there from the start",
+        "help: let the surface exist from the start",
     ] {
         assert!(told.contains(expected), "{expected}: {told}");
     }
-    assert!(!told.contains("should not"), "it is the scene's fault: {told}");
+    assert!(!told.contains("bug in Carom"), "it is the scene's fault: {told}");
     let summary = place.summary("runs/scene");
     assert_eq!((&summary["ending"], &summary["time"]), (&"blocked".into(), &4.0.into()));
     // Between the balls, there is room for the gate.

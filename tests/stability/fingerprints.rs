@@ -124,7 +124,7 @@ const FINGERPRINTS: &[(&str, [u64; 3])] = &[
     ("growth of disks", [0x1014258d0610c2f5, 0xbc88bcee646a9b3b, 0x869f9733b26e3e42]),
     ("andersen", [0x6a3b75df868cab40, 0xfae079ff4e3cc6be, 0x764aa4ac3aa2b83a]),
     ("andersen on two axes", [0x1c777a6ddcc86c70, 0x8aaafa5635e5ecb3, 0xd9f49d7a0d01b8bf]),
-    ("rescaling", [0x8563bf2e2f6c3f98, 0xe2fcb190b483055c, 0xc0bec1dc73ae0412]),
+    ("rescaling", [0x4970dbe8c1ba7ca7, 0x54f46e8a06a7841c, 0x622e4ff01eaf257e]),
     ("stages", [0x660b4401dd1ba6ac, 0x1a92ccbeafa55be8, 0x97e9258124539637]),
     ("thermal walls", [0x078beb06ebbb266c, 0x984164dd5e488194, 0xee0ee5eec22e66fd]),
     ("thermal walls of a mixture", [0x469b3770d4099fdc, 0xefd38c3014212e83, 0x632e03848a13a41d]),

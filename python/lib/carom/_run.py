@@ -439,10 +439,10 @@ class Run(Outputs, InFolder, Results):
     def _end(self) -> dict[str, Any]:
         """Returns a scene that continues from the end of the run.
 
-        Everything that this scene leaves out is taken from the run. The volume stays constant, because only
-        runs have a barostat.
+        Everything that this scene leaves out is taken from the run. The volume stays constant, and particles keep
+        their species, because only runs have a barostat and swap moves.
         """
-        plan = {key: value for key, value in self.parameters.get("run", {"until_events": 1}).items() if "equilibration" not in key and key != "barostat"}
+        plan = {key: value for key, value in self.parameters.get("run", {"until_events": 1}).items() if "equilibration" not in key and key not in ("barostat", "swap")}
         kept = {key: value for key, value in self.parameters.items() if key in ("name", "surface")}
         return {**kept, "start": {"from": os.path.abspath(self._open())}, "run": plan}
 

@@ -107,8 +107,8 @@ impl CentreOfMass {
         }
     }
 
-    /// Angle from gravity to a vector in degrees, in the space of the axes of this instrument. With two axes, the angle
-    /// is positive in the sense from the first axis to the second.
+    /// Angle from gravity to a vector in degrees. Only the axes of this instrument count. With two axes, the angle is
+    /// positive for rotations from the first axis towards the second.
     fn angle(&self, gravity: &Vector, vector: &Vector) -> Option<f64> {
         let part = |of: &Vector| Vector::from_fn(|axis, _| if self.axes.contains(&axis) { of[axis] } else { 0.0 });
         let (gravity, vector) = (part(gravity), part(vector));

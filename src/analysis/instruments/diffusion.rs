@@ -15,7 +15,6 @@ use crate::model::measurement_plan::Diffusion as Plan;
 use lags::{Lags, TICKS_PER_STEP};
 use spread::{Slopes, Spread};
 use tracers::Tracers;
-pub(super) use tracers::followed;
 
 /// Memory for the positions, velocities and slopes at all time origins `[bytes]`.
 const BUDGET: usize = 64 << 20;
@@ -164,13 +163,11 @@ impl Diffusion {
 
 impl Instrument for Diffusion {
     fn next_sample(&self) -> f64 {
-        self.lags.time(self.next)
+        self.lags.ticks.time(self.next)
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        // Round-off at very late times must not exclude a sample at the requested time.
-        let is_due = sample.time >= self.next_sample();
-        let now = self.lags.passed(sample.time).max(if is_due { self.next } else { 0 });
+        let now = self.lags.ticks.passed(sample.time, self.next);
         if now > self.next {
             // After a missed sample, no origin can be completed.
             self.origins.clear();

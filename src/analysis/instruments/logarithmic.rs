@@ -1,4 +1,42 @@
-//! Logarithmically spaced time lags: 1, 2, 3, 4, 6, 8, 12, ... ticks.
+//! Times on a fine grid, and logarithmically spaced time lags of 1, 2, 3, 4, 6, 8, 12, ... ticks.
+
+use serde::{Deserialize, Serialize};
+
+use super::block_times::EARLY;
+use crate::base::numbers::trunc_to_u64;
+
+/// Shortest tick, in units of the spacing of floating-point numbers at the end of the run.
+const SPACINGS: f64 = 8.0;
+
+/// A grid of times since the start of a measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Ticks {
+    pub start: f64,
+    /// Duration of a tick `[time]`.
+    pub tick: f64,
+}
+
+impl Ticks {
+    /// Returns the shortest tick for which the times of two ticks always differ `[time]`.
+    pub fn shortest(start: f64, duration: f64) -> f64 {
+        SPACINGS * f64::EPSILON * (start.abs() + duration)
+    }
+
+    pub fn time(&self, ticks: u64) -> f64 {
+        self.start + self.duration(ticks)
+    }
+
+    pub fn duration(&self, ticks: u64) -> f64 {
+        ticks as f64 * self.tick
+    }
+
+    /// Number of ticks that have passed at a time. If the time of the tick `due` has been reached, the result is at
+    /// least `due`, even if round-off at very late times gives a smaller number.
+    pub fn passed(&self, time: f64, due: u64) -> u64 {
+        let passed = trunc_to_u64((time - self.start) / self.tick + EARLY);
+        passed.max(if time >= self.time(due) { due } else { 0 })
+    }
+}
 
 /// Number of logarithmic lags. The longest lag, about 2^63 ticks, is longer than any run.
 pub const LOGARITHMIC: usize = 126;

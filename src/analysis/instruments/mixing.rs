@@ -23,7 +23,7 @@ const WORK_OF_CELL: f64 = 4.0;
 /// Let the grid contain `N` moving particles, `n_k` of them in cell `k`, and let `K` cells be occupied. The variance of
 /// the number fraction `c_k` of a species is `S^2 = sum (n_k / N) (c_k - p)^2`, with the fraction `p` in the whole grid.
 /// It is `p (1 - p)` if each cell contains a single species, and on average `p (1 - p) (K - 1) / (N - 1)` if the
-/// species are assigned to the particles at random. The index
+/// species are assigned to the particles at random. The index is
 ///
 /// ```text
 ///     1 - sum S^2 / sum p (1 - p)
@@ -31,8 +31,8 @@ const WORK_OF_CELL: f64 = 4.0;
 ///        1 - (K - 1) / (N - 1)
 /// ```
 ///
-/// with sums over all species, or over one, is thus 0 for separate species, and 1 on average for a random mixture. It
-/// exceeds 1 if the species alternate.
+/// The sums are over all species, or over one species. The index is 0 for separate species, and 1 on average for a
+/// random mixture. It exceeds 1 if the species alternate.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Mixing {
     name: String,

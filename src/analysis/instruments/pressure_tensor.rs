@@ -110,10 +110,10 @@ fn freed(system: &SystemDescription) -> f64 {
 /// then the change of the moment divided by `t`.
 ///
 /// This requires walls across `a` and no transfer of momentum along `b`, not even by these walls. No thermostat may
-/// scale the velocities. Then `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum r_a J_b / V_i`.
+/// scale the velocities, and no particles exchange their species. Then `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum r_a J_b / V_i`.
 fn is_moment([a, b]: [usize; 2], system: &SystemDescription) -> bool {
     let keeps = |walled: usize, other: usize| system.space.walls(walled) == 2 && system.conserved_axes[other];
-    (keeps(a, b) || keeps(b, a)) && system.scaling_interval.is_none()
+    (keeps(a, b) || keeps(b, a)) && system.scaling_interval.is_none() && !system.has_swaps
 }
 
 impl Instrument for PressureTensor {

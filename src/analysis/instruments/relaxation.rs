@@ -2,32 +2,29 @@ use std::f64::consts::{E, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use super::block_times::{EARLY, feasible};
-use super::diffusion::followed;
+use super::block_times::feasible;
+use super::followed::followed;
 use super::free_time::mean_free_time;
 use super::instrument::{Instrument, Setup};
-use super::logarithmic::{LOGARITHMIC, logarithmic, logarithmic_ticks, next_logarithmic};
+use super::logarithmic::{LOGARITHMIC, Ticks, logarithmic, logarithmic_ticks, next_logarithmic};
 use super::quantity::{Curve, Measured, Normalisation, Number};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::{CurveAverage, Estimate};
-use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
+use crate::base::numbers::trunc_to_u64;
 use crate::model::measurement_plan as plan;
 
 /// Memory for the positions at all time origins `[bytes]`.
-const BUDGET: usize = 256 << 20;
+const BUDGET: usize = 64 << 20;
 
 /// Largest number of time origins in a span.
-const ORIGINS: usize = 8;
+const ORIGINS: usize = 64;
 
 /// The default shortest lag, in mean free times.
 const FREE_TIMES: f64 = 0.2;
 
 /// The default distance of the overlap, in mean diameters.
 const OVERLAP: f64 = 0.3;
-
-/// Shortest lag, in units of the spacing of floating-point numbers at the end of the run.
-const SPACINGS: f64 = 8.0;
 
 /// Curves of averages: `F_s`, `Q` and `Q^2`.
 const CURVES: usize = 3;
@@ -37,9 +34,8 @@ const CURVES: usize = 3;
 /// A particle keeps its identity if it exchanges its species with another particle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Relaxation {
-    start: f64,
-    /// The shortest lag `[time]`.
-    tick: f64,
+    /// The shortest lag is one tick.
+    ticks: Ticks,
     /// The longest lag, and the time between two origins, in ticks.
     longest: u64,
     apart: u64,
@@ -65,15 +61,15 @@ impl Relaxation {
         let mean = diameters.sum::<f64>() / system.moving.len().max(1) as f64;
         let mean = if mean > 0.0 { mean } else { 1.0 };
         let free_time = mean_free_time(system, &setup.sample).map(|time| FREE_TIMES * time);
-        let shortest = SPACINGS * f64::EPSILON * (setup.sample.time.abs() + duration);
+        let shortest = Ticks::shortest(setup.sample.time, duration);
         let tick = plan.interval.or(free_time).unwrap_or(1e-4 * duration).min(0.25 * duration);
         let tick = feasible(tick, duration).max(shortest);
         let longest = trunc_to_u64((plan.span.unwrap_or(0.25 * duration) / tick).clamp(1.0, 1e15));
-        let room = BUDGET / (size_of::<Vector>() * system.moving.len().max(1));
+        // A new origin and a checkpoint need two more copies.
+        let room = (BUDGET / (size_of::<Vector>() * system.moving.len().max(1))).saturating_sub(2);
         let drift = followed(system).of(system.common_velocity(setup.sample.velocities));
         let mut relaxation = Self {
-            start: setup.sample.time,
-            tick,
+            ticks: Ticks { start: setup.sample.time, tick },
             longest,
             apart: longest.div_ceil(room.clamp(1, ORIGINS) as u64),
             next: 0,
@@ -89,8 +85,12 @@ impl Relaxation {
 
     /// Takes a sample at tick `now`: starts a new origin if one is due, and updates the averages of all origins.
     fn look(&mut self, sample: &Sample<'_>, system: &SystemDescription, now: u64) {
+        if system.moving.is_empty() {
+            self.next = u64::MAX;
+            return;
+        }
         let followed = followed(system);
-        let drifted = self.drift * (sample.time - self.start);
+        let drifted = self.drift * (sample.time - self.ticks.start);
         let position = |id: &u32| followed.of(sample.unwrapped(*id as usize, &system.space)) - drifted;
         let positions: Vec<Vector> = system.moving.iter().map(position).collect();
         for origin in &self.origins {
@@ -123,7 +123,7 @@ impl Relaxation {
     }
 
     fn time(&self, lag: usize) -> f64 {
-        logarithmic_ticks(lag) as f64 * self.tick
+        self.ticks.duration(logarithmic_ticks(lag))
     }
 
     /// The time at which `F_s` falls to `1 / e`, by linear interpolation over the logarithm of the time.
@@ -166,13 +166,11 @@ fn phase(x: f64, dimensions: usize) -> f64 {
 
 impl Instrument for Relaxation {
     fn next_sample(&self) -> f64 {
-        self.start + self.next as f64 * self.tick
+        if self.next == u64::MAX { f64::INFINITY } else { self.ticks.time(self.next) }
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        // Round-off at very late times must not exclude a sample at the requested time.
-        let passed = trunc_to_u64((sample.time - self.start) / self.tick + EARLY);
-        let now = passed.max(if sample.time >= self.next_sample() { self.next } else { 0 });
+        let now = self.ticks.passed(sample.time, self.next);
         if now > self.next {
             // After a missed sample, no origin can be completed.
             self.origins.clear();
@@ -193,9 +191,8 @@ impl Instrument for Relaxation {
         let normalised =
             |sum: &str| Normalisation::of(sum).by_each("origins", "1", origins()).by("particles", "1", particles);
         let (q, a) = (self.wave_number, self.overlap);
-        let mean = ["cos(q r)", "J_0(q r)", "sin(q r) / (q r)"]
-            [trunc_to_usize((followed(system).axes.len() as f64 - 1.0).clamp(0.0, 2.0))];
-        let time = "The time at which the self-intermediate scattering function falls to 1 / e, by linear interpolation over the logarithm of the time. There is no value if it does not fall so far.";
+        let mean = ["cos(q r)", "J_0(q r)", "sin(q r) / (q r)"][followed(system).axes.len().clamp(1, 3) - 1];
+        let time = "The time at which the self-intermediate scattering function falls to 1 / e, by linear interpolation over the logarithm of the time. There is no value if it does not fall so far, or has fallen before the shortest time.";
         measured.numbers.push(Number::estimated(
             "relaxation_time",
             "Relaxation time",

@@ -14,7 +14,7 @@ use crate::engine::event::{Event, EventKind, Other};
 use crate::model::SpeciesId;
 use crate::model::measurement_plan::{BINS, ResidenceTimes as Plan};
 
-/// With more species than this, the species are not told apart. A scene may have one species per diameter.
+/// With more species than this, the species are not measured separately. A scene may have one species per diameter.
 const MOST_SPECIES: usize = 20;
 
 /// Elements of the averages from which the standard deviation follows.
@@ -24,8 +24,8 @@ const SQUARE: usize = 1;
 /// Residence times: the time of a particle between its entry at an inlet and its exit at an outlet.
 ///
 /// A particle that returns to an inlet has a new id, and a new residence time begins. The time for which it waits outside
-/// does not count. Particles that are present at the start have no known entry, and are counted apart when they leave.
-/// Particles that are present at the end are not measured, and with them many long times are missing. The mean is
+/// does not count. Particles that are present at the start have no known entry, and are counted separately when they
+/// leave. Particles that are still present at the end are not measured, so many long times are missing. The mean is
 /// therefore too small by about `s^2 / t`, where `s` is the standard deviation and `t` the duration of the measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct ResidenceTimes {

@@ -208,9 +208,9 @@ impl Cell {
     /// Terms of the kinetic part `<sum m v_a v_b> - P_a P_b / M`, times the volume. Returns `None` if there are
     /// too few velocities.
     ///
-    /// Two factors make up for velocity components that are not free. The mean velocity of the cell is computed from the
-    /// same velocities. If the total momentum is conserved, the factor is `N / (N - 1)` for `N` particles, the same in all
-    /// cells, as in the pressure tensor.
+    /// Two factors correct for velocity components that are not free. The first factor is `1 / (1 - 1 / n)` for `n`
+    /// velocities, because the mean velocity of the cell is computed from the same velocities. If the total momentum is
+    /// conserved, the second factor is `N / (N - 1)` for all `N` moving particles, as in the pressure tensor.
     fn kinetic(&self, [a, b]: [usize; 2]) -> Option<Terms> {
         let component = COMPONENTS.iter().position(|of| *of == [a.min(b), a.max(b)])?;
         if self.number <= 0.0 {

@@ -14,7 +14,8 @@ use crate::model::{
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
-/// Description of the simulated system, constant during a measurement, except for swap moves.
+/// Description of the simulated system. It is constant during a measurement, but swap moves change `species` and
+/// `masses`.
 ///
 /// Lists over particles are in the order of the ids. If particles enter or leave, the lists contain the particles at
 /// the start of the measurement. The particles of a [`Sample`] then have other indices.
@@ -70,6 +71,8 @@ pub struct SystemDescription {
     pub shear_rate: f64,
     /// Time between two scalings of all velocities by a thermostat `[time]`, if any.
     pub scaling_interval: Option<f64>,
+    /// Whether swap moves exchange the species of particles.
+    pub has_swaps: bool,
     /// Contact time of the TC model `[time]`, if the scene has one.
     pub contact_time: Option<f64>,
     /// Seed of the scene, for measurements on a random choice of particles.
@@ -184,6 +187,7 @@ impl SystemDescription {
             has_wells: applicable.has_wells,
             shear_rate: scene.shear_rate.unwrap_or(0.0),
             scaling_interval: applicable.scaling_interval,
+            has_swaps: applicable.has_swaps,
             contact_time: scene.contact_time,
             seed: scene.seed,
         }
@@ -309,6 +313,7 @@ impl SystemDescription {
             has_wells: false,
             shear_rate: 0.0,
             scaling_interval: None,
+            has_swaps: false,
             contact_time: None,
             seed: 1,
         }

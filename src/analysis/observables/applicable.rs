@@ -60,6 +60,8 @@ pub struct ApplicableObservables {
     pub only_exchanges_velocities: bool,
     /// Time between two scalings of all velocities by the thermostat `[time]`.
     pub(crate) scaling_interval: Option<f64>,
+    /// Whether particles exchange their species.
+    pub(crate) has_swaps: bool,
     pub(super) isobaric: Option<Isobaric>,
     /// Total volume of the particles at the start `[length^D]`.
     filled: f64,
@@ -70,6 +72,11 @@ pub struct ApplicableObservables {
     masses: Vec<f64>,
     periods: Vector,
     regions: Regions,
+}
+
+/// Whether a pair can have a potential energy.
+fn has_energy(potential: &Potential) -> bool {
+    potential.energies().iter().any(|energy| energy.is_finite() && *energy != 0.0)
 }
 
 impl ApplicableObservables {
@@ -119,13 +126,12 @@ impl ApplicableObservables {
             has_flow,
             has_sleep: scene.sleep().is_some(),
             has_core: moving > 0 && !has_flow && any(|potential| potential.core().is_some()),
-            has_wells: moving > 0
-                && !has_flow
-                && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
+            has_wells: moving > 0 && !has_flow && any(has_energy),
             number_density: moving as f64 / scene.space.volume(),
             has_steady_state: true,
             only_exchanges_velocities: false,
             scaling_interval: None,
+            has_swaps: false,
             isobaric: None,
             filled: filled(scene),
             is_sheared: scene.shear_rate.is_some(),
@@ -164,6 +170,15 @@ impl ApplicableObservables {
         let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
         self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
+    }
+
+    /// Must be called after [`Self::set_thermostat`].
+    pub(crate) fn set_swaps(&mut self, has_swaps: bool) {
+        self.has_swaps = has_swaps;
+        // A swap move changes the moment `sum m x v / V`, whose time derivative is the difference of the two pressures.
+        if has_swaps {
+            self.balanced_axis = None;
+        }
     }
 
     /// The argument `grown` is the growth factor of all diameters since the start of the simulation.

@@ -110,7 +110,7 @@ pub(super) struct Arrival {
 }
 
 /// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic if either particle had its
-/// previous contact less than `t_c` ago. Unlike in the published model, it remains rough.
+/// previous contact less than `t_c` ago. It remains rough, unless only the rule of the published model applies.
 #[derive(Debug)]
 pub(super) struct TcModel {
     contact_time: f64,
@@ -121,9 +121,9 @@ pub(super) struct TcModel {
     pub is_smooth: bool,
     /// Whether the latest contact was elastic, or that of a particle at rest, so that it reverses the slip.
     pub reverses_slip: bool,
-    /// Two speeds for the energy that the latest contact lost to friction. The second is the normal speed at which its
-    /// contacts would be `t_c` apart. The energy increases the normal speed up to the first, which is at most the second, and
-    /// at most 16 times the speed before.
+    /// Two normal speeds. The energy that the latest contact lost to friction goes into the normal motion, up to the
+    /// first speed. At the second speed, contacts would be `t_c` apart. The first speed equals the second, but is at
+    /// most 16 times the approach speed.
     pub rattle: [f64; 2],
 }
 

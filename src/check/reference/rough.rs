@@ -18,7 +18,8 @@ pub(super) struct Rub {
     pub turning: Vector,
     /// Positive change of the normal component of `velocity` in the contact, without the energy lost to friction.
     pub kick: f64,
-    /// Normal speed up to which this energy goes into the normal motion, and a quarter of the slip up to which all of it does.
+    /// Two normal speeds. This energy goes into the normal motion, up to the first speed: all of it if the slip is at
+    /// most 4 times the second speed, and none of it if the slip is at least 8 times the second speed.
     pub rattle: [f64; 2],
 }
 

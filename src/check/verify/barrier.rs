@@ -27,13 +27,13 @@ pub(super) struct Leaving {
     pub sliding: Option<(f64, f64)>,
     /// Whether a rough barrier exerts a tangential impulse in this contact.
     pub is_rough: bool,
-    /// Whether a rough barrier reverses the slip, because the contact is elastic or that of a particle at rest.
+    /// Whether a rough barrier reverses the slip. It does if the contact is elastic or if the particle is at rest.
     pub reverses_slip: bool,
     /// Normal speed up to which the energy lost to friction goes into the normal motion, with its uncertainty
     /// `[length / time]`; 0 if this energy is lost.
     pub fastest: (f64, f64),
-    /// Least, computed and largest normal speed at which contacts with the same mean force would be one contact time apart
-    /// `[length / time]`.
+    /// Normal speed at which contacts with the same mean force would be one contact time apart: lower bound, computed
+    /// value and upper bound `[length / time]`.
     pub rattling: [f64; 3],
 }
 
@@ -43,8 +43,8 @@ impl Leaving {
         Self { speed, sliding, is_rough, reverses_slip: false, fastest: (0.0, 0.0), rattling: [0.0; 3] }
     }
 
-    /// Leaves a surface that moves, which the particle has approached at this speed. Such a surface supplies energy, so the slip
-    /// must be smaller than at a surface at rest.
+    /// Returns the motion after a contact with a moving surface, which the particle approached at this speed. A moving
+    /// surface supplies energy, so the energy of friction is lost at a smaller slip than at a surface at rest.
     pub fn at_moving_surface(self, (approach, uncertain): (f64, f64)) -> Self {
         let rattling = [-1.0, 0.0, 1.0].map(|sign| {
             let fastest = (self.fastest.0 + sign * self.fastest.1).max(0.0);
@@ -53,14 +53,14 @@ impl Leaving {
         Self { rattling, ..self }
     }
 
-    /// Returns the normal speed, with its uncertainty, if friction takes the energy `lost` from surfaces that slip at the
-    /// speed `slip`. `lost` is divided by the reduced mass. Both have uncertainties, too.
+    /// Returns the normal speed and its uncertainty. `lost` is the energy lost to friction, divided by the reduced
+    /// mass, and `slip` is the speed at which the surfaces slip, each with its uncertainty.
     pub fn speed_with(&self, lost: (f64, f64), slip: (f64, f64)) -> (f64, f64) {
         let ((speed, bound), (fastest, uncertain)) = (self.speed, self.fastest);
         if fastest == 0.0 {
             return self.speed;
         }
-        // Grains that slip at up to 4 times this speed keep the energy. From 8 times on, it is lost.
+        // Grains that slip at up to 4 times the speed `rattling` keep the energy. From 8 times on, it is lost.
         let [slowest, rattling, quickest] = self.rattling;
         let faster = |speed: f64, lost: f64, fastest: f64, (slip, rattling): (f64, f64)| {
             let (speed, slip) = (speed.max(0.0), slip.max(0.0));

@@ -46,8 +46,8 @@ pub enum End {
     Idle,
     /// The caller stopped the verification.
     Interrupted,
-    /// The event rule does not cover the run: thermostat, growth, shear, a thermal wall or surface, an inlet
-    /// or an outlet.
+    /// The event rule does not cover the run, because it has a thermostat, a barostat, swap moves, growth, shear, a
+    /// thermal wall or surface, an inlet or an outlet.
     Driven,
     /// Surfaces or gravity change after an automatic equilibration, whose end time is unknown to the replay.
     OpenStages,

@@ -58,9 +58,9 @@ impl Rub {
         velocity - self.normal * self.normal.dot(&velocity)
     }
 
-    /// Returns the tangential impulse. `pushed` is the normal impulse and its uncertainty. At the limit of friction,
-    /// sticking and sliding have equal impulses, so no case has to be decided.
-    /// A contact that `reverses_slip` by the TC model has the tangential restitution 1, except in a smooth law.
+    /// Returns the tangential impulse. `pushed` is the normal impulse and its uncertainty. The smaller of the impulses
+    /// for sticking and sliding applies, so no case has to be decided at the limit of friction. If the TC model
+    /// `reverses_slip`, the tangential restitution is 1, except in a smooth law.
     pub fn rubbed(&self, pushed: (f64, f64), reverses_slip: bool, bounds: &Bounds) -> Rubbed {
         let turn = |k: usize| self.arms[k] * self.arms[k] * self.inverse_inertias[k];
         let mass = 1.0 / (self.inverse_mass + turn(0) + turn(1));

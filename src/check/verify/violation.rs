@@ -109,7 +109,7 @@ pub enum Fault {
         state: usize,
     },
     /// The outcome differs from the outcome that the energies require.
-    #[error("{contact} had a {found:?} where the physics demands a {expected:?}")]
+    #[error("{contact} had the outcome {found:?}, expected {expected:?}")]
     WrongOutcome {
         /// The contact.
         contact: Contact,
@@ -191,8 +191,8 @@ pub enum Fault {
     },
     /// A gap or overlap is far too large, but in numbers of this size, round-off can explain it.
     #[error(
-        "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
-        and so nothing can be proven"
+        "{contact} had an event {by:.3e} away from a discontinuity at {distance}: the numbers are so large that \
+        round-off can explain this deviation, so nothing can be proven"
     )]
     WithoutDigits {
         /// The contact.
@@ -203,7 +203,7 @@ pub enum Fault {
         distance: f64,
     },
     /// The run ended although an event was due.
-    #[error("the run ended because nothing would happen any more, but {contact} are due at t = {due}")]
+    #[error("the run ended as if no further event were possible, but an event of {contact} is due at t = {due}")]
     EndedEarly {
         /// The contact.
         contact: Contact,
@@ -212,8 +212,8 @@ pub enum Fault {
     },
     /// The run ended, but a further event cannot be excluded.
     #[error(
-        "the run ended because nothing would happen any more, but {contact} pass each other, or each other's periodic images, for ever: \
-        nothing shows that they never meet"
+        "the run ended as if no further event were possible, but {contact} or their periodic images pass each other \
+        for ever, and it cannot be proven that they never meet"
     )]
     EndNotShown {
         /// The contact.

@@ -18,7 +18,7 @@ use std::ops::Range;
 pub(in crate::engine) struct Record {
     pub body: Body,
     pub number: u32,
-    /// Table row of the species; `None` if there is only one species.
+    /// Table row of the particle; `None` in an engine without an interaction table.
     pub species: Option<u16>,
     /// Image numbers. With `None`, an existing particle keeps its numbers, and a new particle gets zeros.
     pub images: Option<[i32; 3]>,
@@ -28,7 +28,7 @@ pub(in crate::engine) struct Record {
     pub last_contact: Option<f64>,
     /// Number of contacts with thermal surfaces; `None` if there are no such surfaces.
     pub surface_contacts: Option<u32>,
-    /// What decides whether the particle falls asleep; `None` if particles never do.
+    /// Data that decide whether the particle falls asleep; `None` if particles never sleep.
     pub watched: Option<Watched>,
     /// States of the particle's pairs; `None` if no pair can be captured.
     pub captured: Option<Vec<PairState>>,
@@ -98,7 +98,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts all particles again that would have met a removed particle.
+    /// Repeats the predictions in which a particle would meet a removed particle.
     pub fn predict_partners_of_removed(&mut self) {
         for particle in self.particles() {
             if self.schedule.predictions[particle as usize].absent_partner().is_some() {

@@ -16,7 +16,6 @@ pub(in crate::engine) enum With {
     Bath,
     /// A restraint of a distance to an umbrella window.
     Restraint,
-    /// An inlet.
     Inlet(u32),
     /// A program that sets or scales velocities, or inserts and removes particles.
     Program,

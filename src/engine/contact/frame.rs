@@ -36,15 +36,15 @@ pub(in crate::engine) struct Frame {
 /// length.
 #[inline]
 pub(in crate::engine) fn stretch(squared: f64) -> f64 {
-    // The mantissa of `9/16 |r|^2`, plus a constant. Because of overflow, it is small near a power of two.
+    // The mantissa of `9/16 |r|^2`, plus a constant. Near a power of two, the sum is small, because it wraps around.
     let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
     if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
 }
 
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
-/// A number is close to a power of two if there are fewer floats than this in between. At a contact, round-off changes
-/// the distance of a pair by only a few tens of floats.
+/// A number is close to a power of two if fewer floats than this lie between them. At a contact, round-off changes the
+/// distance of a pair by at most a few tens of floats.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

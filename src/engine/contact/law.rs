@@ -113,7 +113,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ///
     /// In an inelastic collapse, each contact keeps only a fraction of the speed. In exact arithmetic, infinitely many
     /// contacts follow within a finite time. In floating-point numbers, the series ends when the relative speed falls
-    /// below the round-off of the velocities. An ordinary contact is so slow with a probability of [`LOST`] squared.
+    /// below the round-off of the velocities. The probability that an ordinary contact is that slow is only [`LOST`]
+    /// squared.
     #[inline]
     fn note_lost_speed(&mut self, pair: &Frame, law: &ContactLaw) {
         let approach = -pair.side.sign() * pair.approach.radial;
@@ -193,7 +194,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the relative velocity of the images in contact. Images across a sliding side have other velocities.
+    /// Returns the relative velocity of the images in contact. Across a sliding side, the velocity of an image differs
+    /// from the velocity of its particle.
     #[inline]
     fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
         let velocity = velocities[0] - velocities[1];

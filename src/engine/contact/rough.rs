@@ -1,7 +1,7 @@
 //! Rough contacts: adds the tangential impulse to the change of velocities in a smooth contact, and applies the sum.
 //!
-//! The arguments are passed by value, and nothing is returned to smooth contacts, so that these keep all numbers in
-//! registers.
+//! These functions take their arguments by value and return no velocities, so the code for smooth contacts can keep all
+//! numbers in registers.
 
 use super::apply::Change;
 use super::frame::Frame;
@@ -22,11 +22,11 @@ pub(in crate::engine) struct Push {
     pub impulse: f64,
     /// Normal speed after the contact, without the energy lost to friction `[length / time]`.
     pub speed: f64,
-    /// What becomes of this energy.
+    /// Rule by which this energy returns to the normal motion.
     pub rattle: Rattle,
 }
 
-/// Energy that this increase of the normal speed needs, divided by the reduced mass.
+/// Energy needed to increase a normal speed by `gain`, divided by the reduced mass.
 fn recovered(speed: f64, gain: f64) -> f64 {
     gain * (speed + 0.5 * gain)
 }

@@ -5,7 +5,7 @@ use crate::engine::pairs::states::PairState;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
-/// What an entry stores of its particle.
+/// Kind of an entry, which determines the stored data.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     /// Motion and prediction.
@@ -17,8 +17,8 @@ enum Kind {
     Record,
 }
 
-/// Log for rolling back a window, in the order of the steps. Each entry stores only what its step can change, in compact
-/// arrays, which leaves more room for other data in the caches.
+/// Log for rolling back a window, in the order of the steps. Each entry stores only the data that its step can change.
+/// The compact arrays leave more room for other data in the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
     order: Vec<(u32, Kind)>,

@@ -155,7 +155,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// The event is counted and observed in the domain that owns the particle.
+    /// Executes an event. Only the domain that owns the particle counts and observes the event.
     #[inline(always)]
     fn counting<R>(
         &mut self,

@@ -165,7 +165,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Moves a particle back to a sliding side if rounding put it beyond, where velocities are different.
+    /// Moves a particle back to a sliding side if round-off put it beyond. Beyond the side, its velocity would be
+    /// wrong, because the images there move at a different speed.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
         if self.images.slide() {
             let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());

@@ -1,4 +1,4 @@
-//! Neighbour candidates: a list that is filled without branches that depend on its contents.
+//! Lists of neighbour candidates. Particles are added without branches that depend on the particles.
 
 use super::cells::NO_PARTICLE;
 

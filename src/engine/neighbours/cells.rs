@@ -35,13 +35,14 @@ pub struct Cells {
     homes: Vec<u32>,
 }
 
-/// Smallest side of a cell, in units of the mean distance of particles, in one, two and three dimensions. Particles leave
-/// smaller cells more often, and larger cells hold more candidates. The second side is for gases so thin that particles
-/// fly through many cells between two collisions. The sides were measured with hard spheres and disks.
+/// Smallest side of a cell, in units of the mean distance of particles, in one, two and three dimensions. Particles
+/// leave smaller cells more often, and larger cells hold more candidates. The first value is for dense systems. The
+/// second is for thin gases, in which particles fly through many cells between two collisions. The values were measured
+/// with hard spheres and disks.
 const SIDES: [[f64; 2]; 3] = [[1.0, 1.0], [0.8, 2.0], [0.7, 1.0]];
 
-/// The first side is best up to the first mean free path, in units of the mean distance of particles, and the second side
-/// from the second mean free path on.
+/// Mean free paths, in units of the mean distance of particles, between which the side of a cell is interpolated. The
+/// first value of [`SIDES`] is best for shorter free paths, and the second value for longer ones.
 const FREE_PATHS: [f64; 2] = [2.0, 10.0];
 
 /// Maximum number of cells per particle. More cells would cost memory and cause more transitions.

@@ -61,8 +61,8 @@ impl Search {
         Self::choose(&scene.space, (ranges, 1.0), particles, None)
     }
 
-    /// Chooses the search method for particles with given positions and rows. All ranges are multiplied by `factor`. The
-    /// `current` method is kept if the density is close to the limit between the methods.
+    /// Chooses the search method for particles with given positions and rows. All ranges are multiplied by `factor`.
+    /// The `current` method is kept if the density is close to the limit between the methods.
     #[must_use]
     pub fn choose<I: Iterator<Item = (Vector, u16)>>(
         space: &Space,
@@ -90,8 +90,8 @@ impl Search {
         Self::lists_like(half_skin, (current, widest))
     }
 
-    /// Chooses the search method for particles of very different sizes. Cells are as large as the largest range, so that
-    /// small particles may have many candidates. Lists have cells for each level of sizes.
+    /// Chooses the search method for particles of very different sizes. Cells must be as large as the largest range, so
+    /// small particles may have many candidates. Lists are built from separate cells for each level of sizes.
     fn choose_for_levels<I: Iterator<Item = (Vector, u16)>>(
         space: &Space,
         (ranges, factor): (&Ranges, f64),
@@ -161,8 +161,8 @@ mod tests {
         Search::choose(space, (&Ranges::of_equal(range), 1.0), particles, current)
     }
 
-    /// Chooses the search for particles on a lattice, which are some periods outside of the box. Of 50 particles, one is
-    /// of row 2, one of row 0, and the others are of row 1.
+    /// Chooses the search for particles on a lattice, which are some periods outside of the box. Of 50 particles, one
+    /// is of row 2, one of row 0, and the others are of row 1.
     fn choose_unlike(between: &[f64], spacing: f64, periods: u32) -> Search {
         let (space, mut positions) = lattice(10, spacing);
         for (position, k) in positions.iter_mut().zip(0..) {

@@ -35,8 +35,8 @@ pub struct Grid {
     side: Vector,
 }
 
-/// A block of cells, given by its first cell and its number of cells along each axis. Along periodic axes, it may
-/// continue beyond the last cell with the first.
+/// A block of cells, given by its first cell and its number of cells along each axis. Along periodic axes, the block
+/// may wrap around from the last cell to the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Window {
     first: [u32; 3],
@@ -182,8 +182,8 @@ impl Grid {
         }
     }
 
-    /// Returns the cells that contain all positions within `radius` of `centre`. Along a periodic axis, these cells may
-    /// be all cells, but none of them occurs twice.
+    /// Returns the cells that contain all positions within `radius` of `centre`. Along a periodic axis, the window may
+    /// include all cells, but it never includes a cell twice.
     #[must_use]
     pub fn window(&self, centre: &Vector, radius: f64) -> Window {
         let radius = radius * MARGIN;

@@ -11,7 +11,8 @@ pub fn volume_of_ball(radius: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Cross section for collisions of particles that meet at a distance `range`: a number in one dimension, a length in two.
+/// Cross section for collisions of particles that meet at a distance `range`: a number in one dimension, a length in
+/// two.
 pub fn cross_section(range: f64, dimensions: usize) -> f64 {
     match dimensions {
         3 => PI * range * range,
@@ -21,7 +22,7 @@ pub fn cross_section(range: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Mean free path in a gas, with the sum of number density times cross section over all species.
+/// Mean free path in a gas. `collisions_per_length` is the sum of number density times cross section over all species.
 pub fn free_path(collisions_per_length: f64) -> f64 {
     std::f64::consts::FRAC_1_SQRT_2 / collisions_per_length
 }

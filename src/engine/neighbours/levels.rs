@@ -1,9 +1,9 @@
 //! Centres of Verlet lists in cells. Particles of similar size share a level, and each level has cells of its own size.
 //!
-//! With one grid for all sizes, a small particle would have to be compared with all small particles around the largest
-//! one. With levels, a search visits few cells of each level: the cells around a position on levels of larger particles,
-//! and the cells within reach on levels of smaller ones. See V. Ogarko and S. Luding, Comput. Phys. Commun. 183, 931
-//! (2012).
+//! With one grid for all sizes, cells would be as large as the largest particle, and a small particle would have to be
+//! compared with all small particles in these large cells. With levels, a search visits few cells of each level: the
+//! cells around a position on levels of larger particles, and the cells within reach on levels of smaller ones. See V.
+//! Ogarko and S. Luding, Comput. Phys. Commun. 183, 931 (2012).
 
 use super::candidates::Candidates;
 use super::packed::Packed;
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Levels {
-    /// Small particles come first.
+    /// Levels in order of particle size, the smallest first.
     all: Vec<Level>,
     /// The level of each row.
     of_rows: Vec<u8>,
@@ -162,14 +162,14 @@ impl Levels {
         }
     }
 
-    /// Finds all particles that may be listed for a particle of a row at `centre`, and others nearby.
+    /// Finds all particles that may be listed for a particle at `centre` with the table row `row`, and others nearby.
     pub fn find_candidates(&self, centre: &Vector, row: u16, near: &mut Candidates) {
         near.clear();
         self.for_each_reach(row, |cells, reach| cells.add_candidates(centre, reach, near));
     }
 
-    /// Finds all particles that may be listed for a particle of a row at `centre`. Returns true if all of them are
-    /// certainly within the largest reach of the row. See [`Packed::add_within`].
+    /// Finds all particles that may be listed for a particle at `centre` with the table row `row`. Returns true if all
+    /// of them are certainly within the largest reach of the row. See [`Packed::add_within`].
     #[inline]
     pub fn find_within(&self, centre: &Vector, row: u16, wraps: bool, near: &mut Candidates) -> bool {
         near.clear();

@@ -65,7 +65,7 @@ pub struct Lists {
     entries: Vec<u32>,
     /// Free runs of blocks, by their length.
     free: Vec<Vec<u32>>,
-    /// Previous and new entries of a list that is renewed.
+    /// Buffers for [`Self::renew`]: the previous entries of a list, and its new entries in ascending order.
     old: Vec<u32>,
     sorted: Vec<u32>,
     /// The particles added by the last [`Self::renew`], padded to whole blocks, and their number.
@@ -92,7 +92,7 @@ impl Lists {
         self.spans.push(Span::default());
     }
 
-    /// Lists of successive particles are adjacent in memory.
+    /// Returns the lists for a new order of particles. Lists of successive particles become adjacent in memory.
     pub fn permuted(&self, order: &Order) -> Self {
         let mut permuted = Self::new(order.old.len());
         permuted.spans.reserve(order.room);

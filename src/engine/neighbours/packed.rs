@@ -29,7 +29,8 @@ const FAR: f64 = 1e15;
 const FINEST: [f64; 3] = [0.0; 3];
 const CELLS_PER_PARTICLE: f64 = 1.0;
 
-/// If a reach is shorter than this fraction of the reach of the cells, a window has fewer cells than the adjacent ones.
+/// If the reach of a search is below this fraction of the reach of the cells, a window is smaller than the block of
+/// adjacent cells.
 const SHORT_REACH: f64 = 0.8;
 
 /// Eight centres in one cell. The x coordinate of unused places is NaN.

@@ -13,8 +13,8 @@ pub struct Ranges {
     pub between: Vec<f64>,
     /// The largest interaction distance, including bonds `[length]`.
     pub longest: f64,
-    /// The largest interaction distance without bonds `[length]`. If grains sleep, a little more, so that the cells also
-    /// contain the neighbours that a grain almost touches.
+    /// The largest interaction distance without bonds `[length]`. If grains sleep, the sleep distance is added, so that
+    /// the cells also contain the neighbours that a grain almost touches.
     pub of_cells: f64,
     /// True if bonded pairs may start beyond `of_cells`. Their nearest images may be across any side of the box.
     pub may_be_overstretched: bool,
@@ -116,8 +116,8 @@ impl Ranges {
         self.occurring().flat_map(|a| self.occurring().map(move |b| self.at(a, b))).fold(0.0, f64::max)
     }
 
-    /// Returns the smallest contact distance of two particles of one row `[length]`, or the largest contact distance if no
-    /// particle meets its like.
+    /// Returns the smallest contact distance of two particles of the same row `[length]`. If particles of the same row
+    /// never meet, returns the largest contact distance.
     #[must_use]
     pub fn smallest(&self) -> f64 {
         let own = self.occurring().map(|row| self.at(row, row)).filter(|range| *range > 0.0);
@@ -150,8 +150,8 @@ impl Ranges {
         self.levels.iter().max().map_or(1, |highest| usize::from(*highest) + 1)
     }
 
-    /// Sorts rows into levels by their size. The size is the contact distance of two such particles. For particles that
-    /// do not meet their like, it is their largest contact distance.
+    /// Sorts rows into levels by size. The size of a row is the contact distance of two of its particles. If these
+    /// never meet, the size is their largest contact distance with other rows.
     fn find_levels(&self) -> Vec<u8> {
         let size = |row: usize| {
             let own = self.at(row, row);

@@ -11,7 +11,8 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
 use serde::{Deserialize, Serialize};
 
-/// Margin of the reach, as a fraction of the skin. Without it, particles that are not listed could meet by round-off.
+/// Margin of the reach, as a fraction of the skin. Without the margin, unlisted particles could meet because of
+/// round-off.
 const MARGIN: f64 = 1e-6;
 
 /// The centres of all particles, and for each particle the list of particles with centres within reach.

@@ -16,8 +16,8 @@ impl ContactTimes {
         Self { contact_time, rule, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// Records a contact. Returns the time since the latest previous contact of one of the particles; infinity if there was
-    /// none.
+    /// Records a contact of one or two particles. Returns the time since the latest previous contact of any of them;
+    /// infinity if there was none.
     pub fn note(&mut self, particles: &[u32], time: f64) -> f64 {
         let mut since = f64::INFINITY;
         for &particle in particles {

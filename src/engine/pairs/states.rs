@@ -1,9 +1,9 @@
-//! The state of a captured pair is the number of steps of the potential that the pair has entered.
+//! States of captured pairs. The state of a pair is the number of steps of the potential that the pair has entered.
 //!
 //! The state of a pair changes only at an event. It is never recomputed from the distance, because round-off may put a
 //! distance on the wrong side of a step. A pair without an entry is uncaptured: it is in state 0 of the potential of
-//! the two species. Bonded pairs always have an entry, also in state 0, and count as captured here. Each moving particle
-//! has its own list of partners.
+//! the two species. Bonded pairs always have an entry, even in state 0, and count as captured here. Each moving
+//! particle has its own list of partners.
 
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};

@@ -103,8 +103,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         leaves.transition_time
     }
 
-    /// If two particles are half a period apart, two or more images are equally near. One of these images is tested
-    /// elsewhere. This function predicts contacts with the others.
+    /// Predicts contacts in tied images: if two particles are half a period apart, two or more images are equally near.
+    /// The other functions test only one of these images, so the remaining ones are tested here.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
         let least: [f64; 3] = std::array::from_fn(|axis| {
             if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }

@@ -213,8 +213,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
-/// Calls `predict` for the candidates that `kept` selects. The time passed to `kept` ends at the earliest contact so
-/// far, and not later than `last`.
+/// Calls `predict` for the candidates that `kept` selects. `kept` receives a horizon: the time from `now` to the
+/// earliest contact found so far, or to `last` if that is earlier.
 #[inline]
 fn for_each_kept(
     others: &[u32],

@@ -36,7 +36,8 @@ impl Andersen {
         andersen
     }
 
-    /// Changes the number of mobile particles, and draws the next collision time anew. A Poisson process has no memory.
+    /// Sets the number of mobile particles, and draws a new time for the next collision. The result has the right
+    /// distribution, because a Poisson process has no memory.
     pub fn act_on(&mut self, particles: usize, now: f64) {
         self.rate = self.bath.rate * particles as f64;
         self.next = now;

@@ -18,13 +18,13 @@ use crate::model::{Inlet, Particle, Scene, SpeciesId};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
-/// Number of random places at which a particle is tried before it waits.
+/// Number of random positions that are tried for a particle before it has to wait.
 const ATTEMPTS: usize = 100;
 
-/// A waiting particle is tried this many times while the previous particle travels its diameter.
+/// Number of attempts to place a returning particle during the time in which a particle travels its own diameter.
 const TRIES_PER_DIAMETER: f64 = 10.0;
 
-/// What an inlet has done so far.
+/// Counts of an inlet: particles that have entered or wait, and failed attempts to place a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct InletCounts {
@@ -54,7 +54,7 @@ struct Source {
     attempts: u64,
     /// Time since the epoch at which the next new particle is due.
     next: f64,
-    /// Whether another particle that waits is tried at the same time.
+    /// Whether the inlet tries another waiting particle at the current time.
     is_repeated: bool,
     /// Species of the new particle that enters next. It is drawn once, so that large particles, which wait longer for a
     /// place, enter as often as they should.
@@ -106,8 +106,8 @@ impl Inlets {
         filling.map(|source| source.inlet.rate.recip()).reduce(f64::min)
     }
 
-    /// Notes that a particle leaves at an outlet at the time `now` since the epoch. It waits at the inlet of the outlet, if
-    /// there is one.
+    /// Records that a particle leaves at an outlet, at the time `now` since the epoch. The particle then waits at the
+    /// inlet that takes the particles of this outlet, if there is one.
     pub fn take(&mut self, species: SpeciesId, outlet: u32, now: f64) {
         let Some(source) = self.list.iter_mut().find(|source| source.outlets.contains(&outlet)) else { return };
         source.returning.push_back(species);
@@ -129,7 +129,7 @@ impl Inlets {
         self.list.iter().map(of_one).collect()
     }
 
-    /// Whether the scene has the species of all particles that wait.
+    /// Checks data from a file: the species of all waiting particles must exist. `species` is the number of species.
     pub fn are_sound(&self, species: usize) -> bool {
         let waiting = self.list.iter().flat_map(|source| source.returning.iter().chain(&source.species));
         waiting.into_iter().all(|id| (id.0 as usize) < species)
@@ -187,7 +187,7 @@ impl Source {
         }
     }
 
-    /// Counts a particle that has found a place.
+    /// Counts a particle that enters, and removes it from the waiting particles.
     fn let_go(&mut self) {
         self.counts.entered += 1;
         if self.returning.pop_front().is_some() {
@@ -200,7 +200,7 @@ impl Source {
 }
 
 impl Simulation {
-    /// What each inlet of the scene has done so far.
+    /// Returns the counts of each inlet of the scene.
     #[must_use]
     pub fn inlets(&self) -> Vec<InletCounts> {
         with_engine!(&self.engine, engine => engine.sources.inlets.as_ref().map_or_else(Vec::new, |it| it.counts()))
@@ -246,7 +246,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((cost, flow))
     }
 
-    /// Draws a particle at a free place; `None` if no place was free. Also returns the number of places that were tried.
+    /// Draws a particle at a free place; `None` if no place was free. Also returns the number of places that were
+    /// tried.
     fn draw_free(&mut self, source: &mut Source) -> (Option<Particle>, u64) {
         let kind = source.next_species();
         let Source { inlet, random, .. } = source;
@@ -265,8 +266,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (Some(Particle::new(kind, place, inlet.velocity + drawn)), tried)
     }
 
-    /// Time since the epoch at which the first waiting particle is tried again. The previous particle must first make room.
-    /// It does so in about the time in which it travels its diameter.
+    /// Returns the time since the epoch of the next attempt to place the first returning particle.
+    ///
+    /// The previous particle has to make room first. This takes about the time in which a particle travels its
+    /// diameter, so the interval between attempts is a fraction of this time.
     fn next_try(&self, source: &Source) -> f64 {
         let Some(first) = source.returning.front() else { return f64::INFINITY };
         let species = &self.pairs.rules.species[usize::from(self.pairs.rules.rows.row(*first))];

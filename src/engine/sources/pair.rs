@@ -53,8 +53,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(if woken.is_break() { woken } else { flow })
     }
 
-    /// Returns the outcome and the smooth part of the change. If the contact is rough, also returns its roughness, and
-    /// what becomes of the energy lost to friction.
+    /// Returns the outcome and the smooth part of the change. For a rough contact, also returns the roughness, and the
+    /// rule by which energy lost to friction returns to the normal motion.
     #[inline(always)]
     fn respond(
         &mut self,

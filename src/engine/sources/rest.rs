@@ -1,9 +1,9 @@
 //! Particles at rest fall asleep. Sleeping particles are static, and cost no events until they wake up.
 //!
-//! From time to time, all particles are looked at. A particle that has hardly moved since the previous search, and was
-//! always in contact, falls asleep. Sleeping particles have their own rows in the interaction table, with an infinite
-//! mass and without gravity, so that the event loop treats them as static. They wake up if a particle hits them fast
-//! enough, or if a particle that they touched has moved away.
+//! At regular intervals, a search examines all particles. A particle falls asleep if it is slow, has hardly moved since
+//! the previous search, and has made enough contacts since then. Sleeping particles have their own rows in the
+//! interaction table, with infinite mass and without gravity, so the event loop treats them as static. They wake up if
+//! another particle hits them fast or often enough, or if a neighbour moves away.
 
 use super::Repredict;
 use crate::Vector;
@@ -20,14 +20,14 @@ use crate::model::{ParticleId, Scene, Sleep};
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
-/// What decides whether a particle falls asleep.
+/// Data that decide whether a particle falls asleep.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct Watched {
     /// Place of the particle at the previous search, or where it fell asleep.
     place: Vector,
     /// Number of its events up to the previous search.
     events: u32,
-    /// Whether it has touched a surface since then whose material moves.
+    /// Whether the particle has touched a surface that moves, or whose material moves, since the previous search.
     is_driven: bool,
 }
 
@@ -40,13 +40,13 @@ impl From<&Body> for Watched {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Sleepers {
     pub plan: Sleep,
-    /// The smallest number of contacts of a particle at rest between two searches.
+    /// A particle with fewer contacts since the previous search does not fall asleep.
     fewest_contacts: f64,
-    /// The largest number of contacts between two searches of a particle that wakes no other.
+    /// A particle with more contacts since the previous search wakes the sleeping particles that it hits.
     most_contacts: f64,
     /// Time of the next search since the epoch; infinite if all particles sleep or fly away.
     next: f64,
-    /// By the numbers of the particles in memory.
+    /// One entry per particle, in the order in memory.
     pub watched: Vec<Watched>,
 }
 
@@ -72,7 +72,7 @@ impl Sleepers {
         Some(self.plan) == plan
     }
 
-    /// Leaves out an event of each particle, which was not a contact.
+    /// Excludes the latest event of each particle from its number of contacts, because the event was not a contact.
     pub fn skip_event(&mut self) {
         self.watched.iter_mut().for_each(|watched| watched.events = watched.events.wrapping_add(1));
     }
@@ -97,8 +97,8 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Searches for particles at rest, which fall asleep, and for sleeping particles that have lost a neighbour, which wake
-    /// up.
+    /// Searches for particles at rest, which fall asleep, and for sleeping particles that have lost a neighbour, which
+    /// wake up.
     pub(in crate::engine) fn look_for_rest(
         &mut self,
         observe: &mut Observe<'_>,
@@ -136,7 +136,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         if any_sleeps {
-            // Their predicted contacts with particles that now sleep are wrong.
+            // Predicted contacts with particles that have just fallen asleep are outdated.
             woken = particles.iter().copied().filter(|&particle| !self.is_asleep(particle)).collect();
         }
         let next = if woken.is_empty() && self.need_no_search(&particles) { f64::INFINITY } else { self.next_search() };
@@ -146,7 +146,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((Repredict::Some(woken), flow))
     }
 
-    /// Whether all particles sleep, or those that are awake fly away for ever.
+    /// Whether no further search is needed: all particles sleep, or the awake particles will have no further event.
     fn need_no_search(&self, particles: &[u32]) -> bool {
         let mut awake = particles.iter().filter(|&&particle| !self.is_asleep(particle)).peekable();
         let flies_on = |particle: u32| self.schedule.predictions[particle as usize].due_time() == f64::INFINITY;
@@ -173,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ((done + 1.0) * interval - epoch).max(self.clock.now.next_up())
     }
 
-    /// Schedules the next search if there is none, because a particle has entered or woken up.
+    /// Schedules a search if none is scheduled. Called after a particle has entered or woken up.
     pub(in crate::engine) fn search_again(&mut self) {
         let next = self.next_search();
         if let Some(sleepers) = &mut self.sources.sleepers
@@ -226,7 +226,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Notes that a particle touches a surface whose material moves, so that it does not fall asleep.
+    /// Records that a particle touches a surface that moves, or whose material moves. The particle does not fall asleep
+    /// at the next search.
     #[cold]
     #[inline(never)]
     pub(in crate::engine) fn note_drive(&mut self, particle: u32) {
@@ -270,7 +271,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         flow
     }
 
-    /// Wakes a sleeping particle if `other`, which is about to hit it, is fast enough, or has had too many contacts.
+    /// Wakes a sleeping particle that `other` is about to hit, if `other` is fast or has made many contacts since the
+    /// previous search.
     #[cold]
     #[inline(never)]
     pub(in crate::engine) fn wake_if_hit(

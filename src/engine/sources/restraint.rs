@@ -238,8 +238,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         changes
     }
 
-    /// Returns changes of the group velocities after which the distance moves away from the end of the window. The
-    /// changes are increased as long as round-off prevents this.
+    /// Returns changes of the group velocities after which the distance moves away from the end of the window. If
+    /// round-off prevents this, the changes are increased until the distance moves away.
     fn separated(&self, restraint: &Restraint, apart: &RelativeState, mut changes: [Vector; 2]) -> [Vector; 2] {
         let velocities = |group: &Group| -> Vec<(f64, Vector)> {
             let of = |member: &Member| (member.share, self.state.bodies[self.number(member.id) as usize].velocity);

@@ -100,7 +100,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         at
     }
 
-    /// Returns the smooth part of the change, and the push of a surface that is rough in this contact.
+    /// Returns the smooth part of the change. If the contact is rough, also returns the push of the surface.
     #[inline]
     fn reflect(&mut self, i: u32, at: &Touching, vn: f64, law: &ContactLaw) -> (Change, Option<Push>) {
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
@@ -131,8 +131,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Draws the velocity of a particle from the flux distribution of a gas. Along the normal, the density is
-    /// `(m v / T) exp(- m v^2 / 2 T)`. The other components have a normal distribution.
-    /// They are relative to the material of the surface.
+    /// `(m v / T) exp(- m v^2 / 2 T)`. The other components have a normal distribution. All components are relative to
+    /// the material of the surface.
     fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
@@ -159,7 +159,7 @@ pub(in crate::engine) struct Touching {
     pub velocity: Vector,
     /// Position of the particle in the laboratory frame.
     pub place: Vector,
-    /// Velocity of the material along the surface, if it has one.
+    /// Velocity of the surface's material along the surface. `None` if the material does not move along the surface.
     pub material: Option<Vector>,
 }
 

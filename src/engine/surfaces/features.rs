@@ -121,7 +121,8 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         uses[0].ends.iter().for_each(|vertex| is_corner[*vertex as usize] = true);
     }
     faces.into_iter().flatten().map(Shape::Face).for_each(&mut *visit);
-    // A triangle with equal corners collapses to a line or a point: a feature, unless other triangles contain it.
+    // A triangle with equal corners collapses to a line or a point. It is a separate feature unless another triangle
+    // has this edge or corner.
     let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
     if !needles.is_empty() {
         let mut is_used = vec![false; mesh.vertices.len()];

@@ -283,8 +283,8 @@ impl Surfaces {
         }
     }
 
-    /// Calls `visit(index, feature)` for the features that may reach into a box and that collide with a species. The
-    /// features have the same order in every box.
+    /// Calls `visit(index, feature)` for the features that may reach into the box `within` and that collide with the
+    /// species of a table row. The order of features does not depend on the box.
     #[inline]
     pub fn for_each_feature(&self, within: &[Vector; 2], row: u16, mut visit: impl FnMut(u32, &Placed)) {
         let Some(tree) = &self.tree else { return };

@@ -33,10 +33,10 @@ pub enum ConvertError {
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
     /// The target, or its temporary path, holds something other than a conversion to this format.
-    #[error("{} holds something that is not such a conversion", .0.display())]
+    #[error("{} exists and is not a conversion to this format", .0.display())]
     Foreign(PathBuf),
     /// The name of the target requests a compression that the format does not support.
-    #[error("{} ends as compressed files do, and only extended XYZ is written compressed", .0.display())]
+    #[error("{} has the extension of a compressed file, but only extended XYZ can be compressed", .0.display())]
     Compressed(PathBuf),
     /// The target is the source, or writing the target would overwrite the source.
     #[error("{} is the trajectory that would be converted", .0.display())]
@@ -62,7 +62,7 @@ pub enum ConvertError {
         source: FrameError,
     },
     /// The conversion was interrupted.
-    #[error("interrupted; nothing is left of it")]
+    #[error("interrupted; the incomplete conversion was removed")]
     Interrupted,
     /// The file of a surface beside the trajectory cannot be read.
     #[error("cannot read the surface {}: {problem}", path.display())]
@@ -129,7 +129,7 @@ pub enum FrameError {
     #[error("a particle has travelled {0} periods along x, more than the format can count")]
     BeyondPeriods(f64),
     /// The file has more array names than 16 bits can count.
-    #[error("`{0}` is one name of an array more than the format can hold, 65536")]
+    #[error("the array `{0}` cannot be written: the format can hold only 65536 names of arrays")]
     TooManyNames(String),
     /// A frame differs from the first frame. NumPy arrays need the same particles, axes and columns in all frames.
     #[error(

@@ -57,7 +57,7 @@ pub enum MeshFileProblem {
     },
     /// The file is neither text STL nor binary STL.
     #[error(
-        "the file is no STL: expected text that begins with `solid`, or 84 bytes and 50 for each triangle, found {found} other bytes; export it again"
+        "the file is not STL: expected text that begins with `solid`, or 84 bytes and 50 for each triangle, found {found} other bytes; export it again"
     )]
     NoStl {
         /// Length of the file `[bytes]`.

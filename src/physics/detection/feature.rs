@@ -72,7 +72,8 @@ pub fn segment(
     accelerated::falling_stretches(&f).into_iter().flatten().find_map(|stretch| stretch.first_on(&extents))
 }
 
-/// Returns the time of the next contact with a face through the origin from either side, with no negative extent.
+/// Returns the time of the next contact with a face, from either side. `height` is the signed distance of the particle
+/// from the plane of the face, `distance` is the absolute height at contact, and no extent is negative at the contact.
 #[must_use]
 pub fn face(height: &Parabola, distance: f64, extents: &[Parabola]) -> Option<f64> {
     let [position, velocity, half] = height.0;

@@ -10,7 +10,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum CheckpointError {
     /// The checkpoint does not exist.
-    #[error("{} holds no checkpoint to go on from", .0.display())]
+    #[error("{} contains no checkpoint", .0.display())]
     Missing(PathBuf),
     /// The checkpoint cannot be read.
     #[error("cannot read the checkpoint {}", path.display())]
@@ -115,7 +115,7 @@ impl CheckpointError {
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match self {
-            Self::Missing(_) => "a run writes its first one after a second; start it again",
+            Self::Missing(_) => "a run writes its first checkpoint after a second; start the run again",
             Self::Unreadable { .. } => "make the file readable",
             Self::Damaged { .. } => {
                 "if there is a checkpoint.previous, rename it to checkpoint and resume from there; else start the run again"

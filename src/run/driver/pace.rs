@@ -214,6 +214,9 @@ impl Driver<'_> {
         (self.is_pilot, self.patience) = (false, u64::MAX);
         (self.simulation, self.state) = present;
         self.is_over = false;
+        // Swap moves of the pilot run have changed the species of particles.
+        self.scaling = None;
+        self.describe();
         expected
     }
 

@@ -22,6 +22,7 @@ impl Driver<'_> {
         // A stage without measurement uses the velocity components of the last measurement for the temperature.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
         self.state.observer.set_thermostat(scene, counted.as_ref());
+        self.state.observer.set_swaps(swap.is_some());
         let grown = self.simulation.grown();
         self.state.observer.set_barostat(scene, barostat.as_ref().zip(thermostat.as_ref()), grown);
         let stream = scene.first_stream() + stream;
@@ -106,10 +107,7 @@ impl Driver<'_> {
             let scaled = self.simulation.energy();
             self.state.observer.integrate(&self.simulation, &scaled);
         }
-        // Multiples of the interval do not accumulate rounding errors.
-        let start = self.state.stage.time;
-        let passed = ((time - start) / interval).floor();
-        self.state.next_scaling = (start + (passed + 1.0) * interval).max(time.next_up());
+        self.state.next_scaling = self.next_multiple(interval, time);
         self.state.next_temperature =
             if self.state.stage.stage.is_measured() { time + interval / TEMPERATURES } else { f64::INFINITY };
     }

@@ -24,7 +24,7 @@ pub(crate) struct StageFile {
     /// letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
-    /// Whether the stage is measured. Its means, curves and frames are then written as for the run itself.
+    /// Whether the stage is measured. It then has its own means, curves and frames, like the measurement of the run.
     #[serde(default)]
     pub measure: bool,
     /// With `auto`, the equilibration of a measured stage ends when no observable drifts any more.
@@ -140,8 +140,8 @@ pub(crate) struct GrowthFile {
     pub compressibility_factor: Option<f64>,
 }
 
-/// `[exchange]`: replica exchange, with one replica at each temperature, or in each window of a distance. Neighbouring
-/// replicas try to swap at intervals.
+/// `[exchange]`: replica exchange, with one replica at each temperature, or in each window of a distance. At intervals,
+/// neighbouring replicas may be swapped, except in the ensemble `multicanonical`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExchangeFile {

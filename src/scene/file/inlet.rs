@@ -11,7 +11,7 @@ use crate::base::whole;
 use crate::scene::names::WORDS;
 
 /// `[[inlet]]`: a region where particles enter during the run, one after the other. They are new, or they return from an
-/// outlet. A particle appears at a random place, beyond the range of all particles, where it touches no surface. If no
+/// outlet. A particle appears at a random place where it interacts with no other particle and touches no surface. If no
 /// place is free, it waits.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

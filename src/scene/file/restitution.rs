@@ -32,7 +32,7 @@ pub(crate) struct VaryingFile {
         extend("items" = json!({ "type": "number", "minimum": 0, "maximum": 1 }))
     )]
     pub values: Option<Vec<f64>>,
-    /// `A` of viscoelastic spheres `[time]`, whose force at the compression xi is rho (xi^1.5 + 1.5 A sqrt(xi) dxi/dt).
+    /// `A` of viscoelastic spheres `[time]`. Their force at the compression xi is rho (xi^1.5 + 1.5 A sqrt(xi) dxi/dt).
     #[schemars(range(min = 0))]
     pub viscous_time: Option<f64>,
     /// `rho` of viscoelastic spheres `[mass / (length^0.5 time^2)]`.

@@ -126,7 +126,8 @@ impl Materials {
             let law = self.between(of, material, &format!("\"{material}\""), at.clone())?;
             match found {
                 Some((first, other)) if other != law => {
-                    let value = format!("\"{material}\", with other laws for {} and {}", first.species, made.species);
+                    let value =
+                        format!("\"{material}\", with different laws for {} and {}", first.species, made.species);
                     return refuse(at, value, "one surface for each law, with `species`");
                 }
                 _ => found = Some((made, law)),
@@ -203,7 +204,7 @@ mod tests {
     #[test]
     fn a_wall_has_one_law_for_all_species() {
         let error = scene(&EQUAL.replacen("friction = 0.2", "friction = 0.3", 1)).unwrap_err();
-        assert!(error.contains("\"steel\", with other laws for bead and ball"), "{error}");
+        assert!(error.contains("\"steel\", with different laws for bead and ball"), "{error}");
         assert!(error.contains("one surface for each law"), "{error}");
     }
 }

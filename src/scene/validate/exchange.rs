@@ -97,8 +97,8 @@ impl SceneParts {
         }
         let kind = all.find(|kind| !kind.at_one_time)?;
         let expected = format!(
-            "to be absent with [exchange], whose replicas change their temperatures, so that it can measure only states at single times: {}; \
-             measure others with `carom run` at one temperature, with an Andersen thermostat in [run]",
+            "to be absent with [exchange]: replicas change their temperatures, so an exchange allows only {}; for \
+             other measurements, use `carom run` at one temperature, with an Andersen thermostat in [run]",
             InstrumentKind::listed(|kind| kind.at_one_time)
         );
         Some((kind.key, expected))

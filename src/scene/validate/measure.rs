@@ -201,6 +201,13 @@ fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) ->
 }
 
 fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
+    let relaxation = plan.relaxation.as_ref().map(|it| (it.interval, it.span));
+    if let Some((Some(interval), Some(span))) = relaxation
+        && span < interval
+    {
+        let expected = format!("at least the interval, {interval:?}");
+        return refuse(at.key("relaxation").key("span"), format!("{span:?}"), expected);
+    }
     let spans = [
         ("diffusion", plan.diffusion.as_ref().map(|it| (it.interval, it.span)), MOST_DIFFUSION_STEPS),
         ("transport", plan.transport.as_ref().map(|it| (it.interval, it.span)), MOST_TRANSPORT_LAGS),

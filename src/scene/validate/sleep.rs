@@ -6,10 +6,12 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::positive;
 
-/// Fewest contact times between two searches for grains at rest. A grain at rest has several contacts in between.
+/// Minimum interval between two searches for grains at rest, in contact times. A grain at rest has several contacts in
+/// this interval.
 const MOST_FREQUENT: f64 = 20.0;
 
-/// Longest distance, in units of the smallest diameter. The neighbour search finds grains at most this far from contact.
+/// Maximum of `distance`, in units of the smallest diameter. The neighbour search finds grains at most this far from
+/// contact.
 const LONGEST: f64 = 0.05;
 
 pub(super) fn check_sleep(parts: &SceneParts, species: &[Species]) -> Result<(), SceneError> {

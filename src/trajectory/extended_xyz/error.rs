@@ -21,7 +21,7 @@ pub enum ReadError {
     #[error("{} is compressed, so that its frames cannot be reached one by one: unpack it first, with `carom convert --to xyz --out plain.xyz`", .0.display())]
     Compressed(PathBuf),
     /// The operating system reported an error while the file was read.
-    #[error("line {line}: cannot read on")]
+    #[error("line {line}: cannot read further")]
     Io {
         /// The line.
         line: usize,

@@ -19,8 +19,8 @@ pub fn swap(swap: &Swap) -> String {
 pub fn swap_moves(moves: &SwapMoves) -> String {
     let accepted = moves.acceptance().map_or_else(String::new, |accepted| {
         let part = 100.0 * accepted;
-        let part = if part >= 0.1 { format!("{part:.1}") } else { format!("{part:.1e}") };
-        format!("; {part} % of those between species accepted")
+        let part = if part == 0.0 || part >= 0.1 { format!("{part:.1}") } else { format!("{part:.1e}") };
+        format!("; accepted between different species: {part} %")
     });
     let too_unlike =
         if moves.too_unlike == 0 { String::new() } else { format!(", {} beyond the largest ratio", moves.too_unlike) };

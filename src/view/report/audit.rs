@@ -6,8 +6,8 @@ use crate::view::audit::{self, Row};
 
 pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     let verdict = if summary.faults.is_empty() {
-        "<p class=\"sound\"><strong>✓ Sound.</strong> Everything that must be conserved was, to within the rounding of its arithmetic, \
-         and no particles overlapped deeper than round-off explains or the scene allows.</p>\n"
+        "<p class=\"sound\"><strong>✓ Sound.</strong> All conserved quantities were constant within round-off, \
+         and no particles overlapped more deeply than round-off explains or the scene allows.</p>\n"
             .to_owned()
     } else {
         let faults: String = summary.faults.iter().map(|fault| format!("<li>{}</li>\n", escape(fault))).collect();
@@ -33,11 +33,12 @@ fn state(equilibrium: &Equilibrium) -> String {
         }
         Answer::No if equilibrium.reasons.iter().any(|reason| reason == Equilibrium::COOLS) => format!(
             "<p class=\"failed\"><strong>✗ Equilibrated: no.</strong> Between the first quarter and the second half of the \
-             measurement {reasons}: means are those over the time of the measurement.</p>\n"
+             measurement {reasons}. The means are averages over the time of the measurement.</p>\n"
         ),
         Answer::No => format!(
             "<p class=\"failed\"><strong>✗ Equilibrated: no.</strong> Between the first quarter and the second half of the \
-             measurement {reasons}: means and errors do not describe a steady state. A longer equilibration, or a longer run, is the cure.</p>\n"
+             measurement {reasons}: means and errors do not describe a steady state. Use a longer equilibration or a \
+             longer run.</p>\n"
         ),
         Answer::Unknown => {
             let reasons = if reasons.is_empty() { "this run does not tell".to_owned() } else { reasons };

@@ -184,8 +184,9 @@ fn temperatures(summary: &ExchangeSummary) -> String {
         + &peak(summary)
         + &mean_force::sentence(summary)
         + &format!(
-            "<p class=\"aside\">{whose} The heat capacity is that at constant volume, in units of k_B: D / 2 \
-           and the fluctuations of the potential energy. The same numbers are in <code>summary.json</code>, and results of instruments are in <code>measurements.json</code>.</p>\n"
+            "<p class=\"aside\">{whose} The heat capacity at constant volume is in units of k_B. It is D / 2 \
+             plus a term from the fluctuations of the potential energy. The same numbers are in \
+             <code>summary.json</code>, and results of instruments are in <code>measurements.json</code>.</p>\n"
         )
 }
 
@@ -212,7 +213,8 @@ fn swaps(summary: &ExchangeSummary) -> String {
     table(&format!("Swaps between neighbouring {}s", place_of(summary)), &heads, &rows)
         + &trips(summary)
         + &format!(
-            "<p class=\"aside\">A low acceptance asks for more {0}s there, few round trips for a longer run. The replica at each {0}, and its potential energy, are in \
+            "<p class=\"aside\">If the acceptance is low, add {0}s there. If there are few round trips, run for \
+             longer. The replica at each {0}, and its potential energy, are in \
              <code>exchange.csv</code>.</p>\n",
             place_of(summary)
         )

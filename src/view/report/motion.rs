@@ -91,8 +91,8 @@ fn about(recording: &Recording) -> String {
         format!("All {all} frames of trajectory.xyz. ")
     };
     text.push_str(
-        "Between two frames a particle without an event is drawn on its exact path. The file does not tell where events took place: there a \
-         particle moves on a smooth curve, on which it may overlap others. ",
+        "Between two frames, a particle without an event is drawn on its exact path. The file does not contain the \
+         events, so a particle with an event is drawn on a smooth curve, on which it may overlap others. ",
     );
     let step = head.frames.iter().flat_map(|frame| frame.field[1]).fold(0.0, f64::max) / 131_068.0;
     let step = number(&format!("{step:.0e}"));

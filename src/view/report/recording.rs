@@ -169,7 +169,8 @@ pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recordi
             none => none.insert(Recorder::new(frame.clone(), scene)?),
         };
         if !recorder.is_like_first(&frame) {
-            notes.push(format!("trajectory.xyz: frame {} has other particles; the player ends before", index + 1));
+            let what = "has other particles, or particles of other species";
+            notes.push(format!("trajectory.xyz: frame {} {what}; the player ends before", index + 1));
             break;
         }
         recorder.push(&frame);

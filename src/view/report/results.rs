@@ -20,7 +20,7 @@ fn method_of(observable: &str) -> &'static str {
         }
         "potential_energy_per_particle" => "energy of all pairs divided by N",
         "volume" => "<V>, averaged over time",
-        "number_density" => "<N / V>, over the time",
+        "number_density" => "<N / V>, averaged over time",
         "packing_fraction" => "<1 / V> times the volume of the particles",
         "isothermal_compressibility" => "(<V^2> - <V>^2) / (<V> T), with the temperature T of the heat bath",
         name if name.starts_with("pressure_on_") => ON_WALL,
@@ -30,7 +30,7 @@ fn method_of(observable: &str) -> &'static str {
 }
 
 const PRESSURE: &str = "(N T + W / (D t)) / V, where W sums r_ij . J over the events of a time t; between walls the mean over their axes of \
-    <sum m v_x^2 / V> + (1 / t) sum x J / V, where V is what centres can reach";
+    <sum m v_x^2 / V> + (1 / t) sum x J / V, where V is the volume that centres can reach";
 const ON_WALL: &str = "momentum that the wall transfers to particles per unit time and unit area; the area is the part that their centres can reach";
 const THROUGH_WALL: &str = "energy that the wall supplies minus what it removes, per time and area";
 
@@ -59,7 +59,7 @@ pub(super) fn section(results: &Results<'_>) -> String {
     let heads = heads.chain([("", "how it is measured")]);
     format!(
         "{}<p class=\"aside\">Boltzmann's constant is 1. Standard errors of the observables come from the \
-         spectral density of their series at frequency zero and assume a stationary one.</p>\n{}{}",
+         spectral density of their series at frequency zero, and assume that the series are stationary.</p>\n{}{}",
         table("results", "Means over the measurement and their standard errors", heads, &lines),
         sources(results),
         rates(results)

@@ -260,8 +260,8 @@ fn packing_of_smooth_grains_is_isostatic() {
     // forces and the pairs with the smallest gaps are uncertain: three contacts of 900.
     let exact = 6.0 - 4.0 / 300.0;
     assert!((all[0] + all[1] - exact).abs() < 4.0 * error + 6.0 / 300.0 && error < 0.005, "{all:?} +- {error}");
-    // A grain that rests on three others takes its three contacts with it, so the others are isostatic, too. Those on
-    // the floor have one contact that counts only once, which is 2 % of all.
+    // A rattler that rests on three grains is removed with its three contacts, so the other grains are isostatic, too.
+    // Contacts with the floor count only once, which lowers the sum by 2 %.
     assert!((without_rattlers / 6.0 - 1.0).abs() < 0.03, "{without_rattlers}");
     assert!((0.01..0.3).contains(&rattlers), "{rattlers}");
 }

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::instruments::block_times::{EARLY, feasible, incommensurate};
+use crate::analysis::instruments::block_times::{feasible, incommensurate};
 use crate::analysis::instruments::free_time::{flow_decay_time, mean_free_time};
 use crate::analysis::instruments::instrument::Setup;
+use crate::analysis::instruments::logarithmic::Ticks;
 use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
 use crate::model::measurement_plan::Diffusion as Plan;
 use crate::model::measurement_plan::MOST_DIFFUSION_STEPS as MOST_STEPS;
@@ -22,9 +23,6 @@ const FLOW_DECAYS: f64 = 10.0;
 const FEWEST_STEPS: f64 = 50.0;
 /// Largest number of linear steps if the plan gives an interval but no span.
 const MOST_OF_INTERVAL: f64 = 500.0;
-/// Shortest tick, in units of the spacing of floating-point numbers at the end of the run.
-const SPACINGS_PER_TICK: f64 = 8.0;
-
 /// Number of new time origins per span. Long runs have fewer.
 const OVERLAPPING: u64 = 4;
 
@@ -37,9 +35,7 @@ const ORIGINS: f64 = 256.0;
 /// ticks. Origins are multiples of the interval, at least a quarter of the span apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Lags {
-    start: f64,
-    /// Duration of a tick `[time]`.
-    tick: f64,
+    pub ticks: Ticks,
     /// Index of the last linear lag.
     pub steps: usize,
     /// Number of linear steps between two time origins.
@@ -70,15 +66,13 @@ impl Lags {
                 (interval, (span / interval).round())
             }
         };
-        // A tick is longer than the spacing of floating-point times, so the times of two ticks always differ.
-        let shortest = SPACINGS_PER_TICK * f64::EPSILON * (setup.sample.time.abs() + setup.duration);
+        let shortest = Ticks::shortest(setup.sample.time, setup.duration);
         let interval = feasible(interval, setup.duration).max(shortest * TICKS_PER_STEP as f64);
         let steps = trunc_to_usize(steps.clamp(1.0, MOST_STEPS as f64));
         // The limit prevents an overflow of the tick counter.
         let apart = trunc_to_u64((setup.duration / interval / ORIGINS).ceil().clamp(1.0, 1e9));
         Self {
-            start: setup.sample.time,
-            tick: interval / TICKS_PER_STEP as f64,
+            ticks: Ticks { start: setup.sample.time, tick: interval / TICKS_PER_STEP as f64 },
             steps,
             stride: (steps as u64).div_ceil(OVERLAPPING).max(apart),
         }
@@ -86,23 +80,11 @@ impl Lags {
 
     /// Spacing of the linear lags `[time]`.
     pub fn interval(&self) -> f64 {
-        self.tick * TICKS_PER_STEP as f64
+        self.ticks.duration(TICKS_PER_STEP)
     }
 
     pub fn origin_ticks(&self) -> u64 {
         self.stride.saturating_mul(TICKS_PER_STEP)
-    }
-
-    pub fn time(&self, ticks: u64) -> f64 {
-        self.start + self.duration(ticks)
-    }
-
-    pub fn duration(&self, ticks: u64) -> f64 {
-        ticks as f64 * self.tick
-    }
-
-    pub fn passed(&self, time: f64) -> u64 {
-        trunc_to_u64((time - self.start) / self.tick + EARLY)
     }
 
     /// Index of the linear lag with this number of ticks, if any.
@@ -148,7 +130,7 @@ mod tests {
         assert_eq!(short.interval(), 0.02);
         let given = lags(Plan { interval: Some(0.1), span: Some(3.0) }, 1000.0);
         assert_eq!((given.steps, given.stride), (30, 40));
-        assert_eq!(given.passed(given.time(77).next_down()), 77);
+        assert_eq!(given.ticks.passed(given.ticks.time(77).next_down(), 0), 77);
         assert_eq!([0, 32, 33, 960, 992].map(|t| given.linear(t)), [Some(0), Some(1), None, Some(30), None]);
         assert_eq!(
             [0, 31, 32, 959, 960].map(|t| given.next_linear(t)),

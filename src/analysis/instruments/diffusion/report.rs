@@ -1,5 +1,6 @@
-use super::tracers::{Tracers, followed};
+use super::tracers::Tracers;
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
+use crate::analysis::instruments::followed::followed;
 use crate::analysis::instruments::logarithmic::{LOGARITHMIC, logarithmic_ticks};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::instruments::slope::{is_small, straight_terms};
@@ -117,7 +118,7 @@ fn linear(diffusion: &Diffusion, system: &SystemDescription, kind: usize) -> Cur
 fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
     let average = &diffusion.logarithmic;
     let numbers: Vec<usize> = (0..LOGARITHMIC).filter(|&number| average.mean(number).is_some()).collect();
-    let times = numbers.iter().map(|&number| diffusion.lags.duration(logarithmic_ticks(number))).collect();
+    let times = numbers.iter().map(|&number| diffusion.lags.ticks.duration(logarithmic_ticks(number))).collect();
     let elements = |group| numbers.iter().map(|number| group * LOGARITHMIC + number).collect();
     let (name, title) = ("mean_squared_displacement_logarithmic", "Mean squared displacement at logarithmic times");
     let curve = Curve::new(name, title, &method(DISPLACEMENT, system)).variable("t", "time", times);

@@ -63,12 +63,11 @@ fn susceptibility_of_one_particle_between_walls_is_exact() {
         .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", Vector::new(1.1, 0.0, 0.0), Vector::new(1.0, 0.0, 0.0));
     let (system, mut simulation) = start(scene.build().unwrap());
-    // Origins are 0.5 apart in units of 1 / 512 passages, and the golden section avoids a resonance.
     let settings =
         plan::Relaxation { wave_number: Some(1.7), overlap: Some(0.6), interval: Some(length), span: Some(5.0) };
     let mut relaxation = instrument(&simulation, &system, 4_000.0, |setup| Relaxation::new(&settings, setup));
     // One passage takes the time `L`. The interval is one passage, so the origins would always be at the same place.
-    relaxation.tick = length / 64.0 * 1.000_618;
+    relaxation.ticks.tick = length / 64.0 * 1.000_618;
     relaxation.longest = 64;
     relaxation.apart = 64 + 13;
     relaxation.origins.clear();
@@ -115,7 +114,7 @@ fn defaults_follow_from_diameters_and_free_times() {
     let relaxation =
         instrument(&simulation, &system, 100.0, |setup| Relaxation::new(&plan::Relaxation::default(), setup));
     assert_eq!((relaxation.wave_number, relaxation.overlap), (TAU, 0.3));
-    assert!((relaxation.tick / 0.0199 - 1.0).abs() < 0.02, "{}", relaxation.tick);
-    assert_eq!(relaxation.longest, trunc_to_u64(25.0 / relaxation.tick));
-    assert_eq!(relaxation.apart, relaxation.longest.div_ceil(8));
+    assert!((relaxation.ticks.tick / 0.0199 - 1.0).abs() < 0.02, "{}", relaxation.ticks.tick);
+    assert_eq!(relaxation.longest, trunc_to_u64(25.0 / relaxation.ticks.tick));
+    assert_eq!(relaxation.apart, relaxation.longest.div_ceil(64));
 }

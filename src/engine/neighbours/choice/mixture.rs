@@ -6,8 +6,8 @@ use crate::engine::neighbours::kinetics::{cross_section, free_path, volume_of_ba
 use crate::engine::neighbours::ranges::Ranges;
 use crate::model::space::Space;
 
-/// Times of the test of a pair, of a cell transition, and of a new list on one of the levels, in nanoseconds. They were
-/// fitted to mixtures of spheres with size ratios of 2 to 10 at packing fractions of 1e-4 to 0.5.
+/// Costs of a pair test, of a cell transition, and of a list rebuild per level, in nanoseconds. The costs were fitted
+/// to mixtures of spheres with size ratios of 2 to 10 at packing fractions of 1e-4 to 0.5.
 const PAIR: f64 = 8.0;
 const TRANSITION: f64 = 100.0;
 const NEW_LIST: f64 = 300.0;
@@ -26,8 +26,8 @@ struct Content {
     row: usize,
     /// Number of these particles, if they move.
     moving: f64,
-    /// Their share of the number density around particles of their level `[length^-dimensions]`. It is used around all
-    /// particles, so different levels are taken to be mixed.
+    /// Their share of the number density around particles of their level `[length^-dimensions]`. The same density is
+    /// assumed around particles of other levels, as if all levels were evenly mixed.
     density: f64,
 }
 
@@ -63,8 +63,8 @@ impl<'a> Mixture<'a> {
         self.ranges.at(a.row, b.row) * self.factor
     }
 
-    /// Returns the half skin with which lists contain, on average over moving particles, `aim` particles beyond their
-    /// ranges. At least `thinnest`, and infinite if lists never become that long.
+    /// Returns the half skin at which a list contains `aim` particles beyond the interaction range, on average over the
+    /// moving particles. The result is at least `thinnest`. It is infinite if lists never become that long.
     pub fn half_skin(&self, aim: f64, thinnest: f64) -> f64 {
         let volume = |radius: f64| volume_of_ball(radius, self.dimensions);
         let all: f64 = self.contents.iter().map(|content| content.moving).sum();
@@ -90,8 +90,8 @@ impl<'a> Mixture<'a> {
         upper
     }
 
-    /// Estimates the times of an event with cells and with lists of `listed` particles, in nanoseconds. Between two
-    /// events, a particle flies a mean free path. It leaves its cell, or its skin, in proportion to this path.
+    /// Estimates the time per event with cells, and with lists of `listed` particles, in nanoseconds. Between two
+    /// events, a particle flies one mean free path. The number of transitions is proportional to this path.
     pub fn costs(&self, listed: f64, half_skin: f64) -> [f64; 2] {
         let axes = self.dimensions as f64;
         let density: f64 = self.contents.iter().map(|content| content.density).sum();
@@ -106,8 +106,8 @@ impl<'a> Mixture<'a> {
         [2.0 * of_cells, 2.0 * of_lists]
     }
 
-    /// Mean free path of the moving particles `[length]`, as of hard spheres with Enskog's factor. Particles that meet
-    /// no others do not count.
+    /// Mean free path of the moving particles `[length]`, estimated for hard spheres with Enskog's factor. Particles
+    /// without interactions are excluded.
     fn free_path(&self) -> f64 {
         let range = |a: &Content, b: &Content| self.range(a, b).max(0.0);
         let filled =
