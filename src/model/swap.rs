@@ -69,7 +69,7 @@ pub struct SwapMoves {
 }
 
 impl SwapMoves {
-    /// Fraction of accepted moves, among those of particles of different species; `None` without such moves.
+    /// Accepted moves divided by all moves of unlike particles; `None` if no unlike particles were drawn.
     #[must_use]
     pub fn acceptance(&self) -> Option<f64> {
         let unlike = self.attempted - self.alike;

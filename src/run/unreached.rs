@@ -31,7 +31,7 @@ pub enum Unreached {
     Swaps {
         /// Name of the stage.
         stage: String,
-        /// Expected fraction of accepted moves, among those of particles of different species.
+        /// Expected number of accepted moves, divided by the number of moves of unlike particles.
         acceptance: f64,
         /// Whether all pairs of different species exceed the largest ratio of diameters.
         is_forbidden: bool,
@@ -126,9 +126,9 @@ fn rare_swaps(scene: &Scene, stages: &[(Stage, Settings)]) -> Vec<Unreached> {
     rare
 }
 
-/// Expected fraction of accepted swap moves, among those of particles of different species, by scaled-particle theory.
-/// Diameters are multiplied by `grown`. `None` for contact distances other than the mean diameters, for which there is no
-/// theory.
+/// Returns the expected number of accepted swap moves, divided by the number of moves of unlike particles. The estimate
+/// comes from scaled-particle theory. Diameters are multiplied by `grown`. `None` if contact distances are not the mean
+/// diameters, because the theory does not cover this case.
 fn expected_acceptance(scene: &Scene, swap: &Swap, grown: f64) -> Option<f64> {
     let mut counts = vec![0.0; scene.species.len()];
     scene.particles.iter().for_each(|particle| counts[particle.species.0 as usize] += 1.0);

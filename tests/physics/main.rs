@@ -23,6 +23,7 @@ mod isobaric;
 mod measure;
 mod moving;
 mod multicanonical;
+mod pauses;
 mod rates;
 mod rough;
 mod sheared;

@@ -3,9 +3,11 @@
 use carom::engine::Snapshot;
 use carom::model::measurement_plan::{PressureTensor, RadialDistribution, Relaxation};
 use carom::model::{Barostat, MeasurementPlan, RunPlan, Scene, StagePlan, Swap, Thermostat, Until};
-use carom::run::{Run, run};
+use carom::run::run;
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
+
+use super::pauses::finished_with_pauses;
 
 fn mixture(plan: RunPlan) -> Scene {
     let measure = MeasurementPlan {
@@ -38,19 +40,9 @@ fn swap(interval: f64) -> Option<Swap> {
     Some(Swap { interval, attempts: None, largest_ratio: None })
 }
 
-/// Returns the final state, the results and the final volume of a run. With `pause`, the run pauses after every `pause` events.
+/// Returns the final state, the results and the final volume of a run.
 fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String, f64) {
-    let mut run = Run::new(scene.clone()).threads(threads);
-    let mut events = 0;
-    while let Some(step) = pause {
-        events += step;
-        let (paused, ending) = run.advance(Until::events(events), &mut ()).unwrap();
-        run = paused;
-        if ending.is_some() {
-            break;
-        }
-    }
-    let finished = run.finish().unwrap();
+    let finished = finished_with_pauses(scene, threads, pause);
     assert!(finished.swaps.iter().all(|stage| stage.moves.accepted > 100), "{:?}", finished.swaps);
     let results = format!("{:?} {:?} {:?}", finished.observables, finished.volume_moves, finished.swaps);
     (finished.simulation.snapshot(), results, finished.simulation.volume())

@@ -24,9 +24,9 @@ const SQUARE: usize = 1;
 /// Residence times: the time of a particle between its entry at an inlet and its exit at an outlet.
 ///
 /// A particle that returns to an inlet has a new id, and a new residence time begins. The time for which it waits outside
-/// does not count. Particles that are present at the start have no known entry, and are counted separately when they
-/// leave. Particles that are still present at the end are not measured, so many long times are missing. The mean is
-/// therefore too small by about `s^2 / t`, where `s` is the standard deviation and `t` the duration of the measurement.
+/// does not count. Particles from the start have no known entry, and are counted separately when they leave. Particles
+/// that are still inside at the end do not count, and most of them would have long residence times. This makes the mean
+/// too small by about `s^2 / t`, where `s` is the standard deviation and `t` the duration of the measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct ResidenceTimes {
     /// Time of entry and species of each particle that has entered and has not left.

@@ -10,6 +10,8 @@ use carom::model::{Barostat, OutputPlan, RunPlan, Scene, StagePlan, Until};
 use carom::run::{Run, run};
 use carom::scene::{Chain, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
+use crate::pauses::finished_with_pauses;
+
 use super::{TEMPERATURE, bath, hard, observable, plan, space};
 
 fn chains() -> SceneBuilder {
@@ -61,19 +63,9 @@ fn chains_longer_than_the_box_keep_their_bonds() {
     assert!(least < 0.8 * most, "{least} {most}");
 }
 
-/// Returns the final state and the results of a run. With `pause`, the run pauses after every `pause` events.
+/// Returns the final state and the results of a run.
 fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
-    let mut run = Run::new(scene.clone()).threads(threads);
-    let mut events = 0;
-    while let Some(step) = pause {
-        events += step;
-        let (paused, ending) = run.advance(Until::events(events), &mut ()).unwrap();
-        run = paused;
-        if ending.is_some() {
-            break;
-        }
-    }
-    let finished = run.finish().unwrap();
+    let finished = finished_with_pauses(scene, threads, pause);
     (finished.simulation.snapshot(), format!("{:?} {:?}", finished.observables, finished.volume_moves))
 }
 
