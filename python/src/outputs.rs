@@ -64,7 +64,11 @@ pub fn convert(
 
 fn style(colour: &str, size: Option<(u32, u32)>, seen: Seen) -> Style {
     let (from, angles, zoom, has_box, has_ground) = seen;
-    let colour_by = if colour == "speed" { ColourBy::Speed } else { ColourBy::Species };
+    let colour_by = match colour {
+        "speed" => ColourBy::Speed,
+        "pressure" => ColourBy::Pressure,
+        _ => ColourBy::Species,
+    };
     let mut style = Style { colour_by, zoom, has_box, has_ground, ..Style::default() };
     if let Some((width, height)) = size {
         style = Style { width, height, is_cut: false, ..style };

@@ -31,6 +31,7 @@ mod logarithmic;
 mod mixing;
 mod momentum_flow;
 mod near_pairs;
+mod particle_stress;
 mod pressure_tensor;
 mod relaxation;
 mod residence_times;
@@ -101,6 +102,7 @@ instruments! {
     centre_of_mass::CentreOfMass: centre_of_mass,
     residence_times::ResidenceTimes: residence_times,
     relaxation::Relaxation: relaxation,
+    particle_stress::ParticleStress: particle_stress,
 }
 
 /// All instruments of a run. They come from the scene, or are registered by the program.
@@ -201,9 +203,32 @@ pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescripti
 
 /// Whether the plan requests per-particle values in the frames of a trajectory.
 pub(crate) fn has_scalars(plan: &MeasurementPlan) -> bool {
-    plan.bond_order.is_some()
+    plan.bond_order.is_some() || plan.particle_stress.is_some()
 }
 
-pub(crate) fn scalars(plan: &MeasurementPlan, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Scalar> {
-    plan.bond_order.as_ref().map_or(Vec::new(), |plan| bond_order::scalars(plan, system, sample))
+/// Per-particle values for a frame. `instruments` is `None` before the measurement.
+pub(crate) fn scalars(
+    plan: &MeasurementPlan,
+    instruments: Option<&Instruments>,
+    sample: &Sample<'_>,
+    system: &SystemDescription,
+) -> Vec<Scalar> {
+    let mut scalars = plan.bond_order.as_ref().map_or(Vec::new(), |plan| bond_order::scalars(plan, system, sample));
+    if plan.particle_stress.is_some() {
+        let stress = instruments.and_then(|instruments| {
+            instruments.kinds.iter().find_map(|kind| match kind {
+                Kind::ParticleStress(stress) => Some(stress),
+                _ => None,
+            })
+        });
+        scalars.extend(particle_stress::scalars(stress, sample, system));
+    }
+    scalars
+}
+
+/// Number of per-particle values in a frame.
+pub(crate) fn number_of_scalars(plan: &MeasurementPlan, dimensions: usize) -> usize {
+    let of_order = if plan.bond_order.is_some() { 2 } else { 0 };
+    let of_stress = if plan.particle_stress.is_some() { 1 + dimensions * (dimensions + 1) / 2 } else { 0 };
+    of_order + of_stress
 }

@@ -36,7 +36,8 @@ pub struct Render {
     force: bool,
 }
 
-pub const COLOURS: [Choice<ColourBy>; 2] = [("species", None, ColourBy::Species), ("speed", None, ColourBy::Speed)];
+pub const COLOURS: [Choice<ColourBy>; 3] =
+    [("species", None, ColourBy::Species), ("speed", None, ColourBy::Speed), ("pressure", None, ColourBy::Pressure)];
 
 fn time(text: &str) -> Result<f64, String> {
     let time = text.parse().ok().filter(|time: &f64| time.is_finite());

@@ -119,6 +119,10 @@ macro_rules! with_instruments {
             relaxation = relaxation: Option<Relaxation> {
                 positive: [wave_number, overlap, interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true
             }
+            /// Contact stress of each particle, also in the frames of the trajectory.
+            particle_stress = particle_stress: Option<ParticleStress> {
+                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true
+            }
         }
     };
 }
@@ -473,6 +477,19 @@ pub struct Stress {
     /// Upper corner `[length]`; the upper corner of the box if not given.
     pub upper: Option<[f64; 3]>,
     /// Length of the time intervals over which collisions are summed, and between samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
+/// Contact stress of each particle, averaged over intervals.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParticleStress {
+    /// Number of bins of the distribution of pressures; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
+    #[serde(default, deserialize_with = "whole::given")]
+    pub bins: Option<u64>,
+    /// Length of the intervals over which contacts are summed `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }

@@ -38,6 +38,9 @@ pub enum ViewError {
     /// A particle has an invalid position, velocity or radius.
     #[error("particle {} cannot be drawn: expected a finite position and velocity and a positive finite radius", .0.0)]
     Particle(ParticleId),
+    /// Colours should show contact pressures, but the frame has none.
+    #[error("the frame has no contact pressures to show: expected a run with `particle_stress = true` in [measure]")]
+    NoPressure,
     /// The particle that the camera should follow is not in the frame.
     #[error("the frame has no particle {} to follow", .0.0)]
     NoParticle(ParticleId),

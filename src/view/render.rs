@@ -28,6 +28,7 @@ mod light;
 mod lists;
 mod parallel;
 mod raster;
+mod scale;
 mod shade;
 mod sheets;
 mod shot;
@@ -44,7 +45,8 @@ pub(super) use framing::{corners, fitted, reach, with_surfaces};
 pub use image::Image;
 pub(super) use image::png_encoder;
 pub(super) use parallel::{Team, cores};
-pub(super) use shot::{Shot, SpeedScale};
+pub(super) use scale::{Scale, shown_numbers};
+pub(super) use shot::Shot;
 pub(super) use style::refuse_style;
 pub use style::{ColourBy, Framing, Style};
 
@@ -99,30 +101,27 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
 pub fn draw_with(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Result<Image, ViewError> {
     refuse_style(style)?;
     refuse_frame(frame)?;
-    let footer = match style.colour_by {
-        ColourBy::Species => 0.0,
-        ColourBy::Speed => legend::STRIP * style.width.min(style.height) as f32,
-    };
+    let numbers = shown_numbers(frame, style)?;
+    let has_scale = style.colour_by.has_scale();
+    let footer = if has_scale { legend::STRIP * style.width.min(style.height) as f32 } else { 0.0 };
     let surfaces = &*surfaces.at(frame);
     let camera = Camera::facing(frame, style, &framed(frame, surfaces, style), footer).ok_or(ViewError::Box)?;
-    let scale = SpeedScale::of(frame, style);
+    let scale = Scale::of(frame, &numbers, style);
     let team = Team::whole();
-    let mut pixels = paint((frame, surfaces), style, &camera, scale.fastest, &team);
-    if style.colour_by == ColourBy::Speed {
-        legend::draw(&mut pixels, camera.width as usize, footer, scale.fastest, scale.is_exceeded());
-    }
+    let mut pixels = paint((frame, surfaces, &numbers), style, &camera, scale.top, &team);
+    legend::draw(&mut pixels, camera.width as usize, footer, style, &scale);
     Ok(image(&camera, &pixels, &team))
 }
 
 fn paint(
-    (frame, surfaces): (&Frame, &Surfaces),
+    (frame, surfaces, numbers): (&Frame, &Surfaces, &[f64]),
     style: &Style,
     camera: &Camera,
-    fastest: f64,
+    top: f64,
     team: &Team,
 ) -> Vec<Colour> {
     let surfaces = &*surfaces.at(frame);
-    let mut bodies = Bodies::of(frame, style, camera, fastest);
+    let mut bodies = Bodies::of((frame, numbers), style, camera, top);
     bodies.sheets = Sheets::of(surfaces, camera, style);
     let thick = (0.0011 * style.width.min(style.height) as f32).max(1.0);
     let ink = colour::linear(colour::INK);

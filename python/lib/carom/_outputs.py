@@ -150,7 +150,7 @@ class Outputs:
         out: str | os.PathLike[str] | None = None,
         *,
         time: float | None = None,
-        colour: Literal["species", "speed"] = "species",
+        colour: Literal["species", "speed", "pressure"] = "species",
         size: tuple[int, int] | None = None,
         view: ViewLike = None,
         zoom: float = 1.0,
@@ -169,7 +169,8 @@ class Outputs:
         time : float, optional
             Simulated time. The frame nearest to this time is drawn; by default, the last frame `[time]`.
         colour : str
-            Quantity that the colours show: ``"species"`` or ``"speed"``.
+            Quantity that the colours show: ``"species"``, ``"speed"``, or ``"pressure"`` (the contact pressure, if
+            the scene has ``particle_stress = true`` in ``[measure]``).
         size : (int, int), optional
             Width and height in pixels. By default, the part of 1600 by 1200 pixels that the scene fills.
         view : str or (float, float), optional
@@ -213,7 +214,7 @@ class Outputs:
         frames: FramesLike = None,
         every: int = 1,
         fps: int = 25,
-        colour: Literal["species", "speed"] = "species",
+        colour: Literal["species", "speed", "pressure"] = "species",
         size: tuple[int, int] = (1280, 960),
         turn: float = 30.0,
         view: ViewLike = None,
@@ -395,8 +396,8 @@ def _size(size: Any) -> tuple[int, int]:
 
 
 def _colour(colour: Any) -> str:
-    if colour not in ("species", "speed"):
-        raise ValueError(f"colour: expected 'species' or 'speed', found {colour!r}")
+    if colour not in ("species", "speed", "pressure"):
+        raise ValueError(f"colour: expected 'species', 'speed' or 'pressure', found {colour!r}")
     return str(colour)
 
 

@@ -55,11 +55,11 @@ impl Driver<'_> {
 
     /// Records the last row and frame of a measurement, and returns the results.
     fn results(&mut self) -> Result<MeasuredStage, Failed> {
-        self.record(true, self.state.frames.has_last(self.state.stage.stage))?;
         if let Some((measurement, system)) = self.state.measurement.as_mut().zip(self.system.as_ref()) {
             let snapshot = self.simulation.snapshot();
             measurement.instruments.end(&Sample::of(&snapshot), system);
         }
+        self.record(true, self.state.frames.has_last(self.state.stage.stage))?;
         let start = self.state.stage.time;
         let nothing = self.nothing();
         let stationarity = self.state.observer.stationarity();

@@ -130,18 +130,20 @@ impl Driver<'_> {
             if due >= end_time - NEAR * (end_time - self.state.stage.time) {
                 return Ok(Ending::Time);
             }
-            self.record(row <= due, frame <= due)?;
             // Because of rounding, the simulation may have stopped slightly before the sampling time.
             let now = self.simulation.time().max(due);
-            let is_too_quiet = self.is_too_quiet();
-            let Some(measurement) = &mut self.state.measurement else { return Ok(Ending::Time) };
-            if let Some(system) = self.system.as_ref().filter(|_| sample <= due) {
+            // Instruments come first, because a frame contains values of particles that they have measured.
+            if let Some((measurement, system)) =
+                self.state.measurement.as_mut().zip(self.system.as_ref()).filter(|_| sample <= due)
+            {
                 let snapshot = self.simulation.snapshot();
                 measurement.instruments.sample(&Sample { time: now, ..Sample::of(&snapshot) }, system);
             }
-            if is_too_quiet {
+            self.record(row <= due, frame <= due)?;
+            if self.is_too_quiet() {
                 return Ok(Ending::GaveUp);
             }
+            let Some(measurement) = &mut self.state.measurement else { return Ok(Ending::Time) };
             if row <= due {
                 measurement.rows.pass(now);
             }
@@ -169,7 +171,8 @@ impl Driver<'_> {
             let plan = &self.simulation.scene().measure;
             if let Some(system) = self.system.as_ref().filter(|_| has_scalars(plan)) {
                 let snapshot = self.simulation.snapshot();
-                let scalars = scalars(plan, &Sample::of(&snapshot), system);
+                let instruments = self.state.measurement.as_ref().map(|measurement| &measurement.instruments);
+                let scalars = scalars(plan, instruments, &Sample::of(&snapshot), system);
                 self.recorder.frame(&snapshot, scalars)?;
             } else {
                 self.recorder.frame_of(&self.simulation)?;

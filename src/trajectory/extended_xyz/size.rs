@@ -1,3 +1,4 @@
+use crate::analysis::instruments::number_of_scalars;
 use crate::base::numbers::trunc_to_usize;
 use crate::base::shortest::Shortest;
 use crate::model::Scene;
@@ -34,7 +35,7 @@ pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
     let largest = of_entering.max().copied().unwrap_or(0);
     let entering = trunc_to_usize(scene.entering());
     let (particles, count) = (particles + largest * entering, scene.particles.len() + entering);
-    let scalars = if scene.measure.bond_order.is_some() { 2 * DIGITS } else { 0 };
+    let scalars = DIGITS * number_of_scalars(&scene.measure, scene.space.dimensions());
     let spins = if scene.has_spins() { 3 * DIGITS } else { 0 };
     let each = length(count as f64) + scalars + spins;
     (particles + each * count + BOND * scene.bonds.len() + HEADING) as f64

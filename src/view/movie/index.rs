@@ -9,7 +9,7 @@ use crate::Vector;
 use crate::trajectory::Frame;
 use crate::trajectory::compressed::is_compressed;
 use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
-use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, fitted, reach, refuse_numbers};
+use crate::view::render::{Extent, Framing, Scale, Shot, Style, corners, fitted, reach, refuse_numbers, shown_numbers};
 use crate::view::{Surfaces, ViewError};
 
 /// Number of frames that determine the extent of the particles.
@@ -55,7 +55,7 @@ pub(super) struct Index {
     margin: f64,
     /// Corners of the region of the particles in a few frames `[length]`.
     reach: Option<[Vector; 2]>,
-    scale: SpeedScale,
+    scale: Scale,
 }
 
 type Reader = FrameReader<BufReader<File>>;
@@ -196,12 +196,13 @@ impl Survey<'_> {
             let refused =
                 |source| ViewError::Frame { path: self.path.to_owned(), index: place.index, source: Box::new(source) };
             refuse_numbers(&frame).map_err(refused)?;
+            let scale = Scale::of(&frame, &shown_numbers(&frame, self.style).map_err(refused)?, self.style);
             let frame_time = frame.time;
             let has_box = reader.has_box() && frame.size.iter().any(|edge| *edge > 0.0);
             let framing = if has_box { self.style.framing } else { Framing::Particles };
             let framing = self.index.as_ref().map_or(framing, |index| index.framing);
-            self.needs_numbers = self.style.colour_by == ColourBy::Speed || framing == Framing::Particles;
-            self.add_frame(frame, Place { time: frame_time, ..place }, framing);
+            self.needs_numbers = self.style.colour_by.has_scale() || framing == Framing::Particles;
+            self.add_frame(frame, scale, Place { time: frame_time, ..place }, framing);
             return Ok(true);
         }
         let Some(Preamble { count, time, region }) = reader.next_preamble().map_err(unreadable)? else {
@@ -215,8 +216,7 @@ impl Survey<'_> {
         Ok(true)
     }
 
-    fn add_frame(&mut self, frame: Frame, place: Place, framing: Framing) {
-        let scale = SpeedScale::of(&frame, self.style);
+    fn add_frame(&mut self, frame: Frame, scale: Scale, place: Place, framing: Framing) {
         let region = match framing {
             Framing::Box | Framing::Fitted => Some((frame.lower, frame.size)),
             Framing::Particles => (!frame.particles.is_empty()).then(|| bounds(&frame.particles)),

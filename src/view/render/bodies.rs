@@ -2,10 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::Style;
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
 use super::sheets::Sheets;
-use super::{ColourBy, Style};
 use crate::base::numbers::single;
 use crate::model::ParticleId;
 use crate::trajectory::Frame;
@@ -39,18 +39,15 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    pub fn of(frame: &Frame, style: &Style, camera: &Camera, fastest: f64) -> Self {
+    /// `numbers` are the numbers of the particles that colours show, on a scale from 0 to `top`.
+    pub fn of((frame, numbers): (&Frame, &[f64]), style: &Style, camera: &Camera, top: f64) -> Self {
         let colours = species_colours(frame, style);
         let mut bodies = Self::default();
-        let colour_of = |particle: &FrameParticle| {
-            let own =
-                colours.get(particle.species.0 as usize).copied().unwrap_or_else(|| colour::linear(colour::STATIC));
-            match style.colour_by {
-                ColourBy::Speed if !frame.is_static(particle) => {
-                    colour::viridis(single(particle.velocity.norm() / fastest))
-                }
-                _ => own,
+        let colour_of = |particle: &FrameParticle, number: f64| {
+            if style.colour_by.has_scale() && !frame.is_static(particle) {
+                return colour::viridis(single(number / top));
             }
+            colours.get(particle.species.0 as usize).copied().unwrap_or_else(|| colour::linear(colour::STATIC))
         };
         let by_id: HashMap<_, _> = if frame.bonds.is_empty() {
             HashMap::new()
@@ -74,11 +71,11 @@ impl Bodies {
                 }
             }
         }
-        for particle in &frame.particles {
+        for (particle, number) in frame.particles.iter().zip(numbers) {
             let ball = Ball {
                 centre: camera.place(&particle.position),
                 radius: camera.length(particle.radius),
-                colour: colour_of(particle),
+                colour: colour_of(particle, *number),
             };
             // A static particle with a bond is a pivot. It stays visible among translucent particles.
             let is_veil = style.static_opacity < 1.0 && frame.is_static(particle) && !holds_bond.contains(&particle.id);

@@ -1,11 +1,11 @@
 //! Caption of an image of a movie: simulated time and scale bar.
 
+use super::Style;
 use super::camera::Camera;
 use super::colour::{self, Colour};
 use super::legend::STRIP;
 use super::letters::{label, text_width, write};
 use super::stroke::Stroke;
-use super::{ColourBy, Style};
 use crate::base::numbers::{single, trunc_to_i32};
 
 const LEAST_ROW: f32 = 32.0;
@@ -26,7 +26,7 @@ pub(super) struct Caption {
 impl Caption {
     pub fn of(style: &Style) -> Self {
         let row = (STRIP * style.width.min(style.height) as f32).max(LEAST_ROW).min(LARGEST_ROW * style.height as f32);
-        let rows = if style.colour_by == ColourBy::Speed { 2.0 } else { 1.0 };
+        let rows = if style.colour_by.has_scale() { 2.0 } else { 1.0 };
         Self { height: rows * row, row, bar: None }
     }
 

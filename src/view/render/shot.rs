@@ -2,34 +2,9 @@ use super::camera::{Camera, Extent};
 use super::caption::Caption;
 use super::legend;
 use super::parallel::Team;
-use super::{ColourBy, Image, Style, image, paint, refuse_numbers, refuse_style, with_surfaces};
+use super::{Image, Scale, Style, image, paint, refuse_numbers, refuse_style, shown_numbers, with_surfaces};
 use crate::trajectory::Frame;
 use crate::view::{Surfaces, ViewError};
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::view) struct SpeedScale {
-    /// Speed at the upper end of the scale `[length / time]`.
-    pub fastest: f64,
-    /// Highest speed of a particle `[length / time]`.
-    pub highest: f64,
-}
-
-impl SpeedScale {
-    pub fn of(frame: &Frame, style: &Style) -> Self {
-        let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
-        let speeds: Vec<f64> = moving.map(|particle| particle.velocity.norm()).collect();
-        let highest = speeds.iter().copied().fold(0.0, f64::max);
-        Self { fastest: style.top_speed.unwrap_or_else(|| legend::fastest(speeds)), highest }
-    }
-
-    pub fn joined(&self, other: &Self) -> Self {
-        Self { fastest: self.fastest.max(other.fastest), highest: self.highest.max(other.highest) }
-    }
-
-    pub fn is_exceeded(&self) -> bool {
-        self.highest > self.fastest
-    }
-}
 
 #[derive(Debug, Clone)]
 pub(in crate::view) struct Shot {
@@ -38,7 +13,7 @@ pub(in crate::view) struct Shot {
     stage: Frame,
     surfaces: Surfaces,
     camera: Camera,
-    scale: SpeedScale,
+    scale: Scale,
     caption: Caption,
 }
 
@@ -53,7 +28,7 @@ impl Shot {
         style: &Style,
         framed: Vec<Extent>,
         turn: f64,
-        scale: SpeedScale,
+        scale: Scale,
     ) -> Result<Self, ViewError> {
         refuse_style(style)?;
         let mut caption = Caption::of(style);
@@ -75,11 +50,10 @@ impl Shot {
         refuse_numbers(frame)?;
         let style = Style { azimuth, ..self.style.clone() };
         let camera = self.camera.turned(&self.stage, &style).looking_at(focus);
-        let mut pixels = paint((frame, &self.surfaces), &style, &camera, self.scale.fastest, team);
+        let numbers = shown_numbers(frame, &style)?;
+        let mut pixels = paint((frame, &self.surfaces, &numbers), &style, &camera, self.scale.top, team);
         let width = camera.width as usize;
-        if style.colour_by == ColourBy::Speed {
-            legend::draw(&mut pixels, width, self.caption.row, self.scale.fastest, self.scale.is_exceeded());
-        }
+        legend::draw(&mut pixels, width, self.caption.row, &style, &self.scale);
         self.caption.draw(&mut pixels, width, time);
         Ok(image(&camera, &pixels, team))
     }

@@ -17,6 +17,14 @@ pub enum ColourBy {
     Species,
     /// The speed, from dark blue at rest to yellow, with a scale below the image. Static particles are pale grey.
     Speed,
+    /// The contact pressure, with a scale as for the speed. Needs frames of a run with `particle_stress` in `[measure]`.
+    Pressure,
+}
+
+impl ColourBy {
+    pub(in crate::view) fn has_scale(self) -> bool {
+        self != Self::Species
+    }
 }
 
 /// Region that the image shows. Visible particles outside the region are drawn, too.
@@ -46,7 +54,7 @@ pub struct Style {
     pub colour_by: ColourBy,
     /// Colours of moving species in sRGB. The colours repeat if there are more species.
     pub palette: Vec<[u8; 3]>,
-    /// Speed at the upper end of the scale `[length / time]`. The default depends on the speeds of the particles.
+    /// Upper end of the scale if colours show the speed `[length / time]`. The default depends on the speeds of the particles.
     pub top_speed: Option<f64>,
     /// Opacity of static particles, 0 to 1. Static particles with a bond are opaque.
     pub static_opacity: f64,

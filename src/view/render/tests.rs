@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::analysis::instruments::Scalar;
 use crate::base::numbers::trunc_to_usize;
 use crate::io::Existing;
 use crate::model::{ParticleId, SpeciesId};
@@ -140,6 +141,37 @@ fn colour_by_speed_ends_at_the_top_speed() {
     assert!(slow[2] > slow[1] && fast[0] > 200 && fast[1] > 180 && fast[2] < 120, "{slow:?} {fast:?}");
     let own_scale = draw(&moving, &Style { top_speed: None, ..style }).unwrap();
     assert_eq!(own_scale, image);
+}
+
+#[test]
+fn colours_show_contact_pressures() {
+    let mut pressed = frame([10.0, 10.0, 0.0], &[(0, [2.0, 5.0, 0.0], 1.0), (0, [8.0, 5.0, 0.0], 1.0)]);
+    pressed.particles[0].velocity = Vector::new(0.0, 3.0, 0.0);
+    let style = Style { colour_by: ColourBy::Pressure, ..level() };
+    assert!(matches!(draw(&pressed, &style), Err(ViewError::NoPressure)));
+    pressed.scalars = vec![Scalar::new("contact_pressure", vec![-1.0, 7.0])];
+    let image = draw(&pressed, &style).unwrap();
+    let height = f64::from(image.height());
+    let middle = 0.5 * (height - f64::from(legend::STRIP * 240.0)) / height;
+    // The particle without pressure is dark blue, although it is fast, and the other is yellow.
+    let (low, high) = (pixel(&image, 0.25, middle), pixel(&image, 0.75, middle));
+    assert!(low[2] > low[1] && high[0] > 200 && high[1] > 180 && high[2] < 120, "{low:?} {high:?}");
+    pressed.scalars[0].values.pop();
+    assert!(matches!(draw(&pressed, &style), Err(ViewError::NoPressure)));
+}
+
+#[test]
+fn scale_fits_into_a_narrow_image() {
+    // The words left and right of the scale must not touch the border.
+    let mut moving = frame([4.0, 40.0, 0.0], &[(0, [2.0, 5.0, 0.0], 1.0)]);
+    moving.particles[0].velocity = Vector::new(0.0, 123.0, 0.0);
+    let image = draw(&moving, &Style { colour_by: ColourBy::Speed, width: 90, height: 600, ..level() }).unwrap();
+    let [width, height] = [image.width(), image.height()].map(|side| side as usize);
+    for row in height - 7..height {
+        let at = |column: usize| is_background(image.pixels()[row * width + column]);
+        assert!(at(0) && at(width - 1), "{row}");
+        assert!(row != height - 5 || !(0..width).all(at), "the scale is there");
+    }
 }
 
 #[test]

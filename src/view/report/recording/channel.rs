@@ -79,7 +79,7 @@ impl Channels {
             };
             let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             match quantity {
-                Quantity::Speed => head.high = head.high.max(legend::fastest(values.clone())),
+                Quantity::Speed => head.high = head.high.max(legend::top(values.clone())),
                 Quantity::Height(..) => {}
                 Quantity::Captured(_) => head.high = head.high.max(largest),
                 Quantity::Given(_) => {

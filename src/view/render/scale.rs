@@ -1,0 +1,50 @@
+use super::{ColourBy, Style, legend};
+use crate::trajectory::Frame;
+use crate::view::ViewError;
+
+/// Column of a trajectory that contains the contact pressures.
+const PRESSURES: &str = "contact_pressure";
+
+/// Returns the number of each particle that its colour shows; 0 if colours show the species.
+///
+/// # Errors
+/// [`ViewError::NoPressure`] if colours show pressures that the frame does not have.
+pub(in crate::view) fn shown_numbers(frame: &Frame, style: &Style) -> Result<Vec<f64>, ViewError> {
+    match style.colour_by {
+        ColourBy::Species => Ok(vec![0.0; frame.particles.len()]),
+        ColourBy::Speed => Ok(frame.particles.iter().map(|particle| particle.velocity.norm()).collect()),
+        ColourBy::Pressure => {
+            let found = frame.scalars.iter().find(|scalar| scalar.name == PRESSURES);
+            let fits = |values: &&Vec<f64>| values.len() == frame.particles.len();
+            found.map(|scalar| &scalar.values).filter(fits).cloned().ok_or(ViewError::NoPressure)
+        }
+    }
+}
+
+/// The scale from 0 to a largest number that has a colour of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::view) struct Scale {
+    /// Upper end of the scale.
+    pub top: f64,
+    /// Highest number of a moving particle.
+    pub highest: f64,
+}
+
+impl Scale {
+    /// `numbers` are the numbers of all particles.
+    pub fn of(frame: &Frame, numbers: &[f64], style: &Style) -> Self {
+        let moving = frame.particles.iter().zip(numbers).filter(|(particle, _)| !frame.is_static(particle));
+        let numbers: Vec<f64> = moving.map(|(_, number)| number.max(0.0)).collect();
+        let highest = numbers.iter().copied().fold(0.0, f64::max);
+        let given = style.top_speed.filter(|_| style.colour_by == ColourBy::Speed);
+        Self { top: given.unwrap_or_else(|| legend::top(numbers)), highest }
+    }
+
+    pub fn joined(&self, other: &Self) -> Self {
+        Self { top: self.top.max(other.top), highest: self.highest.max(other.highest) }
+    }
+
+    pub fn is_exceeded(&self) -> bool {
+        self.highest > self.top
+    }
+}
