@@ -4,11 +4,11 @@
 #![allow(clippy::disallowed_methods)]
 
 mod audit;
+mod beside;
 pub mod describe;
 pub mod description;
 mod error;
 pub mod final_table;
-mod gravity;
 pub mod live;
 pub mod movie;
 pub mod render;

@@ -34,6 +34,11 @@ pub(crate) fn trunc_to_u8(x: impl Into<f64>) -> u8 {
 }
 
 #[inline]
+pub(crate) fn trunc_to_i8(x: impl Into<f64>) -> i8 {
+    x.into() as i8
+}
+
+#[inline]
 pub(crate) fn trunc_to_i64(x: impl Into<f64>) -> i64 {
     x.into() as i64
 }

@@ -150,6 +150,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         length: usize,
         prediction: &mut Prediction,
     ) {
+        // In a thin gas, most cells are empty.
+        if length == 0 {
+            return;
+        }
         let before = prediction.contact_time;
         let met = self.batch_of(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
         if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {

@@ -8,8 +8,8 @@ const path = require("node:path");
 const player = path.join(__dirname, "../../src/view/report/player");
 const names = ["matrix", "colours", "recording", "surfaces", "poses", "flight", "images"];
 const program = names.map((name) => fs.readFileSync(path.join(player, `${name}.js`), "utf8")).join("\n");
-const { Between, imagesOf, poseBetween, posesBetween, rotation, subtract, turned } = new Function(
-  "document", `${program}\nreturn { Between, imagesOf, poseBetween, posesBetween, rotation, subtract, turned };`)({});
+const { Between, imagesOf, poseBetween, posesBetween, rotation, subtract, turned, turnsBetween } = new Function(
+  "document", `${program}\nreturn { Between, imagesOf, poseBetween, posesBetween, rotation, subtract, turned, turnsBetween };`)({});
 
 const near = (found, expected, bound = 1e-5) => {
   assert.strictEqual(found.length, expected.length);
@@ -38,6 +38,17 @@ const states = {
     }
     assert.strictEqual(between.count(0), 1);
     assert.strictEqual(between.count(2), 0, "nothing follows the last frame");
+  },
+  "a particle turns evenly, along the shorter way"() {
+    const about = (angle) => [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)].map((part) => Math.round(127 * part));
+    const at = (from, to, s) => [...turnsBetween(Int8Array.from(about(from)), Int8Array.from(about(to)), s)];
+    near(at(0, 2, 0.25), about(0.5), 1.5);
+    near(at(0.5, 2.5, 0.75), about(2), 1.5);
+    // The signs of a quaternion and of its opposite stand for the same orientation.
+    const opposite = Int8Array.from(about(1.5).map((part) => -part));
+    near([...turnsBetween(Int8Array.from(about(1)), opposite, 0.5)], about(1.25), 1.5);
+    near(at(1, 1, 0.5), about(1), 0);
+    assert.strictEqual(turnsBetween(undefined, undefined, 0.5), undefined);
   },
   "a flight leads through a periodic side"() {
     const between = new Between(recording([[9, 1, 5], [1, 9, 5]], [[1]], { periodic: [true, true, false] }));

@@ -353,6 +353,22 @@ def check_piston(browser, path, pictures):
     expect(abs(row(0) - start) < 1, "and back")
 
 
+def check_rough(browser, path, pictures):
+    page = Page(browser, path)
+    page.open()
+    first = page.pixels()
+    expect(colours(page, first) == 3, "species, speed, spin")
+    # All grains start with the same orientation, and turn later.
+    page.choose("frame", 8, "input")
+    turned = page.pixels()
+    browser.screenshot(pictures / "rough.png")
+    page.click("marks")
+    plain = page.pixels()
+    expect(plain[1] != turned[1], "marks show how grains have turned")
+    page.click("marks")
+    expect(page.pixels() == turned, "and can be hidden")
+
+
 # CSS classes of elements that are wider than the 688 pixels between the margins of a printed A4 page.
 CUT = """[...document.querySelectorAll('table, pre, svg.plot, .wide')].filter((element) =>
   element.getBoundingClientRect().right > 689 || element.scrollWidth > element.clientWidth + 1).map((element) => element.className)"""
@@ -479,7 +495,7 @@ def main():
     browser = Browser(find())
     try:
         for name, check in (("fluid", check_fluid), ("hopper", check_hopper), ("funnel", check_funnel),
-                            ("piston", check_piston)):
+                            ("piston", check_piston), ("rough", check_rough)):
             print(name)
             check(browser, runs / name / "report.html", pictures)
         prints(browser, runs / "fluid/report.html")

@@ -34,10 +34,12 @@ mkdir -p "$pictures"
 "$program" run "$here/../../configs/hopper.toml" --quiet --out "$runs/hopper" --until-time 12 >/dev/null
 "$program" run "$here/../../configs/funnel.toml" --quiet --out "$runs/funnel" --until-time 6 >/dev/null
 "$program" run "$here/../../configs/piston.toml" --quiet --out "$runs/piston" --set fill.0.count=60 --set output.frame_interval=44 >/dev/null
+"$program" run "$here/../../configs/rough_cooling.toml" --quiet --out "$runs/rough" --until-time 6 --set fill.0.count=108 \
+    --set output.frame_interval=0.5 >/dev/null
 "$program" sweep "$here/../../configs/equation_of_state.toml" --quiet --out "$runs/sweep" --vary fill.0.packing_fraction=0.1,0.3 --vary seed=1,2 \
     --set fill.0.count=256 --set run.equilibration_events=5000 --set run.until_events=30000 >/dev/null
 cp "$here/measurements.json" "$runs/fluid/"
-for run in fluid hopper funnel piston; do
+for run in fluid hopper funnel piston rough; do
     "$program" report "$runs/$run" >/dev/null
 done
 timeout 300 python3 -B "$here/check.py" "$runs" "$pictures"

@@ -26,6 +26,7 @@ mod multicanonical;
 mod pauses;
 mod rates;
 mod rough;
+mod rough_cooling;
 mod sheared;
 mod single_bodies;
 mod sleep;

@@ -61,12 +61,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Scratch { near, is_captured } = scratch;
         if TABLE {
             let captured = self.pairs.states.of(me.id);
-            for captured in captured {
-                is_captured[captured.partner as usize] = true;
-            }
-            near.retain(|other| !is_captured[other as usize]);
-            for captured in captured {
-                is_captured[captured.partner as usize] = false;
+            if !captured.is_empty() {
+                for captured in captured {
+                    is_captured[captured.partner as usize] = true;
+                }
+                near.retain(|other| !is_captured[other as usize]);
+                for captured in captured {
+                    is_captured[captured.partner as usize] = false;
+                }
             }
         }
         if self.images.tied.contains(&true) {

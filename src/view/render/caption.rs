@@ -37,16 +37,17 @@ impl Caption {
         self.bar = length.map(|length| (length, single(length * scale)));
     }
 
-    pub fn draw(&self, pixels: &mut [Colour], width: usize, time: &str) {
+    pub fn draw(&self, pixels: &mut [Colour], width: usize, style: &Style, time: &str) {
         let ink = colour::linear(colour::INK);
         let bottom = pixels.len() as f32 / width as f32;
         // In a single row at the border of the image, the text is slightly higher than the middle.
         let middle = bottom - self.height + (if self.height > self.row { 0.5 } else { 0.4 }) * self.row;
         let (size, rim) = (0.25 * self.row, 0.5 * self.row);
-        write(pixels, width, &format!("time {time}"), [rim, middle], size, ink);
+        let time = style.with_unit(format!("time {time}"), "time", 3);
+        write(pixels, width, &time, [rim, middle], size, ink);
         let Some((length, bar)) = self.bar else { return };
         let right = width as f32 - rim;
-        let text = format!("length {}", label(length));
+        let text = style.with_unit(format!("length {}", label(length)), "length", 3);
         let place = [right - bar - 0.6 * size - text_width(&text, size), middle];
         write(pixels, width, &text, place, size, ink);
         let line = |ends| Stroke { ends, width: (0.12 * size).max(1.0), colour: ink, opacity: 1.0 };

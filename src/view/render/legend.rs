@@ -30,14 +30,14 @@ pub(crate) fn top(mut numbers: Vec<f64>) -> f64 {
 
 /// Draws the scale into the lowest `height` rows, unless colours show the species. An arrow marks higher numbers.
 pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, style: &Style, scale: &Scale) {
-    let name = match style.colour_by {
+    let (name, unit) = match style.colour_by {
         ColourBy::Species => return,
-        ColourBy::Speed => "speed 0",
-        ColourBy::Pressure => "pressure 0",
+        ColourBy::Speed => ("speed 0", "length / time"),
+        ColourBy::Pressure => ("pressure 0", "energy / length^D"),
     };
     let (top, is_exceeded) = (scale.top, scale.is_exceeded());
     let ink = colour::linear(colour::INK);
-    let label = label(top);
+    let label = style.with_unit(label(top), unit, scale.dimensions);
     let bottom = pixels.len() as f32 / width as f32;
     let middle = bottom - 0.6 * height;
     // Sizes relative to the height. In a narrow image, all of them shrink.

@@ -28,6 +28,8 @@ pub(in crate::view) struct Scale {
     pub top: f64,
     /// Highest number of a moving particle.
     pub highest: f64,
+    /// Number of axes that are not flat.
+    pub dimensions: usize,
 }
 
 impl Scale {
@@ -37,11 +39,12 @@ impl Scale {
         let numbers: Vec<f64> = moving.map(|(_, number)| number.max(0.0)).collect();
         let highest = numbers.iter().copied().fold(0.0, f64::max);
         let given = style.top_speed.filter(|_| style.colour_by == ColourBy::Speed);
-        Self { top: given.unwrap_or_else(|| legend::top(numbers)), highest }
+        let dimensions = (0..3).filter(|axis| !frame.is_flat(*axis)).count();
+        Self { top: given.unwrap_or_else(|| legend::top(numbers)), highest, dimensions }
     }
 
     pub fn joined(&self, other: &Self) -> Self {
-        Self { top: self.top.max(other.top), highest: self.highest.max(other.highest) }
+        Self { top: self.top.max(other.top), highest: self.highest.max(other.highest), ..*self }
     }
 
     pub fn is_exceeded(&self) -> bool {

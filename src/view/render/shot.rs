@@ -54,7 +54,7 @@ impl Shot {
         let mut pixels = paint((frame, &self.surfaces, &numbers), &style, &camera, self.scale.top, team);
         let width = camera.width as usize;
         legend::draw(&mut pixels, width, self.caption.row, &style, &self.scale);
-        self.caption.draw(&mut pixels, width, time);
+        self.caption.draw(&mut pixels, width, &style, time);
         Ok(image(&camera, &pixels, team))
     }
 }

@@ -2,8 +2,9 @@ use std::path::Path;
 
 use super::colour;
 use crate::Vector;
+use crate::model::Units;
 use crate::view::ViewError;
-use crate::view::gravity::gravity_beside;
+use crate::view::beside::Beside;
 
 /// Maximum number of pixels in an image, enough for 3840 x 2160.
 const MOST_PIXELS: u32 = 1 << 23;
@@ -56,6 +57,9 @@ pub struct Style {
     pub palette: Vec<[u8; 3]>,
     /// Upper end of the scale if colours show the speed `[length / time]`. The default depends on the speeds of the particles.
     pub top_speed: Option<f64>,
+    /// Names of the units, which are written beside numbers. The default is the names in the scene of the trajectory, if it
+    /// gives any.
+    pub units: Option<Units>,
     /// Opacity of static particles, 0 to 1. Static particles with a bond are opaque.
     pub static_opacity: f64,
     /// Opacity of surfaces seen straight on, 0 to 1. At 0, surfaces are not drawn.
@@ -91,6 +95,7 @@ impl Default for Style {
             colour_by: ColourBy::Species,
             palette: colour::PALETTE.to_vec(),
             top_speed: None,
+            units: None,
             static_opacity: 0.16,
             surface_opacity: 0.35,
             framing: Framing::Fitted,
@@ -108,7 +113,19 @@ impl Default for Style {
 
 impl Style {
     pub(in crate::view) fn beside(&self, trajectory: &Path) -> Self {
-        Self { gravity: self.gravity.or_else(|| gravity_beside(trajectory)), ..self.clone() }
+        if self.gravity.is_some() && self.units.is_some() {
+            return self.clone();
+        }
+        let Beside { gravity, units } = Beside::of(trajectory);
+        Self { gravity: self.gravity.or(gravity), units: self.units.clone().or(units), ..self.clone() }
+    }
+
+    /// Returns a number with the name of its unit, if units have names. `quantity` is a unit such as `length / time`.
+    pub(super) fn with_unit(&self, number: String, quantity: &str, dimensions: usize) -> String {
+        match &self.units {
+            Some(units) => format!("{number} {}", units.of(quantity, dimensions)),
+            None => number,
+        }
     }
 }
 

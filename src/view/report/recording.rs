@@ -4,7 +4,7 @@
 //! bits and one byte per scalar for each moving particle. Coordinates are wrapped into the box along periodic axes, and
 //! rounded to 65,534 steps of the *field*. The field is the box, extended along open axes to particles up to three edge
 //! lengths outside. Farther particles are left out. Scalars are rounded to 255 steps between the smallest and the
-//! largest value in the frame.
+//! largest value in the frame. If particles have spins, a frame also stores their orientations, in four bytes each.
 //!
 //! Each frame ends with one bit per particle, which is set if the particle flies freely until the next frame. If the
 //! frames become too large for the page, every second frame is dropped.
@@ -15,6 +15,7 @@ mod frame;
 mod look;
 mod neighbours;
 mod surface;
+mod turns;
 
 use std::collections::HashMap;
 use std::io::BufRead;
@@ -32,6 +33,7 @@ use channel::Channels;
 use flight::{FlightFinder, Flights};
 use frame::Encoded;
 pub(in crate::view) use surface::{MOST_TRIANGLES, SurfaceData, SurfaceHead};
+use turns::Turns;
 
 /// Maximum total size of all frames `[bytes]`. In base64, the size is about 39 MB.
 const MOST_BYTES: usize = 29_000_000;
@@ -46,8 +48,8 @@ pub(super) struct Recording {
     /// Constants, little-endian: radii (f32, moving particles first), positions of static particles (f32), indices of
     /// bonded particles (u32), radii of bonds (f32) and species (u8).
     pub constants: Vec<u8>,
-    /// Bytes of each frame: coordinates (u16), padded to a multiple of four bytes, each scalar (u8), and free flights
-    /// (a bit per particle, lowest bit first).
+    /// Bytes of each frame: coordinates (u16), padded to a multiple of four bytes, orientations if particles have spins
+    /// (four i8), each scalar (u8), and free flights (a bit per particle, lowest bit first).
     pub frames: Vec<Vec<u8>>,
     /// Bytes of the surfaces in the layout of [`SurfaceData`].
     pub surfaces: Option<Vec<u8>>,
@@ -64,6 +66,8 @@ pub(super) struct Head {
     pub bonds: usize,
     pub species: Vec<SpeciesHead>,
     pub channels: Vec<ChannelHead>,
+    /// Whether the frames contain orientations.
+    pub has_turns: bool,
     /// Corners of the first view.
     pub view: [[f64; 3]; 2],
     /// Vertical axis of the picture. The axis points down if `is_upside_down` is set.
@@ -183,6 +187,7 @@ struct Recorder {
     first: Frame,
     channels: Channels,
     flight_finder: FlightFinder,
+    turns: Option<Turns>,
     up: (usize, bool),
     /// Recorded frames. The flights last until the next recorded frame.
     kept: Vec<(Encoded, Option<Flights>)>,
@@ -203,13 +208,16 @@ impl Recorder {
         }
         let up = upwards([0, 1, 2].map(|axis| first.is_flat(axis)), scene);
         let channels = Channels::of(&first, scene, up);
-        let size = channels.bytes(first.particles.iter().filter(|particle| !first.is_static(particle)).count());
+        let turns = Turns::of(&first);
+        let moving = first.particles.iter().filter(|particle| !first.is_static(particle)).count();
+        let size = channels.bytes(moving) + if turns.is_some() { turns::BYTES * moving } else { 0 };
         let most_frames = (MOST_BYTES / size).min(MOST_FRAMES);
         if most_frames < 2 {
             return Err(format!("{} particles are too many for a page", first.particles.len()));
         }
         let flight_finder = FlightFinder::of(&first, scene);
-        Ok(Self { first, channels, flight_finder, up, kept: Vec::new(), last: None, stride: 1, seen: 0, most_frames })
+        let (kept, last, stride, seen) = (Vec::new(), None, 1, 0);
+        Ok(Self { first, channels, flight_finder, turns, up, kept, last, stride, seen, most_frames })
     }
 
     fn is_like_first(&self, frame: &Frame) -> bool {
@@ -222,7 +230,10 @@ impl Recorder {
     }
 
     fn push(&mut self, frame: &Frame) {
-        let encoded = Encoded::of(frame, &mut self.channels);
+        if let Some(turns) = &mut self.turns {
+            turns.advance(frame);
+        }
+        let encoded = Encoded::of(frame, &mut self.channels, self.turns.as_ref());
         let flights = self.flight_finder.next(frame);
         if let Some((_, since)) = self.kept.last_mut() {
             *since = joined(since.take(), flights);
@@ -276,6 +287,7 @@ impl Recorder {
             bonds,
             species: species.collect(),
             channels: self.channels.heads(),
+            has_turns: self.turns.is_some(),
             view: view(first, &heads),
             up: self.up.0,
             is_upside_down: self.up.1,

@@ -111,8 +111,28 @@ class Between {
     }
     wrap(positions, frame, recording.periodic, displacement);
     const poses = posesBetween(frame.poses ?? [], next.poses ?? [], s);
-    return { ...recording.state(recording.frame(index), channel), positions, displacement, poses };
+    const turns = turnsBetween(recording.frame(index).turns, recording.frame(index + 1).turns, s);
+    return { ...recording.state(recording.frame(index), channel), positions, turns, displacement, poses };
   }
+}
+
+/** Returns orientations at fraction `s` between two frames, along the shorter of the two rotations. */
+function turnsBetween(from, to, s) {
+  if (!from || !to) {
+    return from;
+  }
+  const turns = new Int8Array(from.length);
+  for (let k = 0; k < from.length; k += 4) {
+    const product = from[k] * to[k] + from[k + 1] * to[k + 1] + from[k + 2] * to[k + 2] + from[k + 3] * to[k + 3];
+    // The angle between two quaternions of length 127.
+    const angle = Math.acos(Math.min(Math.abs(product) / (127 * 127), 1));
+    const sine = Math.sin(angle);
+    const [first, last] = sine > 1e-3 ? [Math.sin((1 - s) * angle) / sine, Math.sin(s * angle) / sine] : [1 - s, s];
+    for (let part = k; part < k + 4; part += 1) {
+      turns[part] = Math.round(first * from[part] + (product < 0 ? -last : last) * to[part]);
+    }
+  }
+  return turns;
 }
 
 function wrap(positions, { lower, size }, periodic, displacement) {

@@ -70,6 +70,8 @@ class Images {
       table.letters[2 * index] = moving.letters[2 * owner];
       table.letters[2 * index + 1] = moving.letters[2 * owner + 1];
     });
+    table.quaternions = moving.quaternions && (table.quaternions ?? new Int8Array(4 * ROW * table.rows));
+    owners.forEach((owner, index) => table.quaternions?.set(moving.quaternions.subarray(4 * owner, 4 * owner + 4), 4 * index));
     renderer.upload(table);
   }
 
@@ -77,6 +79,7 @@ class Images {
     const { renderer: { gl }, table } = this;
     gl.deleteTexture(table.places);
     gl.deleteTexture(table.tones);
+    gl.deleteTexture(table.turns);
   }
 
   draw(uniforms) {

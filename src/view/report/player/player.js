@@ -53,6 +53,7 @@ class Player {
     element("full").hidden = !document.fullscreenEnabled;
     element("static-choice").hidden = this.renderer.mesh.count === 0;
     element("surfaces-choice").hidden = !head.surfaces;
+    element("marks-choice").hidden = !head.hasTurns;
     element("frame").max = String(this.recording.length - 1);
     element("message").hidden = true;
   }
@@ -75,7 +76,7 @@ class Player {
       this.show(this.place);
     });
     element("between").addEventListener("change", () => this.show(this.index));
-    for (const choice of ["static", "surfaces", "images", "shadows", "box"]) {
+    for (const choice of ["static", "surfaces", "marks", "images", "shadows", "box"]) {
       element(choice).addEventListener("change", draw);
     }
     element("shadows").addEventListener("change", () => {
@@ -307,6 +308,7 @@ class Player {
         hasImages: element("images").checked,
         hasShadows: element("shadows").checked,
         hasSurfaces: element("surfaces").checked,
+        hasMarks: element("marks").checked,
         fixed: element("static").value,
       };
       this.renderer.draw(this.camera.look(aspect), this.scheme, choices);

@@ -31,8 +31,9 @@ class Recording {
     this.species = take(Uint8Array, this.count);
     this.surfaces = surfaces && { ...surfaces, bytes: decoded(element("surface-data").textContent) };
     this.coordinateBytes = Math.ceil((6 * moving) / 4) * 4;
+    this.turnBytes = this.head.hasTurns ? 4 * moving : 0;
     this.flightBytes = Math.ceil(moving / 8);
-    this.frameBytes = this.coordinateBytes + channels.length * moving + this.flightBytes;
+    this.frameBytes = this.coordinateBytes + this.turnBytes + channels.length * moving + this.flightBytes;
     // Number of frames per text element, as in src/view/report/motion.rs.
     this.framesPerChunk = Math.max(1, Math.ceil((1 << 18) / Math.max(this.frameBytes, 1)));
     this.chunks = new Map();
@@ -43,7 +44,8 @@ class Recording {
   }
 
   /**
-   * Returns a frame: coordinates in steps of the field, bytes of each channel, and free flights until the next frame.
+   * Returns a frame: coordinates in steps of the field, orientations as quaternions in 1/127 (undefined without
+   * spins), bytes of each channel, and free flights until the next frame.
    */
   frame(index) {
     const number = Math.floor(index / this.framesPerChunk);
@@ -51,12 +53,14 @@ class Recording {
     const start = (index - number * this.framesPerChunk) * this.frameBytes;
     const steps = new Uint16Array(bytes.buffer.slice(start, start + this.coordinateBytes), 0, 3 * this.head.moving);
     const channels = this.head.channels.map((_, k) => {
-      const first = start + this.coordinateBytes + k * this.head.moving;
+      const first = start + this.coordinateBytes + this.turnBytes + k * this.head.moving;
       return bytes.subarray(first, first + this.head.moving);
     });
+    const turnStart = bytes.byteOffset + start + this.coordinateBytes;
+    const turns = this.head.hasTurns ? new Int8Array(bytes.buffer, turnStart, this.turnBytes) : undefined;
     const bits = start + this.frameBytes - this.flightBytes;
     const flights = Uint8Array.from({ length: this.head.moving }, (_, k) => (bytes[bits + (k >> 3)] >> (k & 7)) & 1);
-    return { steps, channels, flights, head: this.head.frames[index] };
+    return { steps, turns, channels, flights, head: this.head.frames[index] };
   }
 
   chunk(number) {
@@ -84,10 +88,11 @@ class Recording {
 
   /** Returns a frame for the renderer, coloured by a channel, by free flights (FLIGHT) or by species (SPECIES). */
   state(frame, channel) {
-    const { channels, flights, head } = frame;
+    const { turns, channels, flights, head } = frame;
     const { low, high } = this.head.channels[channel] ?? { low: 0, high: 1 };
     return {
       positions: this.positions(frame),
+      turns,
       tones: channel === FLIGHT ? flights.map((isFlight) => (isFlight ? FREE : HINDERED)) : channels[channel],
       range: head.ranges[channel],
       scale: [low, high],

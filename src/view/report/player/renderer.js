@@ -85,6 +85,7 @@ class Renderer {
     for (const table of this.particles ? [this.moving, this.pivots, this.mesh] : []) {
       this.gl.deleteTexture(table.places);
       this.gl.deleteTexture(table.tones);
+      this.gl.deleteTexture(table.turns);
     }
     this.images?.free();
     this.particles = particles;
@@ -139,7 +140,7 @@ class Renderer {
     ]);
   }
 
-  /** Creates a table of spheres for the shader: positions and radii, then tones and flashes. */
+  /** Creates a table of spheres for the shader: positions and radii, tones and flashes, and orientations. */
   spheres(count) {
     const { gl } = this;
     const rows = Math.max(1, Math.ceil(count / ROW));
@@ -151,7 +152,7 @@ class Renderer {
       return made;
     };
     const numbers = new Float32Array(4 * ROW * rows);
-    return { count, rows, numbers, letters: new Uint8Array(2 * ROW * rows), places: texture(), tones: texture() };
+    return { count, rows, numbers, letters: new Uint8Array(2 * ROW * rows), places: texture(), tones: texture(), turns: texture() };
   }
 
   /** Uploads a table to the graphics processor. */
@@ -161,6 +162,10 @@ class Renderer {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, ROW, table.rows, 0, gl.RGBA, gl.FLOAT, table.numbers);
     gl.bindTexture(gl.TEXTURE_2D, table.tones);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, ROW, table.rows, 0, gl.RG, gl.UNSIGNED_BYTE, table.letters);
+    if (table.quaternions) {
+      gl.bindTexture(gl.TEXTURE_2D, table.turns);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8_SNORM, ROW, table.rows, 0, gl.RGBA, gl.BYTE, table.quaternions);
+    }
   }
 
   /**
@@ -202,7 +207,8 @@ class Renderer {
   /**
    * Loads a state of the particles: `positions` of the moving ones (NaN for a hidden particle), their `tones` in 255
    * steps of a `range` and the `scale` of the colours (without tones, particles have the colours of their species), the
-   * brightness of each particle's flash (`flashes`) in 255 steps, the `growth` of their radii, the `box` with its
+   * brightness of each particle's flash (`flashes`) in 255 steps, the orientations (`turns`) as quaternions in 1/127, which
+   * a mark on each particle shows, the `growth` of their radii, the `box` with its
    * `displacement` along x from one image to the next one up along y, and the `poses` of the surfaces. All parts are
    * optional.
    */
@@ -220,6 +226,8 @@ class Renderer {
       letters[2 * k] = tones[k];
       letters[2 * k + 1] = flashes ? flashes[k] : 0;
     }
+    moving.quaternions = state.turns && (moving.quaternions ?? new Int8Array(4 * ROW * moving.rows));
+    moving.quaternions?.set(state.turns);
     this.upload(moving);
     this.images.load(state);
     if (bonds > 0) {
@@ -269,8 +277,9 @@ class Renderer {
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
   }
 
-  draw(camera, scheme, { hasBox, fixed, hasSurfaces, hasImages = true, hasShadows = false }) {
+  draw(camera, scheme, { hasBox, fixed, hasSurfaces, hasImages = true, hasShadows = false, hasMarks = true }) {
     const { gl, canvas } = this;
+    this.isMarked = hasMarks;
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(...scheme.background, 1);
     gl.depthMask(true);
@@ -355,7 +364,7 @@ class Renderer {
 
   drawGroup(uniforms, table, opacity) {
     const { gl } = this;
-    [this.colours, table.places, table.tones].forEach((texture, unit) => {
+    [this.colours, table.places, table.tones, table.turns].forEach((texture, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(gl.TEXTURE_2D, texture);
     });
@@ -363,6 +372,8 @@ class Renderer {
     gl.uniform1i(uniforms.colours, 0);
     gl.uniform1i(uniforms.spheres, 1);
     gl.uniform1i(uniforms.tones, 2);
+    gl.uniform1i(uniforms.turns, 3);
+    gl.uniform1i(uniforms.isMarked, table.quaternions && this.isMarked ? 1 : 0);
     gl.uniform1f(uniforms.opacity, opacity);
     gl.bindVertexArray(this.nothing);
     gl.drawArrays(gl.TRIANGLES, 0, 6 * table.count);

@@ -6,6 +6,8 @@ precision highp float;
 // Position and radius (negative: nothing is drawn), what the colour stands for and how bright it flashes, in rows of 2048.
 uniform highp sampler2D spheres;
 uniform highp sampler2D tones;
+// Orientations as quaternions.
+uniform highp sampler2D turns;
 
 uniform mat4 view;
 uniform mat4 projection;
@@ -21,6 +23,7 @@ flat out vec3 centre;
 flat out float extent;
 flat out vec3 colour;
 flat out float glow;
+flat out vec4 turn;
 out vec3 ray;
 
 const vec2 CORNERS[6] = vec2[6](
@@ -34,6 +37,7 @@ void main() {
   vec2 letters = texelFetch(tones, cell, 0).rg;
   float tone = letters.r;
   glow = letters.g;
+  turn = texelFetch(turns, cell, 0);
   float radius = sphere.w;
   vec2 corner = CORNERS[gl_VertexID % 6];
   centre = (view * vec4(sphere.xyz, 1.0)).xyz;

@@ -1,8 +1,9 @@
 //! Scalars that colour particles.
 
-use super::ChannelHead;
 use super::neighbours::WellNeighbours;
+use super::{ChannelHead, turns};
 use crate::Vector;
+use crate::analysis::instruments::Scalar;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
@@ -14,6 +15,8 @@ const MOST_GIVEN: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 enum Quantity {
     Speed,
+    /// The magnitude of the spin.
+    Spin,
     /// The coordinate along an axis, times a sign.
     Height(usize, f64),
     /// Number of neighbours within the range of a potential with finite steps.
@@ -26,7 +29,7 @@ enum Quantity {
 pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
 
 impl Channels {
-    /// Chooses the scalars: speeds, heights if particles fall, numbers of neighbours if potentials have finite steps,
+    /// Chooses the scalars: speeds, spins if the frames contain them, heights if particles fall, numbers of neighbours if potentials have finite steps,
     /// and scalars of the trajectory.
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
@@ -38,6 +41,9 @@ impl Channels {
             is_count,
         };
         let mut channels = vec![(Quantity::Speed, head("speed", "length / time", false), 0.0)];
+        if turns::spins(frame).is_some() {
+            channels.push((Quantity::Spin, head("spin", "1 / time", false), 0.0));
+        }
         let falls = |scene: &Scene| scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
         if scene.is_some_and(falls) {
             let sign = if is_down { -1.0 } else { 1.0 };
@@ -49,7 +55,8 @@ impl Channels {
         if let Some(neighbours) = scene.and_then(|scene| WellNeighbours::of(scene, frame)) {
             channels.push((Quantity::Captured(neighbours), head("neighbours within a well", "1", true), 0.0));
         }
-        for scalar in frame.scalars.iter().take(MOST_GIVEN) {
+        let is_other = |scalar: &&Scalar| !turns::SPINS.contains(&&*scalar.name);
+        for scalar in frame.scalars.iter().filter(is_other).take(MOST_GIVEN) {
             let head = ChannelHead { low: f64::INFINITY, high: f64::NEG_INFINITY, ..head(&scalar.name, "1", false) };
             channels.push((Quantity::Given(scalar.name.clone()), head, f64::NEG_INFINITY));
         }
@@ -73,13 +80,14 @@ impl Channels {
         let encode = |(quantity, head, highest): &mut (Quantity, ChannelHead, f64)| {
             let values: Vec<f64> = match quantity {
                 Quantity::Speed => moving.iter().map(|particle| particle.velocity.norm()).collect(),
+                Quantity::Spin => magnitudes(frame, moving.len()),
                 Quantity::Height(axis, sign) => positions.iter().map(|position| *sign * position[*axis]).collect(),
                 Quantity::Captured(neighbours) => neighbours.count(frame),
                 Quantity::Given(name) => given(frame, name),
             };
             let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             match quantity {
-                Quantity::Speed => head.high = head.high.max(legend::top(values.clone())),
+                Quantity::Speed | Quantity::Spin => head.high = head.high.max(legend::top(values.clone())),
                 Quantity::Height(..) => {}
                 Quantity::Captured(_) => head.high = head.high.max(largest),
                 Quantity::Given(_) => {
@@ -110,6 +118,11 @@ fn given(frame: &Frame, name: &str) -> Vec<f64> {
     let value = |place: usize| scalar.and_then(|scalar| scalar.values.get(place)).copied().unwrap_or(0.0);
     let moving = frame.particles.iter().enumerate().filter(|(_, particle)| !frame.is_static(particle));
     moving.map(|(place, _)| value(place)).collect()
+}
+
+/// Returns the magnitudes of the spins of the moving particles, or zeros if the frame has no spins.
+fn magnitudes(frame: &Frame, moving: usize) -> Vec<f64> {
+    turns::spins(frame).map_or_else(|| vec![0.0; moving], |spins| spins.iter().map(Vector::norm).collect())
 }
 
 /// Appends one byte per value. Returns the values of the bytes 0 and 255. Counts up to 255 are exact.

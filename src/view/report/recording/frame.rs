@@ -1,6 +1,7 @@
 use super::FrameHead;
 use super::channel::Channels;
 use super::flight::Flights;
+use super::turns::Turns;
 use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::trajectory::Frame;
@@ -19,7 +20,7 @@ pub(super) struct Encoded {
 }
 
 impl Encoded {
-    pub fn of(frame: &Frame, channels: &mut Channels) -> Self {
+    pub fn of(frame: &Frame, channels: &mut Channels, turns: Option<&Turns>) -> Self {
         let moving: Vec<_> = frame.particles.iter().filter(|particle| !frame.is_static(particle)).collect();
         let positions: Vec<Vector> = moving.iter().map(|particle| frame.wrapped(&particle.position)).collect();
         let (lower, size) = field(frame, &positions);
@@ -31,6 +32,9 @@ impl Encoded {
             steps.iter().for_each(|step| bytes.extend(step.to_le_bytes()));
         }
         bytes.resize(bytes.len().next_multiple_of(4), 0);
+        if let Some(turns) = turns {
+            turns.encode(&mut bytes);
+        }
         let ranges = channels.encode(frame, &moving, &positions, &mut bytes);
         let head = FrameHead {
             time: frame.time,

@@ -1,6 +1,7 @@
 use super::*;
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
+use crate::base::numbers::trunc_to_u8;
 use crate::model::potential::Potential;
 use crate::model::space::Space;
 use crate::model::{ParticleId, SpeciesId};
@@ -9,7 +10,7 @@ use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::FrameSpecies;
 
 /// Returns a frame with `count` moving grains and a static pivot. The first grain is bonded to the pivot.
-fn frame(time: f64, count: u32) -> Frame {
+pub(super) fn frame(time: f64, count: u32) -> Frame {
     let place = |k: u32, factor: f64| (f64::from(k) * factor + time).rem_euclid(1.0);
     let grain = |k: u32| FrameParticle {
         id: ParticleId(k),
@@ -176,6 +177,28 @@ fn particle_scalars_become_colour_channels() {
     assert_eq!((head.name.as_str(), head.low, head.high, head.is_exceeded), ("q6", 0.125, 0.625, false));
     assert_eq!(recording.head.frames[1].ranges[1], [0.375, 0.625]);
     assert_eq!(recording.frames[1][20 + 3..20 + 6], [0, 128, 255]);
+}
+
+#[test]
+fn spins_give_a_colour_and_orientations() {
+    let mut frames = [frame(0.0, 3), frame(1.0, 3)];
+    for frame in &mut frames {
+        let spins = [vec![3.0, 0.0, 0.0, 9.0], vec![4.0, 0.0, 0.0, 9.0], vec![0.0, 0.0, 1.25, 9.0]];
+        frame.scalars = turns::SPINS.iter().zip(spins).map(|(name, values)| Scalar::new(name, values)).collect();
+        frame.scalars.push(Scalar::new("contact_pressure", vec![1.0, 2.0, 3.0, 0.0]));
+    }
+    let recording = read(text(&frames).as_slice(), None).unwrap();
+    let names: Vec<&str> = recording.head.channels.iter().map(|channel| channel.name.as_str()).collect();
+    assert_eq!(names, ["speed", "spin", "contact_pressure"]);
+    assert!(recording.head.has_turns);
+    assert_eq!(recording.head.frames[1].ranges[1], [0.0, 5.0]);
+    // 20 bytes of coordinates, then orientations. The third grain has turned by 1.25 about z.
+    assert_eq!(recording.frames[0].len(), 20 + 12 + 9 + 1);
+    let turned = [0.625_f64.sin(), 0.625_f64.cos()].map(|part| trunc_to_u8((127.0 * part).round()));
+    assert_eq!(recording.frames[1][20 + 8..20 + 12], [0, 0, turned[0], turned[1]]);
+    assert_eq!(recording.frames[1][32 + 3..32 + 6], [255, 0, 64]);
+    let plain = read(text(&[frame(0.0, 3)]).as_slice(), None).unwrap();
+    assert!(!plain.head.has_turns && plain.frames[0].len() == 20 + 3 + 1);
 }
 
 #[test]
