@@ -150,10 +150,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         length: usize,
         prediction: &mut Prediction,
     ) {
-        // In a thin gas, most cells are empty.
-        if length == 0 {
-            return;
-        }
         let before = prediction.contact_time;
         let met = self.batch_of(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
         if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {
@@ -170,14 +166,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     pub(in crate::engine) fn batch_of(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
-        let species = self.row(me.id);
+        let row = self.row(me.id);
+        let rules = &self.pairs.rules;
+        let squared = rules.inertial_squared(row);
         Batch {
             width: self.hardware.width,
             bodies: &self.state.bodies,
             periods: &self.state.periods,
             wraps,
             acceleration: me.acceleration,
-            squared: self.pairs.rules.inertial_squared(species),
+            squared,
+            only: if TABLE && !rules.has_one_row { None } else { Some(squared[usize::from(row)]) },
             rows: &self.state.rows,
         }
     }

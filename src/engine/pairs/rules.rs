@@ -157,6 +157,8 @@ pub struct Rules {
     is_met_accelerated: Vec<bool>,
     /// Whether the particles have spins.
     pub has_spins: bool,
+    /// Whether all particles have the same table row, so that batches need not look rows up.
+    pub has_one_row: bool,
 }
 
 impl Rules {
@@ -211,7 +213,9 @@ impl Rules {
         let is_met_accelerated = accelerated.chunks(species.len().max(1)).map(some).collect();
         let steps = scene.interactions.iter().map(Steps::new).collect();
         let has_spins = scene.has_spins();
-        Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings, has_spins }
+        let occurring = scene.occurring_species().into_iter().filter(|occurs| *occurs).count();
+        let has_one_row = occurring <= 1 && !rows.has_sleep();
+        Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings, has_spins, has_one_row }
     }
 
     /// Returns the squared distances at which a particle of a given species meets uncaptured particles of each species

@@ -82,7 +82,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
         match self.way(me.id, me.time) {
             Way::Nearest => {
-                self.predict_batch(me, true, near.filled_up(me.id), prediction);
+                let found = near.filled_up(me.id);
+                // In a thin gas, most cells are empty.
+                if found.1 > 0 {
+                    self.predict_batch(me, true, found, prediction);
+                }
             }
             Way::Several => {
                 let found = near.filled_up(me.id);

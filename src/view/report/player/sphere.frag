@@ -16,14 +16,14 @@ uniform bool isMarked;
 
 out vec4 fragment;
 
-// How dark the mark of a turned sphere is, 0 to 1, at a place with the given normal. Two quarters of the sphere are dark,
-// so that a turn about any axis can be seen. `width` is the size of a pixel relative to the radius.
+// How dark the mark of a turned sphere is, 0 to 1, at a place with the given normal. Two opposite quarters of the sphere
+// are dark, so that a turn about any axis can be seen. `width` is the size of a pixel relative to the radius.
 float mark(vec3 normal, float width) {
   vec3 world = transpose(mat3(view)) * normal;
   vec4 q = normalize(turn);
   vec3 body = world - 2.0 * cross(q.xyz, q.w * world - cross(q.xyz, world));
   vec3 before = smoothstep(-width, width, body);
-  return max(min(before.x, before.y), min(1.0 - before.x, before.z));
+  return max(min(before.x, before.z), min(1.0 - before.x, 1.0 - before.z));
 }
 
 void main() {
