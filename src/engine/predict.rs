@@ -176,7 +176,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             wraps,
             acceleration: me.acceleration,
             squared,
-            only: if TABLE && !rules.has_one_row { None } else { Some(squared[usize::from(row)]) },
+            has_one_row: rules.has_one_row,
             rows: &self.state.rows,
         }
     }

@@ -26,8 +26,8 @@ pub(in crate::engine) struct Batch<'a> {
     /// Squared contact distance of `me` with the particles of each table row `[length^2]`. It is negative infinity if there
     /// is no contact, or if the contact cannot be predicted in a batch.
     pub squared: &'a [f64],
-    /// The squared contact distance with all particles, if all have the same table row `[length^2]`.
-    pub only: Option<f64>,
+    /// Whether all particles have the same table row.
+    pub has_one_row: bool,
     /// Table rows of all particles. Unused if there is only one species.
     pub rows: &'a [u16],
 }
@@ -119,17 +119,18 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
         let Self { batch, me, others, length, before } = self;
         let mut first = Earliest { time: before, other: NO_PARTICLE };
         let mut due = [f64::INFINITY; TOGETHER];
+        let is_mixture = TABLE && !batch.has_one_row;
+        let own = if TABLE { batch.row_of(me.id) } else { 0 };
         for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
             // A branch on a single lane would often be mispredicted, so there is no branch until all lanes are done.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
-                let squared = match batch.only {
-                    Some(only) => F::all(only),
-                    None => {
-                        let squared: [f64; MOST_LANES] =
-                            std::array::from_fn(|k| batch.squared[usize::from(batch.rows[ids[k % F::COUNT] as usize])]);
-                        F::each(&squared)
-                    }
+                let squared = if is_mixture {
+                    let squared: [f64; MOST_LANES] =
+                        std::array::from_fn(|k| batch.squared[usize::from(batch.rows[ids[k % F::COUNT] as usize])]);
+                    F::each(&squared)
+                } else {
+                    F::all(batch.squared[own])
                 };
                 if FALLING && TABLE && squared.at_most(0.0) == (1 << F::COUNT) - 1 {
                     // No contact can be predicted, for example of a falling grain with a static particle.
