@@ -17,7 +17,7 @@ fn every_scene_of_configs_loads() {
         println!("{}: {} particles", scene.name(), scene.particles().len());
         count += 1;
     }
-    assert_eq!(count, 35);
+    assert_eq!(count, 36);
 }
 
 #[test]

@@ -174,7 +174,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.stream(particle, self.clock.now);
         }
         let before = self.energy().potential;
-        self.pairs.rules = Rules::new(scene);
+        let rows = self.pairs.rules.rows.clone();
+        self.pairs.rules = Rules::with_rows(scene, rows);
         let gained = self.energy().potential - before;
         self.note_energies(0.0, 0.0, gained);
         self.start_anew();

@@ -218,7 +218,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let awake = particles.iter().map(|particle| rows.row(particle.species));
         let all = awake.flat_map(|row| [row, if rows.has_sleep() { rows.asleep(row) } else { row }]);
         if self.ranges.include(all) {
-            self.pairs.rules.has_one_row = self.ranges.occurring().count() <= 1;
             self.sort_anew();
             self.start_anew();
         }

@@ -167,16 +167,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(in crate::engine) fn batch_of(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let row = self.row(me.id);
-        let rules = &self.pairs.rules;
-        let squared = rules.inertial_squared(row);
         Batch {
             width: self.hardware.width,
             bodies: &self.state.bodies,
             periods: &self.state.periods,
             wraps,
             acceleration: me.acceleration,
-            squared,
-            has_one_row: rules.has_one_row,
+            squared: self.pairs.rules.inertial_squared(row),
+            has_one_row: self.ranges.has_one_row,
             rows: &self.state.rows,
         }
     }

@@ -10,6 +10,9 @@ use crate::base::numbers::id;
 use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{ParticleId, Scene, SpeciesId};
 
+/// Names of the scalars that contain the components of the spins `[1 / time]`. LAMMPS uses the same names.
+pub(crate) const SPINS: [&str; 3] = ["omegax", "omegay", "omegaz"];
+
 #[cfg(test)]
 mod tests;
 

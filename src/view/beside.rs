@@ -21,7 +21,7 @@ struct Dynamics {
     gravity: Option<[f64; 3]>,
 }
 
-/// What pictures use from the scene file of a trajectory.
+/// Settings of a scene file that pictures use.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Beside {
     /// `dynamics.gravity` `[length / time^2]`; `None` without gravity.

@@ -362,6 +362,10 @@ def check_rough(browser, path, pictures):
     page.choose("frame", 8, "input")
     turned = page.pixels()
     browser.screenshot(pictures / "rough.png")
+    turns = lambda frame: page.browser.evaluate(f"Array.from(new Recording().frame({frame}).turns)")
+    expect(turns(0) == [0, 0, 0, 127] * 108, "no grain has turned at the start")
+    lengths = [sum(part * part for part in turns(8)[4 * k : 4 * k + 4]) ** 0.5 for k in range(108)]
+    expect(all(abs(length - 127) < 1.1 for length in lengths) and turns(8) != turns(0), "quaternions have a length of 1")
     page.click("marks")
     plain = page.pixels()
     expect(plain[1] != turned[1], "marks show how grains have turned")

@@ -3,8 +3,8 @@
 use carom::engine::Simulation;
 use carom::model::run_plan::StagePlan;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{ContactLaw, MotionKind, RunPlan, SurfaceMotion, SurfaceShape, Until};
-use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
+use carom::model::{ContactLaw, MotionKind, RunPlan, Scene, SurfaceMotion, SurfaceShape, Until};
+use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft, SurfaceDraft};
 use carom::{Run, Vector};
 
 #[test]
@@ -45,6 +45,41 @@ fn gravity_of_each_stage_acts_in_turn() {
     assert!((snapshot.velocities[0] - speed).norm() < 1e-14 * speed.norm());
     assert_eq!(finished.audit.faults(), []);
     assert!(finished.simulation.event_counts().supplied.total() != 0.0);
+}
+
+/// Unlike balls in a box, with gravity that changes in a second stage.
+fn shaken() -> Scene {
+    let wall = Boundary::walls(0.9);
+    let mut scene = SceneBuilder::new("shaken")
+        .seed(3)
+        .space(Space { boundary: [wall; 3], ..Space::periodic_cube(7.0) })
+        .gravity(-Vector::z());
+    for (name, mass, diameter) in [("A", 0.7, 0.5), ("B", 1.9, 1.3)] {
+        scene = scene.species(SpeciesDraft::new(name).mass(mass).diameter(diameter));
+        scene = scene.fill(Fill::new(Arrangement::Random, name).count(25));
+    }
+    for (one, other) in [("A", "A"), ("A", "B"), ("B", "B")] {
+        scene = scene.interaction(InteractionDraft::new(Model::HardSphere).between(one, other).restitution(0.9));
+    }
+    let stage = StagePlan { name: "down".to_owned(), limit: Until::time(2.0), ..StagePlan::default() };
+    let plan = RunPlan {
+        stages: vec![stage],
+        limit: Until::time(4.0),
+        gravity: Some(Vector::new(1.0, 0.2, 0.1)),
+        ..RunPlan::default()
+    };
+    scene.temperature(1.0).run(plan).build().unwrap()
+}
+
+#[test]
+fn unlike_balls_collide_at_their_distances_after_gravity_has_changed() {
+    // A run that frees the particles of its scene must not take the mixture for a fluid of one species.
+    let whole = Run::new(shaken()).finish().unwrap();
+    assert_eq!(whole.audit.faults(), []);
+    assert!(whole.simulation.event_counts().core > 200);
+    let freed = Run::without_start(shaken()).finish().unwrap();
+    assert_eq!(freed.audit.faults(), []);
+    assert_eq!(freed.simulation.snapshot().positions, whole.simulation.snapshot().positions);
 }
 
 /// A piston halves the height `L` that the centres of balls can reach. Returns the relative changes of `v_z L`.

@@ -13,6 +13,7 @@ transport = true
 free_paths = true
 speeds = true
 bond_order = true
+particle_stress = true
 profile = [{ name = "z", bins = [1, 1, 5] }]
 flow = [{ name = "up", axis = "z", at = 0.1 }]
 "#;

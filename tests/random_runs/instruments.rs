@@ -110,8 +110,9 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
         "speeds",
         "chains",
         "bond_order",
+        "particle_stress",
     ];
-    let has_bins = ["radial_distribution", "free_paths", "speeds", "chains", "bond_order"];
+    let has_bins = ["radial_distribution", "free_paths", "speeds", "chains", "bond_order", "particle_stress"];
     *text += "[measure]\n";
     for name in names {
         // Most instruments that Carom would reject are left out.

@@ -26,6 +26,7 @@ const MEASURE: &str = "
     free_paths = true
     speeds = true
     bond_order = true
+    particle_stress = true
     radial_distribution = true
     structure_factor = true
     pressure_tensor = true

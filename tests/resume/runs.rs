@@ -61,6 +61,7 @@ diffusion = true
 free_paths = true
 speeds = true
 bond_order = true
+particle_stress = true
 [[measure.stress]]
 name = "cells"
 bins = [2, 1, 3]

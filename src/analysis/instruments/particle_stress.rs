@@ -36,7 +36,7 @@ pub(super) struct ParticleStress {
     /// Species of the particles that are present, by id; empty if particles neither enter nor leave.
     present: Vec<(u32, u32)>,
     current: Sums,
-    /// Mean stress of each particle in the latest interval that is over.
+    /// Mean stress of each particle in the last complete interval.
     latest: Sums,
     pressure: BlockAverage,
     deviation: BlockAverage,
@@ -61,8 +61,9 @@ impl From<Sums> for Vec<(u32, Tensor)> {
 }
 
 impl Sums {
-    /// Adds `r_a J_b`, symmetrised. `r` is the given share of the line from the other centre, or from the surface. Both
-    /// particles of a pair have the same sign, because both `r` and `J` change their signs.
+    /// Adds `r_a J_b / V`, symmetrised. `r` is the line from the other centre, or from the surface, times `share`, which
+    /// includes the factor `1 / V`. Both particles of a pair have the same sign, because both `r` and `J` change their
+    /// signs.
     fn add(&mut self, particle: u32, share: f64, event: &Event) {
         let (line, impulse) = (event.normal * (event.distance * share), event.impulse);
         let tensor = self.0.entry(particle).or_default();
@@ -109,8 +110,7 @@ impl ParticleStress {
         for (id, species) in sample.ids.iter().zip(sample.species) {
             let species = species.0 as usize;
             let tensor = sums.0.remove(&id.0);
-            let scale = 1.0 / (own_volume(system.diameters[species], dimensions) * duration);
-            let stress = tensor.unwrap_or_default().map(|sum| sum * scale);
+            let stress = tensor.unwrap_or_default().map(|sum| sum / duration);
             if system.species_masses[species].is_finite() {
                 pressures.push(trace(&stress) / dimensions as f64);
             }
@@ -161,8 +161,8 @@ fn present(sample: &Sample<'_>, system: &SystemDescription) -> Vec<(u32, u32)> {
     all.map(|(id, species)| (id.0, species.0)).collect()
 }
 
-/// Pressure and stress of each particle in the latest interval that is over; zero before the end of the first interval,
-/// and for particles without contacts.
+/// Pressure and stress of each particle in the last complete interval. They are zero before the first interval ends, and
+/// for particles without contacts.
 pub(super) fn scalars(stress: Option<&ParticleStress>, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Scalar> {
     let of = |id: u32| stress.map(|stress| stress.latest.of(id)).unwrap_or_default();
     let column = |name: &str, value: &dyn Fn(&Tensor) -> f64| {
@@ -194,13 +194,20 @@ impl Instrument for ParticleStress {
     }
 
     fn event(&mut self, event: &Event, system: &SystemDescription) {
+        let dimensions = system.space.dimensions();
         match (event.kind, event.partner()) {
             (EventKind::Pair(_), Some(partner)) => {
-                let [one, other] = [event.particle, partner].map(|id| self.diameter(id.0, system));
-                self.current.add(event.particle.0, one / (one + other), event);
-                self.current.add(partner.0, other / (one + other), event);
+                let ids = [event.particle, partner].map(|id| id.0);
+                let diameters = ids.map(|id| self.diameter(id, system));
+                for (id, diameter) in ids.into_iter().zip(diameters) {
+                    let share = diameter / (diameters[0] + diameters[1]);
+                    self.current.add(id, share / own_volume(diameter, dimensions), event);
+                }
             }
-            (EventKind::Surface, _) => self.current.add(event.particle.0, 1.0, event),
+            (EventKind::Surface, _) => {
+                let volume = own_volume(self.diameter(event.particle.0, system), dimensions);
+                self.current.add(event.particle.0, 1.0 / volume, event);
+            }
             // New ids are larger than all others.
             (EventKind::Entry, _) => {
                 if let Other::Inlet { species, .. } = event.other {
@@ -225,20 +232,23 @@ impl Instrument for ParticleStress {
                 .variable("p / mean p", "1", self.bins().centres())
                 .series("P(p / mean p)", "1", &self.distribution.estimates(0..self.bins))
                 .normalised(
-                    Normalisation::of("fraction of the moving particles in the bin, over all intervals")
-                        .by("intervals", "1", intervals)
-                        .by("bin_width", "1", self.bins().width()),
+                    Normalisation::of(
+                        "fraction of the moving particles in the bin, over the intervals with a positive mean",
+                    )
+                    .by("intervals", "1", intervals)
+                    .by("bin_width", "1", self.bins().width()),
                 ),
         );
     }
 }
 
 const PRESSURE: &str = "Trace of sum r_a J_b / (V t) divided by the dimension, for a particle of volume V with the \
-    impulses J at a distance r from its centre in an interval of length t; mean over the moving particles and the intervals.";
-const DEVIATION: &str =
-    "Standard deviation of the contact pressures of the moving particles in an interval, divided by their mean.";
+    impulses J at a distance r from its centre in an interval of length t; mean over the moving particles and the \
+    intervals.";
+const DEVIATION: &str = "Standard deviation of the contact pressures of the moving particles in an interval, divided by \
+    their mean; over the intervals with a positive mean.";
 const DISTRIBUTION: &str = "Probability density of the contact pressures in an interval, divided by their mean, for the \
-    moving particles. The density of larger values than the last is not shown.";
+    moving particles, over the intervals with a positive mean. The density of larger values than the last is not shown.";
 
 #[cfg(test)]
 mod tests;

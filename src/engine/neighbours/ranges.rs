@@ -25,6 +25,8 @@ pub struct Ranges {
     longest_bond: f64,
     /// The distance up to which sleeping grains have neighbours `[length]`.
     pub sleep_distance: f64,
+    /// Whether all particles have the same table row. Batches then skip the look-up.
+    pub has_one_row: bool,
 }
 
 /// The particles of a row.
@@ -63,6 +65,7 @@ impl Ranges {
             levels: Vec::new(),
             longest_bond: bonds.map(|potential| potential.range()).fold(0.0, f64::max),
             sleep_distance: scene.sleep().map_or(0.0, |sleep| sleep.distance),
+            has_one_row: false,
         };
         ranges.update();
         ranges
@@ -87,6 +90,8 @@ impl Ranges {
     }
 
     fn update(&mut self) {
+        let has_one_row = self.occurring().nth(1).is_none();
+        self.has_one_row = has_one_row;
         let range = self.occurring().map(|row| self.kinds[row].diameter).fold(self.largest(), f64::max);
         self.of_cells = range + self.sleep_distance;
         self.longest = range.max(self.longest_bond);
@@ -191,6 +196,7 @@ impl Ranges {
             levels: Vec::new(),
             longest_bond: 0.0,
             sleep_distance: 0.0,
+            has_one_row: false,
         };
         ranges.update();
         ranges

@@ -157,8 +157,6 @@ pub struct Rules {
     is_met_accelerated: Vec<bool>,
     /// Whether the particles have spins.
     pub has_spins: bool,
-    /// Whether all particles have the same table row, so that batches need not look rows up.
-    pub has_one_row: bool,
 }
 
 impl Rules {
@@ -179,7 +177,12 @@ impl Rules {
 
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        let rows = Rows::of(scene);
+        Self::with_rows(scene, Rows::of(scene))
+    }
+
+    /// Uses given rows, because the scene may have lost its particles since they were chosen.
+    #[must_use]
+    pub fn with_rows(scene: &Scene, rows: Rows) -> Self {
         let dimensions = scene.space.dimensions();
         let of = |(row, id): (u16, &SpeciesId)| {
             let rules = SpeciesRules::new(&scene.species[id.0 as usize], dimensions);
@@ -213,9 +216,7 @@ impl Rules {
         let is_met_accelerated = accelerated.chunks(species.len().max(1)).map(some).collect();
         let steps = scene.interactions.iter().map(Steps::new).collect();
         let has_spins = scene.has_spins();
-        let occurring = scene.occurring_species().into_iter().filter(|occurs| *occurs).count();
-        let has_one_row = occurring <= 1 && !rows.has_sleep();
-        Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings, has_spins, has_one_row }
+        Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings, has_spins }
     }
 
     /// Returns the squared distances at which a particle of a given species meets uncaptured particles of each species

@@ -23,8 +23,8 @@ pub(in crate::engine) struct Batch<'a> {
     pub wraps: bool,
     /// Acceleration of `me`. All particles of the batch accelerate equally.
     pub acceleration: Vector,
-    /// Squared contact distance of `me` with the particles of each table row `[length^2]`. It is negative infinity if there
-    /// is no contact, or if the contact cannot be predicted in a batch.
+    /// Squared contact distance of `me` with the particles of each table row `[length^2]`. It is negative infinity if
+    /// there is no contact, or if the contact cannot be predicted in a batch.
     pub squared: &'a [f64],
     /// Whether all particles have the same table row.
     pub has_one_row: bool,

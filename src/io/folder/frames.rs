@@ -8,10 +8,7 @@ use crate::analysis::instruments::Scalar;
 use crate::engine::{ParticleNow, Simulation, Snapshot};
 use crate::model::Scene;
 use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
-use crate::trajectory::frame::{Frame, FrameParticle};
-
-/// Names of the components of a spin `[1 / time]`. LAMMPS uses the same names.
-const SPIN: [&str; 3] = ["omegax", "omegay", "omegaz"];
+use crate::trajectory::frame::{Frame, FrameParticle, SPINS};
 
 #[derive(Debug)]
 pub(crate) struct Frames {
@@ -94,7 +91,7 @@ impl Frames {
 /// without spins have none.
 fn of_spins(spins: &[Vector]) -> Vec<Scalar> {
     let component = |(axis, name): (usize, &&str)| Scalar::new(name, spins.iter().map(|spin| spin[axis]).collect());
-    SPIN.iter().enumerate().filter(|_| !spins.is_empty()).map(component).collect()
+    SPINS.iter().enumerate().filter(|_| !spins.is_empty()).map(component).collect()
 }
 
 #[cfg(test)]

@@ -132,7 +132,7 @@ impl Driver<'_> {
             }
             // Because of rounding, the simulation may have stopped slightly before the sampling time.
             let now = self.simulation.time().max(due);
-            // Instruments come first, because a frame contains values of particles that they have measured.
+            // Instruments come first, because frames contain per-particle values from them.
             if let Some((measurement, system)) =
                 self.state.measurement.as_mut().zip(self.system.as_ref()).filter(|_| sample <= due)
             {

@@ -35,6 +35,11 @@ pub(super) fn label(number: f64) -> String {
     if number == 0.0 || (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
 
+/// Whether the font has all letters of a text.
+pub(super) fn can_write(text: &str) -> bool {
+    text.chars().all(|letter| of(letter).is_some())
+}
+
 /// Returns the width of a text with capitals of the height `size`.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {
     text.chars().map(|letter| of(letter).map_or(0.0, |letter| letter.advance * size)).sum()

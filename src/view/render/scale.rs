@@ -3,9 +3,9 @@ use crate::trajectory::Frame;
 use crate::view::ViewError;
 
 /// Column of a trajectory that contains the contact pressures.
-const PRESSURES: &str = "contact_pressure";
+pub(in crate::view) const PRESSURES: &str = "contact_pressure";
 
-/// Returns the number of each particle that its colour shows; 0 if colours show the species.
+/// Returns the quantity that colours show, for each particle; zeros if colours show the species.
 ///
 /// # Errors
 /// [`ViewError::NoPressure`] if colours show pressures that the frame does not have.
@@ -21,7 +21,7 @@ pub(in crate::view) fn shown_numbers(frame: &Frame, style: &Style) -> Result<Vec
     }
 }
 
-/// The scale from 0 to a largest number that has a colour of its own.
+/// The scale of colours, from 0 to `top`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::view) struct Scale {
     /// Upper end of the scale.

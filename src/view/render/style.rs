@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use super::colour;
+use super::letters::can_write;
 use crate::Vector;
 use crate::model::Units;
 use crate::view::ViewError;
@@ -55,10 +56,11 @@ pub struct Style {
     pub colour_by: ColourBy,
     /// Colours of moving species in sRGB. The colours repeat if there are more species.
     pub palette: Vec<[u8; 3]>,
-    /// Upper end of the scale if colours show the speed `[length / time]`. The default depends on the speeds of the particles.
+    /// Upper end of the scale if colours show the speed `[length / time]`. The default depends on the speeds of the
+    /// particles.
     pub top_speed: Option<f64>,
-    /// Names of the units, which are written beside numbers. The default is the names in the scene of the trajectory, if it
-    /// gives any.
+    /// Names of the units, which are written beside numbers. The default is the names in the scene of the trajectory, if
+    /// it gives any.
     pub units: Option<Units>,
     /// Opacity of static particles, 0 to 1. Static particles with a bond are opaque.
     pub static_opacity: f64,
@@ -120,10 +122,12 @@ impl Style {
         Self { gravity: self.gravity.or(gravity), units: self.units.clone().or(units), ..self.clone() }
     }
 
-    /// Returns a number with the name of its unit, if units have names. `quantity` is a unit such as `length / time`.
+    /// Returns a number with the name of its unit, if units have names. `quantity` is a unit such as `length / time`. A
+    /// unit with letters that images cannot show is left out, because a part of its name could be another unit.
     pub(super) fn with_unit(&self, number: String, quantity: &str, dimensions: usize) -> String {
-        match &self.units {
-            Some(units) => format!("{number} {}", units.of(quantity, dimensions)),
+        let unit = self.units.as_ref().map(|units| units.of(quantity, dimensions));
+        match unit.filter(|unit| can_write(unit)) {
+            Some(unit) => format!("{number} {unit}"),
             None => number,
         }
     }

@@ -4,7 +4,7 @@ use super::*;
 use crate::analysis::instruments::Scalar;
 use crate::base::numbers::trunc_to_usize;
 use crate::io::Existing;
-use crate::model::{ParticleId, SpeciesId};
+use crate::model::{ParticleId, SpeciesId, Units};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
@@ -158,6 +158,23 @@ fn colours_show_contact_pressures() {
     assert!(low[2] > low[1] && high[0] > 200 && high[1] > 180 && high[2] < 120, "{low:?} {high:?}");
     pressed.scalars[0].values.pop();
     assert!(matches!(draw(&pressed, &style), Err(ViewError::NoPressure)));
+}
+
+#[test]
+fn numbers_in_images_have_the_units_of_the_scene() {
+    let style = Style { units: Some(Units::new("mm", "g", "ms")), ..level() };
+    assert_eq!(style.with_unit("0.5".into(), "length / time", 3), "0.5 mm / ms");
+    assert_eq!(style.with_unit("0.5".into(), "energy / length^D", 2), "0.5 g / ms^2");
+    assert_eq!(level().with_unit("0.5".into(), "length / time", 3), "0.5");
+    // The font has no Greek letters, and metres are not micrometres.
+    let micro = Style { units: Some(Units::new("µm", "g", "ms")), ..level() };
+    assert_eq!(micro.with_unit("0.5".into(), "length / time", 3), "0.5");
+    assert_eq!(micro.with_unit("0.5".into(), "time", 3), "0.5 ms");
+    let mut moving = frame([10.0, 10.0, 0.0], &[(0, [2.0, 5.0, 0.0], 1.0)]);
+    moving.particles[0].velocity = Vector::new(0.0, 3.0, 0.0);
+    let with_speed = |style: &Style| draw(&moving, &Style { colour_by: ColourBy::Speed, ..style.clone() }).unwrap();
+    assert_ne!(with_speed(&style), with_speed(&level()), "the unit is beside the scale");
+    assert_eq!(draw(&moving, &style).unwrap(), draw(&moving, &level()).unwrap(), "there is no scale");
 }
 
 #[test]

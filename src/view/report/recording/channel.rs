@@ -7,8 +7,8 @@ use crate::analysis::instruments::Scalar;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
-use crate::trajectory::frame::FrameParticle;
-use crate::view::render::legend;
+use crate::trajectory::frame::{FrameParticle, SPINS};
+use crate::view::render::{PRESSURES, legend};
 
 const MOST_GIVEN: usize = 4;
 
@@ -21,6 +21,8 @@ enum Quantity {
     Height(usize, f64),
     /// Number of neighbours within the range of a potential with finite steps.
     Captured(WellNeighbours),
+    /// The contact pressure. A few high pressures are beyond the end of its scale.
+    Pressure,
     Given(String),
 }
 
@@ -29,8 +31,8 @@ enum Quantity {
 pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
 
 impl Channels {
-    /// Chooses the scalars: speeds, spins if the frames contain them, heights if particles fall, numbers of neighbours if potentials have finite steps,
-    /// and scalars of the trajectory.
+    /// Chooses the scalars: speeds, spins if the frames contain them, heights if particles fall, numbers of neighbours if
+    /// potentials have finite steps, and scalars of the trajectory.
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
             name: name.to_owned(),
@@ -55,9 +57,14 @@ impl Channels {
         if let Some(neighbours) = scene.and_then(|scene| WellNeighbours::of(scene, frame)) {
             channels.push((Quantity::Captured(neighbours), head("neighbours within a well", "1", true), 0.0));
         }
-        let is_other = |scalar: &&Scalar| !turns::SPINS.contains(&&*scalar.name);
+        let is_other = |scalar: &&Scalar| !SPINS.contains(&&*scalar.name);
         for scalar in frame.scalars.iter().filter(is_other).take(MOST_GIVEN) {
-            let head = ChannelHead { low: f64::INFINITY, high: f64::NEG_INFINITY, ..head(&scalar.name, "1", false) };
+            if scalar.name == PRESSURES {
+                channels.push((Quantity::Pressure, head(PRESSURES, "energy / length^D", false), 0.0));
+                continue;
+            }
+            let unit = if scalar.name.starts_with("contact_stress_") { "energy / length^D" } else { "1" };
+            let head = ChannelHead { low: f64::INFINITY, high: f64::NEG_INFINITY, ..head(&scalar.name, unit, false) };
             channels.push((Quantity::Given(scalar.name.clone()), head, f64::NEG_INFINITY));
         }
         Self(channels)
@@ -83,11 +90,14 @@ impl Channels {
                 Quantity::Spin => magnitudes(frame, moving.len()),
                 Quantity::Height(axis, sign) => positions.iter().map(|position| *sign * position[*axis]).collect(),
                 Quantity::Captured(neighbours) => neighbours.count(frame),
+                Quantity::Pressure => given(frame, PRESSURES),
                 Quantity::Given(name) => given(frame, name),
             };
             let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             match quantity {
-                Quantity::Speed | Quantity::Spin => head.high = head.high.max(legend::top(values.clone())),
+                Quantity::Speed | Quantity::Spin | Quantity::Pressure => {
+                    head.high = head.high.max(legend::top(values.clone()))
+                }
                 Quantity::Height(..) => {}
                 Quantity::Captured(_) => head.high = head.high.max(largest),
                 Quantity::Given(_) => {

@@ -7,7 +7,7 @@ use crate::model::space::Space;
 use crate::model::{ParticleId, SpeciesId};
 use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use crate::trajectory::extended_xyz::write_frame;
-use crate::trajectory::frame::FrameSpecies;
+use crate::trajectory::frame::{FrameSpecies, SPINS};
 
 /// Returns a frame with `count` moving grains and a static pivot. The first grain is bonded to the pivot.
 pub(super) fn frame(time: f64, count: u32) -> Frame {
@@ -184,13 +184,15 @@ fn spins_give_a_colour_and_orientations() {
     let mut frames = [frame(0.0, 3), frame(1.0, 3)];
     for frame in &mut frames {
         let spins = [vec![3.0, 0.0, 0.0, 9.0], vec![4.0, 0.0, 0.0, 9.0], vec![0.0, 0.0, 1.25, 9.0]];
-        frame.scalars = turns::SPINS.iter().zip(spins).map(|(name, values)| Scalar::new(name, values)).collect();
+        frame.scalars = SPINS.iter().zip(spins).map(|(name, values)| Scalar::new(name, values)).collect();
         frame.scalars.push(Scalar::new("contact_pressure", vec![1.0, 2.0, 3.0, 0.0]));
     }
     let recording = read(text(&frames).as_slice(), None).unwrap();
     let names: Vec<&str> = recording.head.channels.iter().map(|channel| channel.name.as_str()).collect();
     assert_eq!(names, ["speed", "spin", "contact_pressure"]);
     assert!(recording.head.has_turns);
+    let pressure = &recording.head.channels[2];
+    assert_eq!((&*pressure.unit, pressure.low, pressure.high), ("energy / length^D", 0.0, 3.0));
     assert_eq!(recording.head.frames[1].ranges[1], [0.0, 5.0]);
     // 20 bytes of coordinates, then orientations. The third grain has turned by 1.25 about z.
     assert_eq!(recording.frames[0].len(), 20 + 12 + 9 + 1);

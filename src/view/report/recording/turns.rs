@@ -1,17 +1,15 @@
 //! Orientations of rotating particles, which the player shows by a mark on each particle.
 //!
 //! A trajectory contains the spins of the particles, but not their orientations. All particles start with the same
-//! orientation. Between two frames, each particle turns with the mean of its two spins. The result is a picture of the
-//! rotation, and not exact: a particle that turns by more than half a turn between two frames seems to turn differently.
+//! orientation. Between two frames, each particle turns with the mean of its two spins. The result is approximate: a
+//! particle that turns by more than half a turn between two frames appears to turn more slowly or backwards.
 
 use nalgebra::UnitQuaternion;
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_i8;
 use crate::trajectory::Frame;
-
-/// Columns of a trajectory that contain the spins.
-pub(super) const SPINS: [&str; 3] = ["omegax", "omegay", "omegaz"];
+use crate::trajectory::frame::SPINS;
 
 /// Number of bytes of an orientation.
 pub(super) const BYTES: usize = 4;
