@@ -1,5 +1,6 @@
 """Checks the pages of some runs as a reader sees them: check.py RUNS PICTURES, or check.py --find."""
 
+import base64
 import json
 import shutil
 import sys
@@ -356,13 +357,18 @@ def check_piston(browser, path, pictures):
 def check_rough(browser, path, pictures):
     page = Page(browser, path)
     page.open()
+    # The scene asks for the colours of speeds.
+    page.choose("colour", -1)
     first = page.pixels()
     expect(colours(page, first) == 3, "species, speed, spin")
     # All grains start with the same orientation, and turn later.
     page.choose("frame", 8, "input")
     turned = page.pixels()
     browser.screenshot(pictures / "rough.png")
-    turns = lambda frame: page.browser.evaluate(f"Array.from(new Recording().frame({frame}).turns)")
+    # A frame has 6 bytes per grain for the position, 4 for the orientation, one for each of two scalars, and 108 bits.
+    data = base64.b64decode(page.browser.evaluate("document.getElementById('player-frames-0').textContent"))
+    size = 12 * 108 + 14
+    turns = lambda frame: [byte - 256 * (byte > 127) for byte in data[frame * size + 648 : frame * size + 1080]]
     expect(turns(0) == [0, 0, 0, 127] * 108, "no grain has turned at the start")
     lengths = [sum(part * part for part in turns(8)[4 * k : 4 * k + 4]) ** 0.5 for k in range(108)]
     expect(all(abs(length - 127) < 1.1 for length in lengths) and turns(8) != turns(0), "quaternions have a length of 1")
