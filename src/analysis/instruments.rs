@@ -54,6 +54,7 @@ use registry::Registered;
 pub use chains::CHAIN_SIZES;
 pub use instrument::{Instrument, Setup};
 pub use near_pairs::{NearPair, NearPairsError};
+pub(crate) use particle_stress::{CONTACT_PRESSURE, CONTACT_STRESS};
 pub use quantity::{Curve, Divisor, Measured, Normalisation, Number, Published, Scalar, Series, Variable};
 pub use registry::InstrumentError;
 pub(crate) use registry::{OwnInstruments, Registry, compare as compare_instruments};
@@ -201,11 +202,6 @@ pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescripti
     [("radial_distribution", of_pairs), ("bond_order", of_order)].into_iter().filter_map(named).collect()
 }
 
-/// Whether the plan requests per-particle values in the frames of a trajectory.
-pub(crate) fn has_scalars(plan: &MeasurementPlan) -> bool {
-    plan.bond_order.is_some() || plan.particle_stress.is_some()
-}
-
 /// Per-particle values for a frame. `instruments` is `None` before the measurement.
 pub(crate) fn scalars(
     plan: &MeasurementPlan,
@@ -226,7 +222,7 @@ pub(crate) fn scalars(
     scalars
 }
 
-/// Number of per-particle values in a frame.
+/// Number of values of each particle that the plan requests in the frames of a trajectory.
 pub(crate) fn number_of_scalars(plan: &MeasurementPlan, dimensions: usize) -> usize {
     let of_order = if plan.bond_order.is_some() { 2 } else { 0 };
     let of_stress = if plan.particle_stress.is_some() { 1 + dimensions * (dimensions + 1) / 2 } else { 0 };

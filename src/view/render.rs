@@ -45,7 +45,7 @@ pub(super) use framing::{corners, fitted, reach, with_surfaces};
 pub use image::Image;
 pub(super) use image::png_encoder;
 pub(super) use parallel::{Team, cores};
-pub(super) use scale::{PRESSURES, Scale, shown_numbers};
+pub(super) use scale::{Scale, shown_numbers};
 pub(super) use shot::Shot;
 pub(super) use style::refuse_style;
 pub use style::{ColourBy, Framing, Style};

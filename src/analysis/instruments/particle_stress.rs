@@ -16,6 +16,12 @@ use crate::model::scene::own_volume;
 use crate::model::space::AXES;
 use serde::{Deserialize, Serialize};
 
+/// Name of the column of the contact pressures in the frames of a trajectory.
+pub(crate) const CONTACT_PRESSURE: &str = "contact_pressure";
+
+/// Beginning of the names of the columns of the contact stresses.
+pub(crate) const CONTACT_STRESS: &str = "contact_stress_";
+
 /// Largest pressure in the distribution, relative to the mean of all particles.
 const LARGEST: f64 = 10.0;
 
@@ -169,10 +175,10 @@ pub(super) fn scalars(stress: Option<&ParticleStress>, sample: &Sample<'_>, syst
         Scalar::new(name, sample.ids.iter().map(|id| value(&of(id.0))).collect())
     };
     let dimensions = system.space.dimensions() as f64;
-    let mut columns = vec![column("contact_pressure", &|stress| trace(stress) / dimensions)];
+    let mut columns = vec![column(CONTACT_PRESSURE, &|stress| trace(stress) / dimensions)];
     for (index, [a, b]) in COMPONENTS.into_iter().enumerate() {
         if system.axes().filter(|axis| *axis == a || *axis == b).count() == usize::from(a != b) + 1 {
-            columns.push(column(&format!("contact_stress_{}{}", AXES[a], AXES[b]), &|stress| stress[index]));
+            columns.push(column(&format!("{CONTACT_STRESS}{}{}", AXES[a], AXES[b]), &|stress| stress[index]));
         }
     }
     columns

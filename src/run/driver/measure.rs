@@ -2,7 +2,7 @@
 
 use super::pace::Pace;
 use super::{Driver, Failed};
-use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
+use crate::analysis::instruments::{Instruments, Sample, Setup, number_of_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::base::clock::Instant;
 use crate::model::Until;
@@ -169,7 +169,9 @@ impl Driver<'_> {
         if has_frame && self.state.last_frame != now {
             self.state.last_frame = now;
             let plan = &self.simulation.scene().measure;
-            if let Some(system) = self.system.as_ref().filter(|_| has_scalars(plan)) {
+            if let Some(system) =
+                self.system.as_ref().filter(|system| number_of_scalars(plan, system.space.dimensions()) > 0)
+            {
                 let snapshot = self.simulation.snapshot();
                 let instruments = self.state.measurement.as_ref().map(|measurement| &measurement.instruments);
                 let scalars = scalars(plan, instruments, &Sample::of(&snapshot), system);

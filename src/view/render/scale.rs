@@ -1,9 +1,7 @@
 use super::{ColourBy, Style, legend};
+use crate::analysis::instruments::CONTACT_PRESSURE;
 use crate::trajectory::Frame;
 use crate::view::ViewError;
-
-/// Column of a trajectory that contains the contact pressures.
-pub(in crate::view) const PRESSURES: &str = "contact_pressure";
 
 /// Returns the quantity that colours show, for each particle; zeros if colours show the species.
 ///
@@ -14,7 +12,7 @@ pub(in crate::view) fn shown_numbers(frame: &Frame, style: &Style) -> Result<Vec
         ColourBy::Species => Ok(vec![0.0; frame.particles.len()]),
         ColourBy::Speed => Ok(frame.particles.iter().map(|particle| particle.velocity.norm()).collect()),
         ColourBy::Pressure => {
-            let found = frame.scalars.iter().find(|scalar| scalar.name == PRESSURES);
+            let found = frame.scalars.iter().find(|scalar| scalar.name == CONTACT_PRESSURE);
             let fits = |values: &&Vec<f64>| values.len() == frame.particles.len();
             found.map(|scalar| &scalar.values).filter(fits).cloned().ok_or(ViewError::NoPressure)
         }

@@ -196,7 +196,7 @@ fn particles_that_enter_have_the_diameters_of_their_species() {
         let show = |event: &Event| {
             stress.event(event, &system);
             if let Other::Inlet { species: id, .. } = event.other {
-                species.insert(event.particle.0, DIAMETER[id.0 as usize]);
+                species.insert(event.particle.0, [1.4, 0.7][id.0 as usize]);
             }
             let work = event.normal.dot(&event.impulse) * event.distance;
             match (event.kind, event.partner()) {
@@ -223,8 +223,6 @@ fn particles_that_enter_have_the_diameters_of_their_species() {
     assert!(columns[0].values.iter().filter(|value| **value > 0.0).count() > 10);
     assert!(number(&report(&stress, &system), "contact_pressure").mean.unwrap() > 0.0);
 }
-
-const DIAMETER: [f64; 2] = [1.4, 0.7];
 
 #[derive(Default)]
 struct Frames(Vec<(f64, Vec<Scalar>)>);

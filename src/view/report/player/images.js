@@ -76,10 +76,7 @@ class Images {
   }
 
   free() {
-    const { renderer: { gl }, table } = this;
-    gl.deleteTexture(table.places);
-    gl.deleteTexture(table.tones);
-    gl.deleteTexture(table.turns);
+    this.renderer.free(this.table);
   }
 
   draw(uniforms) {

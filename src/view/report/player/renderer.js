@@ -83,9 +83,7 @@ class Renderer {
 
   show(particles) {
     for (const table of this.particles ? [this.moving, this.pivots, this.mesh] : []) {
-      this.gl.deleteTexture(table.places);
-      this.gl.deleteTexture(table.tones);
-      this.gl.deleteTexture(table.turns);
+      this.free(table);
     }
     this.images?.free();
     this.particles = particles;
@@ -153,6 +151,10 @@ class Renderer {
     };
     const numbers = new Float32Array(4 * ROW * rows);
     return { count, rows, numbers, letters: new Uint8Array(2 * ROW * rows), places: texture(), tones: texture(), turns: texture() };
+  }
+
+  free({ places, tones, turns }) {
+    [places, tones, turns].forEach((texture) => this.gl.deleteTexture(texture));
   }
 
   /** Uploads a table to the graphics processor. */

@@ -3,12 +3,12 @@
 use super::neighbours::WellNeighbours;
 use super::{ChannelHead, turns};
 use crate::Vector;
-use crate::analysis::instruments::Scalar;
+use crate::analysis::instruments::{CONTACT_PRESSURE, CONTACT_STRESS, Scalar};
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::{FrameParticle, SPINS};
-use crate::view::render::{PRESSURES, legend};
+use crate::view::render::legend;
 
 const MOST_GIVEN: usize = 4;
 
@@ -59,11 +59,11 @@ impl Channels {
         }
         let is_other = |scalar: &&Scalar| !SPINS.contains(&&*scalar.name);
         for scalar in frame.scalars.iter().filter(is_other).take(MOST_GIVEN) {
-            if scalar.name == PRESSURES {
-                channels.push((Quantity::Pressure, head(PRESSURES, "energy / length^D", false), 0.0));
+            if scalar.name == CONTACT_PRESSURE {
+                channels.push((Quantity::Pressure, head(CONTACT_PRESSURE, "energy / length^D", false), 0.0));
                 continue;
             }
-            let unit = if scalar.name.starts_with("contact_stress_") { "energy / length^D" } else { "1" };
+            let unit = if scalar.name.starts_with(CONTACT_STRESS) { "energy / length^D" } else { "1" };
             let head = ChannelHead { low: f64::INFINITY, high: f64::NEG_INFINITY, ..head(&scalar.name, unit, false) };
             channels.push((Quantity::Given(scalar.name.clone()), head, f64::NEG_INFINITY));
         }
@@ -90,7 +90,7 @@ impl Channels {
                 Quantity::Spin => magnitudes(frame, moving.len()),
                 Quantity::Height(axis, sign) => positions.iter().map(|position| *sign * position[*axis]).collect(),
                 Quantity::Captured(neighbours) => neighbours.count(frame),
-                Quantity::Pressure => given(frame, PRESSURES),
+                Quantity::Pressure => given(frame, CONTACT_PRESSURE),
                 Quantity::Given(name) => given(frame, name),
             };
             let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
