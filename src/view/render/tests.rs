@@ -156,6 +156,7 @@ fn colours_show_contact_pressures() {
     // The particle without pressure is dark blue, although it is fast, and the other is yellow.
     let (low, high) = (pixel(&image, 0.25, middle), pixel(&image, 0.75, middle));
     assert!(low[2] > low[1] && high[0] > 200 && high[1] > 180 && high[2] < 120, "{low:?} {high:?}");
+    assert_eq!(Scale::of(&pressed, &[-3.0, -2.0], &style).top, 1.0, "without positive numbers");
     pressed.scalars[0].values.pop();
     assert!(matches!(draw(&pressed, &style), Err(ViewError::NoPressure)));
 }
@@ -182,13 +183,13 @@ fn scale_fits_into_a_narrow_image() {
     // The words left and right of the scale must not touch the border.
     let mut moving = frame([4.0, 40.0, 0.0], &[(0, [2.0, 5.0, 0.0], 1.0)]);
     moving.particles[0].velocity = Vector::new(0.0, 123.0, 0.0);
-    let image = draw(&moving, &Style { colour_by: ColourBy::Speed, width: 90, height: 600, ..level() }).unwrap();
+    let image = draw(&moving, &Style { colour_by: ColourBy::Speed, width: 600, height: 600, ..level() }).unwrap();
+    assert!(image.width() < 120, "the image is cropped");
     let [width, height] = [image.width(), image.height()].map(|side| side as usize);
-    for row in height - 7..height {
-        let at = |column: usize| is_background(image.pixels()[row * width + column]);
-        assert!(at(0) && at(width - 1), "{row}");
-        assert!(row != height - 5 || !(0..width).all(at), "the scale is there");
-    }
+    let rows = height - trunc_to_usize(legend::STRIP * 600.0)..height;
+    let at = |row: usize, column: usize| is_background(image.pixels()[row * width + column]);
+    assert!(rows.clone().all(|row| at(row, 0) && at(row, width - 1)));
+    assert!(!rows.clone().all(|row| (0..width).all(|column| at(row, column))), "the scale is there");
 }
 
 #[test]

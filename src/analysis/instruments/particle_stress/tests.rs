@@ -84,7 +84,7 @@ fn balls_in_a_column_carry_the_weight_above_them() {
     assert!((densities.iter().flatten().sum::<f64>() * 0.1 - 1.0).abs() < 1e-12);
 }
 
-/// An elastic mixture in two or three dimensions, with walls along y.
+/// A mixture in two or three dimensions, with walls along y. Its contacts are rough, so that `r_a J_b` is not symmetric.
 fn mixture(is_flat: bool) -> Scene {
     let wall =
         Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(1.0)), upper: Face::Wall(ContactLaw::smooth(1.0)) };
@@ -96,7 +96,8 @@ fn mixture(is_flat: bool) -> Scene {
         scene = scene.species(SpeciesDraft::new(name).mass(mass).diameter(diameter));
     }
     for (one, other) in PAIRS {
-        scene = scene.interaction(InteractionDraft::new(Model::HardSphere).between(one, other));
+        let contact = InteractionDraft::new(Model::HardSphere).between(one, other);
+        scene = scene.interaction(contact.tangential_restitution(0.3));
     }
     for name in ["A", "B", "C"] {
         scene = scene.fill(Fill::new(Arrangement::Random, name).count(8));
