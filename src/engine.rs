@@ -13,6 +13,7 @@ macro_rules! with_engine {
 }
 
 mod arrange;
+mod array;
 mod audit;
 mod build;
 mod clock;
@@ -43,6 +44,7 @@ mod predict;
 mod prediction;
 mod schedule;
 mod set_state;
+mod slabs;
 mod snapshot;
 mod sources;
 mod start;
@@ -73,6 +75,7 @@ pub use neighbours::Search;
 pub(crate) use neighbours::cell_list::CellList;
 pub use observe::{EventSequence, ObserverResult};
 pub use set_state::{PairStates, SetStateError};
+pub use slabs::ThreadWork;
 pub use snapshot::{Energy, ParticleNow, Snapshot};
 pub use sources::inlet::InletCounts;
 pub use start::NeedsRun;

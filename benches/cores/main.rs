@@ -12,7 +12,7 @@
 
 mod plot;
 
-use carom::engine::{DomainWork, Simulation, Until};
+use carom::engine::{DomainWork, Simulation, ThreadWork, Until};
 use carom::model::{Potential, Scene, Space};
 use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::error::Error;
@@ -70,7 +70,7 @@ struct Row {
     name: String,
     /// For each repeat: events per second with one thread, with two threads, and of two independent halves side by side.
     turns: Vec<[f64; 3]>,
-    work: DomainWork,
+    work: ThreadWork,
     cores: Vec<Estimate>,
 }
 
@@ -226,12 +226,12 @@ fn measure(system: &System) -> Outcome<Row> {
     let [whole, half] = [system.count, system.count / 2].map(|count| Prepared::new((system.scene)(count)?));
     let (whole, half) = (whole?, half?);
     let name = format!("{} {}", system.count, system.name);
-    let mut row = Row { name, turns: Vec::new(), work: DomainWork::default(), cores: Vec::new() };
+    let mut row = Row { name, turns: Vec::new(), work: ThreadWork::default(), cores: Vec::new() };
     for _ in 0..TURNS {
         let one = whole.rate(&mut whole.in_domains(1, 1)?)?;
         let mut simulation = whole.in_domains(2, 2)?;
         let two = whole.rate(&mut simulation)?;
-        row.work = simulation.domain_work().ok_or("no domains")?;
+        row.work = simulation.thread_work().ok_or("one thread did all work")?;
         row.turns.push([one, two, half.rate_of_two()?]);
     }
     for &domains in system.domains {
@@ -268,25 +268,25 @@ fn median(mut numbers: Vec<f64>) -> f64 {
 
 fn report(rows: &[Row]) -> Outcome<String> {
     let mut text = String::from(
-        "| system | one thread, 1000 events/s | two threads | two halves side by side | two threads / one | halves / one | two threads / halves, each turn | steps per necessary step | windows rolled back |\n|---|---|---|---|---|---|---|---|---|\n",
+        "| system | one thread, 1000 events/s | two threads | two halves side by side | two threads / one | halves / one | two threads / halves, each turn | steps near faces | windows repeated |\n|---|---|---|---|---|---|---|---|---|\n",
     );
     for Row { name, turns, work, .. } in rows {
         let of = |k: usize| median(turns.iter().map(|turn| turn[k]).collect());
         let over = |k: usize, l: usize| turns.iter().map(|turn| turn[k] / turn[l]).collect::<Vec<f64>>();
         let ratios: Vec<String> = over(1, 2).iter().map(|ratio| format!("{ratio:.2}")).collect();
-        let [own, all] = work.steps.map(|steps| steps as f64);
-        let undone = (work.differences + work.uncovered) as f64 / work.windows as f64;
+        let [deep, near, alone] = work.steps.map(|steps| steps as f64);
+        let repeated = work.conflicts as f64 / work.windows as f64;
         writeln!(
             text,
-            "| {name} | {:.0} | {:.0} | {:.0} | {:.2} | {:.2} | {} | {:.2} | {:.1} % |",
+            "| {name} | {:.0} | {:.0} | {:.0} | {:.2} | {:.2} | {} | {:.1} % | {:.2} % |",
             of(0) / 1e3,
             of(1) / 1e3,
             of(2) / 1e3,
             median(over(1, 0)),
             median(over(2, 0)),
             ratios.join(", "),
-            all / own,
-            100.0 * undone
+            100.0 * near / (deep + near + alone),
+            100.0 * repeated
         )?;
     }
     text.push_str("\n| system | cores | speed relative to one thread | steps per necessary step | mean domain / slowest domain | comparison and exchange / slowest domain |\n|---|---|---|---|---|---|\n");

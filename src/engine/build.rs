@@ -1,5 +1,6 @@
 //! Builds the engine of a scene.
 
+use super::array::Array;
 use super::clock::Clock;
 use super::distances::Distances;
 use super::images::ImagePolicy;
@@ -39,7 +40,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let state = State::of(scene, rows, TABLE);
         let mut engine = Self {
             clock: Clock::new(scene.start_time(), count),
-            schedule: Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) },
+            schedule: Schedule::new(Array::new(), EventQueue::new(0, 0, 1.0)),
             neighbours: Neighbours::none(scene.space()),
             ranges: Ranges::of(scene, rows.species()),
             images: ImagePolicy::of(scene),
@@ -50,6 +51,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             hardware: Hardware { width: Simd::most(), looks_ahead: false },
             broken: None,
             domains: None,
+            slabs: None,
             scratch: None,
             pairs,
         };
@@ -59,7 +61,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn begin(&mut self, scene: &Scene, search: Search) {
         let count = self.state.bodies.len();
-        self.schedule.predictions = vec![Prediction::NONE; count];
+        self.schedule.predictions = vec![Prediction::NONE; count].into();
         self.schedule.queue = EventQueue::new(count, count, 1.0);
         if let Some(last) = scene.last_state() {
             let bodies = &self.state.bodies;
@@ -102,8 +104,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Frees the largest arrays before another engine replaces this engine.
     pub(super) fn let_go(&mut self) {
-        (self.state.bodies, self.state.images) = (Vec::new(), Travelled::new(0));
-        self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) };
+        (self.state.bodies, self.state.images) = (Array::new(), Travelled::new(0));
+        self.schedule = Schedule::new(Array::new(), EventQueue::new(0, 0, 1.0));
         self.neighbours = Neighbours::none(&self.state.space);
     }
 

@@ -144,6 +144,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Times since the epoch stay small, so the last event of a long run is as accurate as the first. The shift is a
     /// multiple of a power of two, so most times are shifted without rounding.
     pub(super) fn move_epoch(&mut self) -> Option<Moved> {
+        let moved = self.start_epoch()?;
+        for particle in self.particles() {
+            self.enqueue(particle);
+        }
+        Some(moved)
+    }
+
+    /// Like [`Self::move_epoch`], but the queue stays empty.
+    pub(super) fn start_epoch(&mut self) -> Option<Moved> {
         let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
             return None;
@@ -158,9 +167,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             for particle in self.particles() {
                 self.bring_forward(particle, moved.oldest());
             }
-        }
-        for particle in self.particles() {
-            self.enqueue(particle);
         }
         Some(moved)
     }

@@ -5,6 +5,7 @@
 mod part;
 pub(super) mod records;
 
+use super::array::Array;
 use super::images::travelled::Travelled;
 use super::marks::Marks;
 use super::neighbours::Neighbours;
@@ -40,14 +41,14 @@ impl Order {
     }
 
     /// Returns the permuted values of a column that is empty in scenes without the feature.
-    pub fn permuted_if_any<T: Copy>(&self, values: &[T]) -> Vec<T> {
-        if values.is_empty() { Vec::new() } else { self.permuted(values) }
+    pub fn permuted_if_any<T: Copy>(&self, values: &[T]) -> Array<T> {
+        if values.is_empty() { Array::new() } else { self.permuted(values) }
     }
 
-    pub fn permuted<T: Copy>(&self, values: &[T]) -> Vec<T> {
+    pub fn permuted<T: Copy>(&self, values: &[T]) -> Array<T> {
         let mut permuted = Vec::with_capacity(self.old.len() + self.room);
         permuted.extend(self.old.iter().map(|&old| values[old as usize]));
-        permuted
+        permuted.into()
     }
 }
 
@@ -114,7 +115,7 @@ fn take_values<T: Copy + Send + Sync>(column: &mut [T], part: &[T], numbers: &Pa
     });
 }
 
-impl Column for Vec<Body> {
+impl Column for Array<Body> {
     fn is_more_than_motion(&self) -> bool {
         false
     }
@@ -144,7 +145,7 @@ impl Column for Vec<Body> {
     }
 }
 
-impl Column for Vec<u16> {
+impl Column for Array<u16> {
     const CHANGES_IN_CONTACTS: bool = false;
 
     /// The column is empty in an engine without an interaction table.
@@ -157,7 +158,7 @@ impl Column for Vec<u16> {
     }
 
     fn push(&mut self, record: &Record) {
-        self.extend(record.species);
+        record.species.into_iter().for_each(|row| self.push(row));
     }
 
     /// Does nothing, because rows never change while the system runs in domains.
@@ -168,7 +169,7 @@ impl Column for Vec<u16> {
 }
 
 /// The spins; empty if the scene has none.
-impl Column for Vec<Vector> {
+impl Column for Array<Vector> {
     fn is_more_than_motion(&self) -> bool {
         !self.is_empty()
     }
@@ -182,7 +183,7 @@ impl Column for Vec<Vector> {
     }
 
     fn push(&mut self, record: &Record) {
-        self.extend(record.spin);
+        record.spin.into_iter().for_each(|spin| self.push(spin));
     }
 
     fn set(&mut self, particle: u32, record: &Record) {
@@ -228,7 +229,7 @@ impl Column for Travelled {
     }
 }
 
-impl Column for Vec<Prediction> {
+impl Column for Array<Prediction> {
     const IS_PLAN: bool = true;
 
     fn is_more_than_motion(&self) -> bool {
@@ -331,7 +332,7 @@ impl Column for Box<Sleepers> {
     const CHANGES_IN_CONTACTS: bool = false;
 
     fn permuted(&self, order: &Order) -> Self {
-        Self::new(self.with(order.permuted(&self.watched)))
+        Self::new(self.with(order.permuted(&self.watched).into()))
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {

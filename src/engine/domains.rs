@@ -23,8 +23,8 @@ mod domain;
 mod epochs;
 mod exchange;
 mod gather;
-mod log;
-mod outcome;
+pub(in crate::engine) mod log;
+pub(in crate::engine) mod outcome;
 mod regions;
 mod team;
 mod window;
@@ -39,6 +39,7 @@ use super::sources::Sources;
 use super::{EngineError, Reason, Until};
 use cut::{Cut, End};
 use domain::Domain;
+use outcome::Times;
 use regions::{Halo, Regions};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -270,7 +271,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     ) -> Result<Next, EngineError> {
         let executed = cut.outcomes.iter().map(|outcome| outcome.counts.executed).sum::<u64>();
         let events = outcome::merged(&mut cut.outcomes);
-        let standstill = outcome::standstill(&cut.outcomes, &whole.clock.standstill, whole.schedule.queue.span());
+        let times: Vec<&Times> = cut.outcomes.iter().map(|outcome| &outcome.tally.times).collect();
+        let standstill = outcome::standstill(&times, &whole.clock.standstill, whole.schedule.queue.span());
         let (Some(events), Some(standstill)) = (events, standstill) else {
             self.give_up(whole, cut);
             return Ok(Next::Serial(SERIAL_STEPS));
@@ -331,7 +333,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     /// Returns the mean number of steps per domain.
     fn accept(&mut self, whole: &mut Engine<FALLING, TABLE>, cut: &mut Cut<FALLING, TABLE>, stop: f64) -> f64 {
-        let (last, quiet) = outcome::quiet(&cut.outcomes);
+        let times: Vec<&Times> = cut.outcomes.iter().map(|outcome| &outcome.tally.times).collect();
+        let (last, quiet) = outcome::quiet(&times);
         let mut done = 0;
         for outcome in &cut.outcomes {
             done += outcome.tally.done;
@@ -405,4 +408,4 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::engine) mod tests;

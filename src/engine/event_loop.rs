@@ -2,7 +2,7 @@
 
 use super::observe::Observe;
 use super::parts::Engine;
-use super::prediction::{Due, Prediction};
+use super::prediction::Prediction;
 use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, InvariantBroken, Reason, Until};
 use std::ops::ControlFlow;
@@ -20,10 +20,10 @@ pub(super) enum Next {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn enqueue(&mut self, particle: u32) {
-        let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
+        let (queue, due) = self.schedule.split(&self.state.bodies);
         let entry = due.entry(particle);
         if entry.time < f64::INFINITY {
-            self.schedule.queue.push(entry, &due);
+            queue.push(entry, &due);
         }
     }
 
@@ -167,12 +167,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn next_due(&mut self, stop: f64) -> Next {
         let next_global = self.sources.next_global;
-        let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
+        let (queue, due) = self.schedule.split(&self.state.bodies);
         let limit = stop.min(next_global);
-        let Some(entry) = self.schedule.queue.peek(limit, &due) else {
+        let Some(entry) = queue.peek(limit, &due) else {
             // An epoch ends before any action that is due at its end time or later.
             return match () {
-                () if limit >= self.schedule.queue.reached() => Next::Epoch,
+                () if limit >= queue.reached() => Next::Epoch,
                 () if next_global <= stop => Next::GlobalEvent,
                 () => Next::Limit,
             };

@@ -22,7 +22,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn prefetch_coming(&self) {
         if let Some((particle, prediction)) = self.coming(SELF) {
             self.prefetch_self(particle);
-            if prediction.partner < FIRST_ABSENT {
+            if prediction.partner < FIRST_ABSENT && self.schedule.has(prediction.partner) {
                 self.prefetch_self(prediction.partner);
                 prefetch(&self.schedule.predictions, prediction.partner as usize);
             }
@@ -35,7 +35,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     pub(super) fn coming(&self, ahead: usize) -> Option<(u32, &Prediction)> {
-        let particle = self.schedule.queue.coming(ahead)?;
+        let particle = self.schedule.queue.coming(ahead).filter(|particle| self.schedule.has(*particle))?;
         Some((particle, &self.schedule.predictions[particle as usize]))
     }
 
@@ -57,8 +57,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn prefetch_listed(&self, verlet: &VerletLists) {
         let participants = |particle: u32, prediction: &Prediction| {
-            let second = if prediction.partner >= FIRST_ABSENT { particle } else { prediction.partner };
-            [particle, second]
+            let is_here = prediction.partner < FIRST_ABSENT && self.schedule.has(prediction.partner);
+            [particle, if is_here { prediction.partner } else { particle }]
         };
         if let Some((particle, prediction)) = self.coming(WHERE) {
             for particle in participants(particle, prediction) {

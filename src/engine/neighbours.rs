@@ -18,6 +18,7 @@ pub mod ranges;
 pub mod verlet;
 
 use crate::Vector;
+use crate::engine::slabs::Rooms;
 use crate::model::space::Space;
 use candidates::Candidates;
 use cells::Cells;
@@ -53,6 +54,59 @@ pub enum Place {
 }
 
 impl Neighbours {
+    /// Turns a bitwise copy into a search in shared arrays, with the room of one thread.
+    ///
+    /// # Safety
+    /// As for [`Array::become_alias`](super::array::Array::become_alias). The copy must not be dropped.
+    pub unsafe fn become_alias(&mut self, rooms: &mut Rooms) {
+        match self {
+            Self::Cells(cells) => cells.become_alias(),
+            Self::Lists(verlet) => {
+                verlet.centres.become_alias();
+                // SAFETY: as above.
+                unsafe {
+                    verlet.lists.become_alias(rooms);
+                    verlet.levels.become_alias(rooms);
+                }
+            }
+        }
+    }
+
+    /// Whether room for several threads is affordable.
+    pub fn can_make_rooms(&self) -> bool {
+        self.verlet().is_none_or(|verlet| verlet.lists.can_make_rooms())
+    }
+
+    /// Makes room in the arrays for one thread with `share` particles.
+    pub fn make_room(&mut self, rooms: &mut Rooms, share: usize) {
+        if let Self::Lists(verlet) = self {
+            verlet.lists.make_room(rooms, share);
+            verlet.levels.make_room(rooms, share);
+        }
+    }
+
+    /// Takes back the room of a thread.
+    pub fn take_room(&mut self, rooms: &mut Rooms) {
+        if let Self::Lists(verlet) = self {
+            verlet.lists.take_room(rooms);
+            verlet.levels.take_room(rooms);
+        }
+    }
+
+    /// Returns what is left of the room of an alias.
+    pub fn give_back(&mut self, rooms: &mut Rooms) {
+        if let Self::Lists(verlet) = self {
+            verlet.lists.give_back(rooms);
+            verlet.levels.give_back(rooms);
+        }
+    }
+
+    /// Whether the room of this thread may be too small for a transition of a particle.
+    #[inline]
+    pub fn is_short(&self, particle: u32) -> bool {
+        self.verlet().is_some_and(|verlet| verlet.lists.is_short() || verlet.levels.are_short(particle))
+    }
+
     #[must_use]
     pub fn place(&self, particle: u32) -> Place {
         match self {

@@ -11,6 +11,7 @@ use super::pairs::Pairs;
 use super::pairs::states::PairState;
 use super::predict::Scratch;
 use super::prediction::Schedule;
+use super::slabs::Slabs;
 use super::sources::Sources;
 use super::state::State;
 use super::{Invariant, InvariantBroken};
@@ -35,6 +36,12 @@ pub(super) struct Counts {
     /// Deepest overlap that was accepted as round-off `[length]`. An inelastic pair can stay this deep, so this depth
     /// is added to the tolerance of later overlaps.
     pub accepted_overlap: f64,
+}
+
+impl Default for Counts {
+    fn default() -> Self {
+        Self::new(0)
+    }
 }
 
 impl Counts {
@@ -98,6 +105,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub broken: Option<InvariantBroken>,
     #[serde(skip)]
     pub domains: Option<Box<Domains<FALLING, TABLE>>>,
+    #[serde(skip)]
+    pub slabs: Option<Box<Slabs>>,
     #[serde(skip)]
     pub scratch: Option<Box<Scratch>>,
 }

@@ -1,7 +1,9 @@
 //! The prediction of a particle: its next contact and its next transition.
 
+use super::array::Array;
 use super::state::Body;
 use crate::engine::hardware::prefetch::prefetch;
+use crate::engine::marks::Marks;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::neighbours::grid::CellFace;
 use crate::engine::schedule::{EventQueue, Pending, QueueEntry};
@@ -45,7 +47,7 @@ pub(super) fn absent(id: u32) -> u32 {
 }
 
 #[inline]
-pub(super) fn id_of(number: u32, bodies: &[Body]) -> u32 {
+pub(super) fn id_of(number: u32, bodies: &Array<Body>) -> u32 {
     number.checked_sub(FIRST_ABSENT).unwrap_or_else(|| bodies[number as usize].name)
 }
 
@@ -72,7 +74,7 @@ impl Prediction {
 
     /// Whether a pair contact comes before the predicted contact. Of simultaneous contacts, lower ids come first.
     #[inline]
-    pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &[Body]) -> bool {
+    pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &Array<Body>) -> bool {
         let name = |particle: u32| id_of(particle, bodies);
         let pair = |other: u32| (name(particle).min(name(other)), name(particle).max(name(other)));
         time < self.contact_time
@@ -82,7 +84,7 @@ impl Prediction {
     }
 
     #[inline]
-    pub fn meet(&mut self, particle: u32, other: u32, side: Side, time: f64, bodies: &[Body]) {
+    pub fn meet(&mut self, particle: u32, other: u32, side: Side, time: f64, bodies: &Array<Body>) {
         let partner = &bodies[other as usize];
         self.contact_time = time;
         self.partner = other;
@@ -138,19 +140,57 @@ const TRANSITION: u32 = 2 << 30;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Schedule {
-    pub predictions: Vec<Prediction>,
+    pub predictions: Array<Prediction>,
     pub queue: EventQueue,
+    /// The particles whose events the queue may hold, if other threads simulate the other particles.
+    #[serde(skip)]
+    pub part: Option<Marks>,
+}
+
+impl Schedule {
+    pub fn new(predictions: Array<Prediction>, queue: EventQueue) -> Self {
+        Self { predictions, queue, part: None }
+    }
+
+    #[inline]
+    pub fn due<'a>(&'a self, bodies: &'a Array<Body>) -> Due<'a> {
+        Due { predictions: &self.predictions, bodies, part: self.part.as_ref() }
+    }
+
+    /// Returns the queue, and what it needs to order its entries.
+    #[inline]
+    pub fn split<'a>(&'a mut self, bodies: &'a Array<Body>) -> (&'a mut EventQueue, Due<'a>) {
+        (&mut self.queue, Due { predictions: &self.predictions, bodies, part: self.part.as_ref() })
+    }
+
+    /// Whether the queue may hold events of a particle.
+    #[inline]
+    pub fn has(&self, particle: u32) -> bool {
+        self.part.as_ref().is_none_or(|part| part.has(particle))
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Due<'a> {
-    pub predictions: &'a [Prediction],
-    pub bodies: &'a [Body],
+    pub predictions: &'a Array<Prediction>,
+    pub bodies: &'a Array<Body>,
+    /// The particles whose predictions may be read; `None` for all.
+    pub part: Option<&'a Marks>,
+}
+
+impl Due<'_> {
+    #[inline]
+    fn has(&self, particle: u32) -> bool {
+        self.part.is_none_or(|part| part.has(particle))
+    }
 }
 
 impl Pending for Due<'_> {
     #[inline]
     fn entry(&self, particle: u32) -> QueueEntry {
+        if !self.has(particle) {
+            return QueueEntry { time: f64::INFINITY, particle, tie_order: 0 };
+        }
         let prediction = &self.predictions[particle as usize];
         let tie_order = if prediction.is_transition() { TRANSITION } else { prediction.tie_order };
         QueueEntry { time: prediction.due_time(), particle, tie_order }
@@ -161,6 +201,8 @@ impl Pending for Due<'_> {
         let name = |particle: u32| u64::from(id_of(particle, self.bodies));
         let prediction = &self.predictions[particle as usize];
         let partner = if prediction.is_transition() { None } else { prediction.partner_in_contact() };
+        // Contacts with particles of other threads are never executed in this order.
+        let partner = partner.filter(|partner| self.has(*partner));
         partner.map_or(0, |partner| name(partner).max(name(particle))) << 32 | name(particle)
     }
 

@@ -343,6 +343,12 @@ impl EventQueue {
     }
 }
 
+impl Default for EventQueue {
+    fn default() -> Self {
+        Self::new(0, 0, 1.0)
+    }
+}
+
 /// Returns the largest power of two up to `x`, which must be positive.
 fn power_of_two(x: f64) -> f64 {
     let x = x.clamp(f64::MIN_POSITIVE * 1024.0, f64::MAX / 1024.0);

@@ -1,5 +1,6 @@
 //! The state of all particles, and the box.
 
+use super::array::Array;
 use super::images::travelled::Travelled;
 use super::order::along_curve;
 use super::pairs::rows::Rows;
@@ -36,7 +37,7 @@ impl Body {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct State {
-    pub bodies: Vec<Body>,
+    pub bodies: Array<Body>,
     /// Index in memory of each particle, in the order of the ids.
     pub numbers: Vec<u32>,
     /// The id of the next particle that enters.
@@ -51,10 +52,10 @@ pub(super) struct State {
     /// Number of particles when the neighbour search was set up.
     pub sorted: usize,
     /// Row of each particle's species in the interaction table. Empty if there is no table.
-    pub rows: Vec<u16>,
+    pub rows: Array<u16>,
     pub images: Travelled,
     /// Spin of each particle `[1 / time]`; empty if the scene has no spins.
-    pub spins: Vec<Vector>,
+    pub spins: Array<Vector>,
     pub space: Space,
     /// Periods of the box, infinite along axes that are not periodic.
     pub periods: Vector,
@@ -76,7 +77,7 @@ impl State {
             .zip(&names)
             .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
             .collect();
-        let spins = if scene.has_spins() { particles().map(|p| p.spin).collect() } else { Vec::new() };
+        let spins = if scene.has_spins() { particles().map(|p| p.spin).collect() } else { Array::new() };
         Self {
             bodies,
             next_name: id(numbers.len()),
@@ -113,7 +114,7 @@ impl State {
 
     /// Updates `numbers` after particles were added at the end of `bodies`.
     pub fn number_anew(&mut self) {
-        if let [.., new] = self.bodies[..]
+        if let Some(new) = self.bodies.last()
             && self.numbers.len() + 1 == self.bodies.len()
             && new.name >= self.next_name
         {

@@ -3,6 +3,7 @@
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
 use super::parts::Engine;
+use super::slabs::{Slabs, ThreadWork};
 use super::{Arrest, Chosen, Communicator, EngineError, Reason, Simulation, Until};
 use crate::model::Threads;
 use std::num::NonZero;
@@ -59,6 +60,13 @@ impl Simulation {
         self.threads == Threads::Auto
     }
 
+    /// Statistics of the work on several threads, or `None` if one thread has done all work.
+    #[must_use]
+    pub fn thread_work(&self) -> Option<ThreadWork> {
+        let work = with_engine!(&self.engine, engine => engine.slabs.as_ref().map(|slabs| slabs.work));
+        work.filter(|work| work.windows > 0)
+    }
+
     /// Statistics of the work in domains, or `None` without domains.
     #[must_use]
     pub fn domain_work(&self) -> Option<DomainWork> {
@@ -75,8 +83,9 @@ impl Simulation {
     /// [`RunPlan::threads`](crate::model::RunPlan::threads). The results have the same bits as on one thread.
     ///
     /// The setting is not saved in checkpoints. Some systems always run on one thread: [`SingleThread`] lists the
-    /// reasons, and [`Self::single_thread`] returns the reason for this system. Threads are useful above about 500,000
-    /// particles per thread, and need two and a half times the memory (`docs/speed.md`).
+    /// reasons, and [`Self::single_thread`] returns the reason for this system. `docs/speed.md`
+    /// has the speed of two threads. With a heat bath or an observer, several threads are slower, and need two and a half
+    /// times the memory.
     ///
     /// ```
     /// use carom::{SceneBuilder, Simulation, Until};
@@ -134,6 +143,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = communicator.as_ref().map_or(1, |communicator| communicator.size());
         let has_domains = HAS_DOMAINS && (domains > 1 || communicator.is_some()) && processes <= Threads::MOST;
+        let has_slabs = has_domains && communicator.is_none() && threads > 1 && threads == domains;
+        self.slabs = has_slabs.then(|| Box::new(Slabs::new(threads)));
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, communicator)));
     }
 
@@ -145,20 +156,37 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         until: Until,
         observe: &mut Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
+        if observe.is_none() && self.slabs.as_ref().is_some_and(|slabs| slabs.suit(self)) {
+            self.with_domains(Domains::join);
+        }
+        let in_slabs = self.with_slabs(|slabs, whole| slabs.advance_for(whole, steps, until, observe));
+        if let Some(result) = in_slabs.flatten() {
+            return result;
+        }
         let in_domains = self.with_domains(|domains, whole| domains.advance_for(whole, steps, until, observe));
         in_domains.unwrap_or_else(|| self.advance_for(steps, until, observe))
     }
 
     pub(super) fn settle(&mut self) {
+        self.with_slabs(|slabs, whole| slabs.settle(whole));
         self.with_domains(Domains::settle);
     }
 
     pub(super) fn complete(&mut self) {
+        self.with_slabs(Slabs::complete);
         self.with_domains(Domains::complete);
     }
 
     pub(super) fn join(&mut self) {
+        self.with_slabs(Slabs::join);
         self.with_domains(Domains::join);
+    }
+
+    fn with_slabs<R>(&mut self, work: impl FnOnce(&mut Slabs, &mut Self) -> R) -> Option<R> {
+        let mut slabs = self.slabs.take()?;
+        let result = work(&mut slabs, self);
+        self.slabs = Some(slabs);
+        Some(result)
     }
 
     fn with_domains<R>(&mut self, work: impl FnOnce(&mut Domains<FALLING, TABLE>, &mut Self) -> R) -> Option<R> {

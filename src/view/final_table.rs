@@ -211,7 +211,10 @@ impl Lines {
         };
         let text = match (simulation.domain_work(), simulation.single_thread()) {
             (Some(_), Some(why)) => format!("1 of {threads}: {why}"),
-            (Some(work), None) => format!("{threads}: {work}"),
+            (Some(work), None) => match simulation.thread_work() {
+                Some(work) => format!("{threads}: {work}"),
+                None => format!("{threads}: {work}"),
+            },
             (None, _) if simulation.chooses_threads() => format!("1: {}", describe::AUTO_THREADS),
             (None, _) => return,
         };

@@ -28,6 +28,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             schedule: Schedule {
                 predictions: self.schedule.predictions.permuted(order),
                 queue: self.schedule.queue.of_part(self.clock.now, order.old.len(), order.new.len()),
+                part: None,
             },
             neighbours: self.neighbours.permuted(order),
             ranges: self.ranges.clone(),
@@ -55,6 +56,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             hardware: self.hardware,
             broken: self.broken,
             domains: None,
+            slabs: None,
             scratch: None,
         }
     }

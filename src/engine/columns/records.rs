@@ -121,6 +121,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         first..self.particles().end
     }
 
+    /// Writes records in the given order, and updates neighbour lists. Returns the numbers of the particles.
+    pub fn restore(&mut self, records: &[Record]) -> Vec<u32> {
+        let (mut written, mut moved) = (Vec::with_capacity(records.len()), Vec::new());
+        for record in records {
+            let particle = record.number;
+            let is_moved = record.place.is_some_and(|place| place != self.neighbours.place(particle))
+                || record.captured.as_ref().is_some_and(|captured| self.pairs.states.of(particle) != captured);
+            if is_moved {
+                moved.push(particle);
+            }
+            written.push(particle);
+            self.write_record(particle, record);
+        }
+        for particles in [&mut moved, &mut written] {
+            particles.sort_unstable();
+            particles.dedup();
+        }
+        moved.into_iter().for_each(|particle| self.fill_list(particle));
+        written
+    }
+
     /// Fills the neighbour lists of appended particles, and predicts their events. Their captured pairs must be set.
     pub fn predict_added(&mut self, added: Range<u32>) {
         for particle in added.clone() {

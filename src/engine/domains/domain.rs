@@ -12,7 +12,7 @@ use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::marks::Marks;
 use crate::engine::parts::{Counts, Engine};
-use crate::engine::prediction::{Due, absent};
+use crate::engine::prediction::absent;
 use crate::engine::sources::andersen::Collision;
 
 #[derive(Debug, Clone, Copy)]
@@ -227,8 +227,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     pub fn undo(&mut self, start: f64) {
         self.engine.clock.now = start;
-        let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
-        self.engine.schedule.queue.rewind(start, &due);
+        let (queue, due) = self.engine.schedule.split(&self.engine.state.bodies);
+        queue.rewind(start, &due);
         let undone = self.log.undone(&self.engine.state.bodies);
         self.write(&undone);
         *self.engine.counts = self.engine.no_counts();

@@ -236,22 +236,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     /// Writes records in the given order, updates neighbour lists, and puts predictions into the queue.
     pub fn write(&mut self, records: &[Record]) {
-        let (mut written, mut moved) = (Vec::with_capacity(records.len()), Vec::new());
-        for record in records {
-            let particle = record.number;
-            let is_moved = record.place.is_some_and(|place| place != self.engine.neighbours.place(particle))
-                || record.captured.as_ref().is_some_and(|captured| self.engine.pairs.states.of(particle) != captured);
-            if is_moved {
-                moved.push(particle);
-            }
-            written.push(particle);
-            self.engine.write_record(particle, record);
-        }
-        for particles in [&mut moved, &mut written] {
-            particles.sort_unstable();
-            particles.dedup();
-        }
-        moved.into_iter().for_each(|particle| self.engine.fill_list(particle));
+        let written = self.engine.restore(records);
         written.into_iter().for_each(|particle| self.engine.enqueue(particle));
     }
 }

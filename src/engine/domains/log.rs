@@ -2,6 +2,7 @@ use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::Place;
 use crate::engine::pairs::states::PairState;
+use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
@@ -30,8 +31,50 @@ pub struct Log {
 }
 
 impl Log {
+    /// Saves what a contact of a particle can change. With `is_plain`, contacts change only motions, predictions and
+    /// captured pairs.
+    #[inline(always)]
+    pub fn contact<const FALLING: bool, const TABLE: bool>(
+        &mut self,
+        engine: &Engine<FALLING, TABLE>,
+        particle: u32,
+        is_plain: bool,
+    ) {
+        if !is_plain {
+            return self.push_record(engine.record_before_contact(particle));
+        }
+        let body = engine.state.bodies[particle as usize];
+        let prediction = engine.schedule.predictions[particle as usize];
+        if TABLE && !engine.pairs.states.is_empty() {
+            self.push_pairs(particle, body, prediction, engine.pairs.states.of(particle));
+        } else {
+            self.push_motion(particle, body, prediction);
+        }
+    }
+
+    /// Executes a transition, and saves what it changes. Returns false if it fails.
+    #[inline(always)]
+    pub fn transition<const FALLING: bool, const TABLE: bool>(
+        &mut self,
+        engine: &mut Engine<FALLING, TABLE>,
+        particle: u32,
+        time: f64,
+    ) -> bool {
+        let before = (engine.state.bodies[particle as usize], engine.state.images.of(particle));
+        let place = engine.neighbours.place(particle);
+        let prediction = engine.schedule.predictions[particle as usize];
+        let is_done = engine.execute_transition(particle, time).is_ok();
+        if engine.state.images.of(particle) == before.1 {
+            self.push_place(particle, place, prediction);
+        } else {
+            let record = Record::of_motion(particle, before.0, prediction);
+            self.push_record(Record { images: Some(before.1), place: Some(place), ..record });
+        }
+        is_done
+    }
+
     #[inline]
-    pub fn push_motion(&mut self, particle: u32, body: Body, prediction: Prediction) {
+    fn push_motion(&mut self, particle: u32, body: Body, prediction: Prediction) {
         self.order.push((particle, Kind::Motion));
         self.bodies.push(body);
         self.predictions.push(prediction);
@@ -39,7 +82,7 @@ impl Log {
 
     /// Saves what a contact can change in a system with captured pairs.
     #[inline]
-    pub fn push_pairs(&mut self, particle: u32, body: Body, prediction: Prediction, captured: &[PairState]) {
+    fn push_pairs(&mut self, particle: u32, body: Body, prediction: Prediction, captured: &[PairState]) {
         let Ok(count) = u16::try_from(captured.len()) else {
             let record = Record { captured: Some(captured.to_vec()), ..Record::of_motion(particle, body, prediction) };
             return self.push_record(record);
@@ -52,14 +95,14 @@ impl Log {
 
     /// Saves what a transition changes if the particle stays in the box. Its motion does not change.
     #[inline]
-    pub fn push_place(&mut self, particle: u32, place: Place, prediction: Prediction) {
+    fn push_place(&mut self, particle: u32, place: Place, prediction: Prediction) {
         self.order.push((particle, Kind::Place));
         self.places.push(place);
         self.predictions.push(prediction);
     }
 
     #[inline]
-    pub fn push_record(&mut self, record: Record) {
+    fn push_record(&mut self, record: Record) {
         self.order.push((record.number, Kind::Record));
         self.records.push(record);
     }

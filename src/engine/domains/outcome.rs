@@ -12,6 +12,37 @@ pub struct Seen {
     pub event: Event,
 }
 
+/// Number of event times that are kept, to detect that time stands still.
+const LAST_EVENTS: usize = 32;
+
+/// Times of recent events and transitions.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Times {
+    /// Number of events.
+    pub executed: u64,
+    /// Times of the latest events, and of the transitions after the last event.
+    pub last: Vec<f64>,
+    pub quiet: Vec<f64>,
+}
+
+impl Times {
+    #[inline]
+    pub fn event(&mut self, time: f64) {
+        if self.last.len() == 2 * LAST_EVENTS {
+            self.last.drain(..LAST_EVENTS);
+        }
+        self.executed += 1;
+        self.last.push(time);
+        self.quiet.clear();
+    }
+
+    pub fn clear(&mut self) {
+        self.executed = 0;
+        self.last.clear();
+        self.quiet.clear();
+    }
+}
+
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tally {
     /// Number of engine steps of owned particles in this window, and total number of engine steps.
@@ -20,21 +51,13 @@ pub struct Tally {
     /// Time of the last step of an owned particle in this window.
     pub latest: f64,
     pub events: Vec<Seen>,
-    /// Times of the latest events of owned particles, and of the transitions after the last event.
-    pub last: Vec<f64>,
-    pub quiet: Vec<f64>,
+    /// Times of events and transitions of owned particles.
+    pub times: Times,
 }
 
 impl Tally {
     pub fn new() -> Self {
-        Self {
-            done: 0,
-            done_in_all: 0,
-            latest: f64::NEG_INFINITY,
-            events: Vec::new(),
-            last: Vec::new(),
-            quiet: Vec::new(),
-        }
+        Self { done: 0, done_in_all: 0, latest: f64::NEG_INFINITY, events: Vec::new(), times: Times::default() }
     }
 }
 
@@ -48,24 +71,23 @@ pub struct Outcome {
     pub has_grown: bool,
 }
 
-/// Returns the time of the last event of a window, and the number of transitions after it.
-pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
-    let last = outcomes.iter().filter_map(|outcome| outcome.tally.last.last().copied()).max_by(f64::total_cmp);
-    let after =
-        |outcome: &Outcome| outcome.tally.quiet.iter().filter(|time| last.is_none_or(|last| **time > last)).count();
-    (last, outcomes.iter().map(after).sum::<usize>() as u64)
+/// Returns the time of the last event, and the number of transitions after it. Each argument is for one domain or thread.
+pub fn quiet(all: &[&Times]) -> (Option<f64>, u64) {
+    let last = all.iter().filter_map(|times| times.last.last().copied()).max_by(f64::total_cmp);
+    let after = |times: &&Times| times.quiet.iter().filter(|time| last.is_none_or(|last| **time > last)).count();
+    (last, all.iter().map(after).sum::<usize>() as u64)
 }
 
 /// Returns the new fields `since` and `events` of the watch. Returns `None` if too few event times are known, or if
 /// time stands still.
-pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
+pub fn standstill(all: &[&Times], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;
-    let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.tally.last.len() as u64;
-    let mut times: Vec<f64> = outcomes.iter().flat_map(|outcome| outcome.tally.last.iter().copied()).collect();
+    let is_complete = |times: &Times| times.executed == times.last.len() as u64;
+    let mut times: Vec<f64> = all.iter().flat_map(|times| times.last.iter().copied()).collect();
     times.sort_by(f64::total_cmp);
     let mut standstill = (watch.since, watch.events);
-    let known = outcomes.iter().filter(|outcome| !is_complete(outcome));
-    if let Some(first) = known.filter_map(|outcome| outcome.tally.last.first().copied()).max_by(f64::total_cmp) {
+    let known = all.iter().filter(|times| !is_complete(times));
+    if let Some(first) = known.filter_map(|times| times.last.first().copied()).max_by(f64::total_cmp) {
         times.retain(|time| *time >= first);
         let moves = (1..times.len()).rev().find(|&k| times[k] - times[k - 1] > shortest)?;
         standstill = (times[moves], 0);

@@ -391,7 +391,7 @@ fn wrong_windows_are_rolled_back() {
 }
 
 /// Returns the state of a particle and its next contact as text. Other particles are given by id and sorted.
-fn all_of<const FALLING: bool, const TABLE: bool>(
+pub fn all_of<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     particle: u32,
 ) -> (String, Option<String>) {
@@ -408,7 +408,7 @@ fn all_of<const FALLING: bool, const TABLE: bool>(
     (all, (contact_time < f64::INFINITY).then_some(contact))
 }
 
-fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> Vec<u32> {
+pub fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> Vec<u32> {
     let list = engine.neighbours.verlet().map_or(&[][..], |verlet| verlet.lists.of(particle));
     let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].name).collect();
     names.sort_unstable();

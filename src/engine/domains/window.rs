@@ -5,7 +5,6 @@ use super::exchange::{Step, hash};
 use super::outcome::Seen;
 use super::regions::Regions;
 use crate::base::numbers::id;
-use crate::engine::columns::records::Record;
 use crate::engine::event::Event;
 use crate::engine::event_loop::Next;
 use crate::engine::hardware::prefetch::prefetch;
@@ -17,9 +16,6 @@ use crate::engine::parts::Engine;
 use crate::engine::prediction::{Prediction, id_of};
 use crate::engine::sources::andersen::Collision;
 use std::ops::ControlFlow;
-
-/// Number of event times that are kept, to detect that time stands still.
-const LAST_EVENTS: usize = 32;
 
 /// Largest number of steps of a domain in a window. It limits the memory for a rollback.
 const LONGEST_WINDOW: u64 = 100_000;
@@ -69,11 +65,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     fn transition(&mut self, regions: &Regions, particle: u32, time: f64) {
         let before = regions.columns(&self.engine, particle);
-        let is_done = self.execute_transition(particle, time);
+        let is_done = self.log.transition(&mut self.engine, particle, time);
         let after = regions.columns(&self.engine, particle);
         let is_shared = self.shared.has(particle);
         if self.owned.has(particle) {
-            self.tally.quiet.push(time);
+            self.tally.times.quiet.push(time);
             if regions.holders(after) != regions.holders(before) || regions.owner(after) != self.number {
                 self.moved.push(particle);
             }
@@ -100,27 +96,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Executes a transition, and saves what it changes. Returns false if it fails.
-    #[inline(always)]
-    fn execute_transition(&mut self, particle: u32, time: f64) -> bool {
-        let before = (self.engine.state.bodies[particle as usize], self.engine.state.images.of(particle));
-        let place = self.engine.neighbours.place(particle);
-        let prediction = self.engine.schedule.predictions[particle as usize];
-        let is_done = self.engine.execute_transition(particle, time).is_ok();
-        if self.engine.state.images.of(particle) == before.1 {
-            self.log.push_place(particle, place, prediction);
-        } else {
-            let record = Record::of_motion(particle, before.0, prediction);
-            self.log.push_record(Record { images: Some(before.1), place: Some(place), ..record });
-        }
-        is_done
-    }
-
     fn contact(&mut self, regions: &Regions, particle: u32, prediction: &Prediction, is_observed: bool) {
         let time = self.engine.clock.now;
         let partner = prediction.partner_in_contact();
         if self.engine.is_void(prediction) {
-            self.save(particle);
+            self.log.contact(&self.engine, particle, self.is_plain);
             self.engine.repredict(particle, time);
             if self.shared.has(particle) {
                 self.note(particle, None, time, 0);
@@ -128,9 +108,9 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             return;
         }
         if let Some(partner) = partner {
-            self.save(partner);
+            self.log.contact(&self.engine, partner, self.is_plain);
         }
-        self.save(particle);
+        self.log.contact(&self.engine, particle, self.is_plain);
         let first = match partner {
             Some(partner) if self.engine.name(partner) < self.engine.name(particle) => partner,
             _ => particle,
@@ -143,11 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             return;
         }
         if self.owned.has(first) {
-            if self.tally.last.len() == 2 * LAST_EVENTS {
-                self.tally.last.drain(..LAST_EVENTS);
-            }
-            self.tally.last.push(time);
-            self.tally.quiet.clear();
+            self.tally.times.event(time);
         }
         self.note_contact(regions, particle, partner, time);
         if let Some(partner) = partner {
@@ -182,27 +158,11 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     #[cold]
     fn meet_bath(&mut self, regions: &Regions, particle: u32, collision: &Collision, is_observed: bool) {
-        self.save(particle);
+        self.log.contact(&self.engine, particle, self.is_plain);
         (self.engine.clock.now, self.tally.latest) = (collision.time, collision.time);
         let _ = self.counting(particle, is_observed, |engine, observe| engine.collide(particle, collision, observe));
         self.engine.repredict(particle, collision.time);
         self.note_contact(regions, particle, None, collision.time);
-    }
-
-    /// Saves the data that a contact can change, for a rollback.
-    #[inline(always)]
-    fn save(&mut self, particle: u32) {
-        if self.is_plain {
-            let body = self.engine.state.bodies[particle as usize];
-            let prediction = self.engine.schedule.predictions[particle as usize];
-            if TABLE && !self.engine.pairs.states.is_empty() {
-                self.log.push_pairs(particle, body, prediction, self.engine.pairs.states.of(particle));
-            } else {
-                self.log.push_motion(particle, body, prediction);
-            }
-        } else {
-            self.log.push_record(self.engine.record_before_contact(particle));
-        }
     }
 
     #[inline]

@@ -1,17 +1,18 @@
 use crate::base::numbers::id;
+use crate::engine::array::Array;
 use serde::{Deserialize, Serialize};
 
 /// Image numbers: how many periods each particle has travelled along the axes. A particle takes three bytes. As soon as
 /// one particle needs more, every particle takes twelve bytes. Image numbers wrap at 32 bits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) enum Travelled {
-    Near(Vec<[i8; 3]>),
-    Far(Vec<[i32; 3]>),
+    Near(Array<[i8; 3]>),
+    Far(Array<[i32; 3]>),
 }
 
 impl Travelled {
     pub fn new(particles: usize) -> Self {
-        Self::Near(vec![[0; 3]; particles])
+        Self::Near(vec![[0; 3]; particles].into())
     }
 
     pub fn len(&self) -> usize {
@@ -29,6 +30,21 @@ impl Travelled {
         }
     }
 
+    /// Whether the next period of a particle may need a larger format.
+    #[inline]
+    pub fn is_full(&self, particle: u32) -> bool {
+        let is_extreme = |number: &i8| *number == i8::MIN || *number == i8::MAX;
+        matches!(self, Self::Near(images) if images[particle as usize].iter().any(is_extreme))
+    }
+
+    /// See [`Array::become_alias`].
+    pub fn become_alias(&mut self) {
+        match self {
+            Self::Near(images) => images.become_alias(),
+            Self::Far(images) => images.become_alias(),
+        }
+    }
+
     #[inline]
     pub fn add(&mut self, particle: u32, axis: usize, periods: i32) {
         if let Self::Near(images) = self {
@@ -37,9 +53,12 @@ impl Travelled {
                 *image = sum;
                 return;
             }
+            *self = Self::extended(images);
         }
-        let image = &mut self.far()[particle as usize][axis];
-        *image = image.wrapping_add(periods);
+        if let Self::Far(images) = self {
+            let image = &mut images[particle as usize][axis];
+            *image = image.wrapping_add(periods);
+        }
     }
 
     pub fn set(&mut self, image: impl Fn(u32) -> [i32; 3]) {
@@ -76,16 +95,10 @@ impl Travelled {
         }
     }
 
-    /// Converts all image numbers to the larger format, if necessary, and returns them.
+    /// Returns all image numbers in the larger format.
     #[cold]
-    fn far(&mut self) -> &mut [[i32; 3]] {
-        if let Self::Near(images) = self {
-            *self = Self::Far(images.iter().map(|image| image.map(i32::from)).collect());
-        }
-        match self {
-            Self::Far(images) => images,
-            Self::Near(_) => &mut [],
-        }
+    fn extended(images: &[[i8; 3]]) -> Self {
+        Self::Far(images.iter().map(|image| image.map(i32::from)).collect())
     }
 }
 

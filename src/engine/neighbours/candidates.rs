@@ -1,6 +1,7 @@
 //! Lists of neighbour candidates. Particles are added without branches that depend on the particles.
 
 use super::cells::NO_PARTICLE;
+use crate::engine::array::Array;
 
 /// A list of candidates. Its memory is reused in the next search.
 #[derive(Debug, Clone, Default)]
@@ -72,7 +73,7 @@ impl Candidates {
     /// Appends all other particles of the cells whose first particles are in the list. `heads` is the number of first
     /// particles. `next` holds, for each particle, the next particle in the same cell.
     #[inline]
-    pub fn follow(&mut self, heads: usize, next: &[u32]) {
+    pub fn follow(&mut self, heads: usize, next: &Array<u32>) {
         let (mut at, mut length) = (0, heads);
         while at < length {
             if length == self.found.len() {
@@ -132,7 +133,7 @@ mod tests {
     #[test]
     fn linked_lists_are_followed_to_their_end() {
         // The cells hold the particles 5, 2, 0, then 3, then 1, 4.
-        let next = [NO_PARTICLE, 4, 0, NO_PARTICLE, NO_PARTICLE, 2];
+        let next = vec![NO_PARTICLE, 4, 0, NO_PARTICLE, NO_PARTICLE, 2].into();
         let mut near = Candidates::default();
         let mut heads = near.heads();
         for first in [5, NO_PARTICLE, 3, 1, NO_PARTICLE] {

@@ -10,6 +10,7 @@ use super::grid::{CellFace, Grid};
 use super::kinetics::{cross_section, free_path};
 use crate::Vector;
 use crate::base::numbers::id;
+use crate::engine::array::Array;
 use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
 use crate::model::space::Space;
@@ -29,10 +30,10 @@ pub struct Transition {
 pub struct Cells {
     pub grid: Grid,
     /// First particle of each cell.
-    first: Vec<u32>,
+    first: Array<u32>,
     /// For each particle, the next particle in the same cell.
-    next: Vec<u32>,
-    homes: Vec<u32>,
+    next: Array<u32>,
+    homes: Array<u32>,
 }
 
 /// Smallest side of a cell, in units of the mean distance of particles, in one, two and three dimensions. Particles
@@ -91,9 +92,9 @@ impl Cells {
     pub fn new(space: &Space, range: f64, positions: &[Vector]) -> Self {
         let grid = Grid::new(space, range, positions, sides(space, range, positions.len()), CELLS_PER_PARTICLE);
         let mut cells = Self {
-            first: vec![NO_PARTICLE; grid.count()],
-            next: vec![NO_PARTICLE; positions.len()],
-            homes: vec![0; positions.len()],
+            first: vec![NO_PARTICLE; grid.count()].into(),
+            next: vec![NO_PARTICLE; positions.len()].into(),
+            homes: vec![0; positions.len()].into(),
             grid,
         };
         // Inserts in reverse, so that the list of each cell is in ascending order.
@@ -102,6 +103,13 @@ impl Cells {
             cells.insert(id(index), cell);
         }
         cells
+    }
+
+    /// See [`Array::become_alias`].
+    pub fn become_alias(&mut self) {
+        for array in [&mut self.first, &mut self.next, &mut self.homes] {
+            array.become_alias();
+        }
     }
 
     pub fn enlarge(&self) {
@@ -121,7 +129,7 @@ impl Cells {
         for (particle, home) in homes.iter().enumerate().rev() {
             next[particle] = std::mem::replace(&mut first[*home as usize], id(particle));
         }
-        Self { grid: self.grid.clone(), first, next, homes }
+        Self { grid: self.grid.clone(), first: first.into(), next: next.into(), homes }
     }
 
     pub fn push(&mut self, cell: u32) {

@@ -330,6 +330,19 @@ impl Grid {
         self.split(cell)[axis]
     }
 
+    /// Coordinate of the middle of a cell `[length]`.
+    #[inline]
+    #[must_use]
+    pub fn middle(&self, cell: u32, axis: usize) -> f64 {
+        self.lower[axis] + (f64::from(self.index_along(cell, axis)) + 0.5) * self.side[axis]
+    }
+
+    /// Width of a cell `[length]`.
+    #[must_use]
+    pub fn width(&self, axis: usize) -> f64 {
+        self.side[axis]
+    }
+
     #[inline]
     fn join(&self, [x, y, z]: [u32; 3]) -> u32 {
         (z * self.counts[1] + y) * self.counts[0] + x

@@ -10,7 +10,9 @@ use super::packed::Packed;
 use super::ranges::Ranges;
 use crate::Vector;
 use crate::base::numbers::id;
+use crate::engine::array::Array;
 use crate::engine::columns::Order;
+use crate::engine::slabs::Rooms;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +23,7 @@ pub struct Levels {
     /// The level of each row.
     of_rows: Vec<u8>,
     /// The level of each particle. Empty if there is one level.
-    of_particles: Vec<u8>,
+    of_particles: Array<u8>,
     /// For each row and level, the largest distance between the centres of a listed pair `[length]`; negative if such
     /// pairs never meet.
     reaches: Vec<f64>,
@@ -61,7 +63,7 @@ impl Levels {
         let reaches = (0..of_rows.len()).flat_map(|row| (0..count).map(move |level| (row, level)));
         let reaches: Vec<f64> = reaches.map(|(row, level)| of_row(row, level)).collect();
         let level_of = |particle: usize| of_rows[rows.get(particle).map_or(0, |row| usize::from(*row))];
-        let of_particles: Vec<u8> = (0..positions.len()).filter(|_| count > 1).map(level_of).collect();
+        let of_particles: Array<u8> = (0..positions.len()).filter(|_| count > 1).map(level_of).collect();
         let new = |level: usize| {
             let own = occurring(level).map(|row| reaches[row * count + level]).fold(0.0, f64::max);
             // Particles that do not meet particles of their level are found from other levels.
@@ -96,7 +98,7 @@ impl Levels {
         let mut levels = Self {
             all: self.all.iter().map(|level| Level::empty(level.cells.emptied(), level.sorted)).collect(),
             of_rows: self.of_rows.clone(),
-            of_particles: if is_single { Vec::new() } else { order.permuted(&self.of_particles) },
+            of_particles: if is_single { Array::new() } else { order.permuted(&self.of_particles) },
             reaches: self.reaches.clone(),
         };
         levels.put_all(centres);
@@ -186,6 +188,61 @@ impl Levels {
         let reaches = &self.reaches[usize::from(row) * count..][..count];
         let reached = self.all.iter().zip(reaches).filter(|(_, reach)| **reach >= 0.0);
         reached.for_each(|(level, reach)| visit(&level.cells, *reach));
+    }
+
+    /// Width of the widest cells along an axis `[length]`.
+    #[must_use]
+    pub fn widest_cell(&self, axis: usize) -> f64 {
+        self.all.iter().map(|level| level.cells.grid.width(axis)).fold(0.0, f64::max)
+    }
+
+    /// Makes room for one thread with `share` particles.
+    pub fn make_room(&mut self, rooms: &mut Rooms, share: usize) {
+        let wanted = share / 16 + 64;
+        rooms.of_levels = self
+            .all
+            .iter_mut()
+            .map(|level| {
+                let mut room = level.cells.free_blocks(wanted);
+                let more = wanted - room.len();
+                room.extend(level.cells.make_room(more));
+                room
+            })
+            .collect();
+    }
+
+    pub fn take_room(&mut self, rooms: &mut Rooms) {
+        for (level, room) in self.all.iter_mut().zip(&mut rooms.of_levels) {
+            level.cells.take_room(room);
+        }
+    }
+
+    /// Turns a bitwise copy into cells in shared arrays, with the room of one thread.
+    ///
+    /// # Safety
+    /// As for [`Array::become_alias`](crate::engine::array::Array::become_alias). The copy must not be dropped.
+    pub unsafe fn become_alias(&mut self, rooms: &mut Rooms) {
+        self.of_particles.become_alias();
+        // SAFETY: the levels are copied bit by bit. Neither the copies nor the vector of the original are dropped here.
+        unsafe {
+            let mut all: Vec<Level> = self.all.iter().map(|level| std::ptr::read(level)).collect();
+            for (level, room) in all.iter_mut().zip(std::mem::take(&mut rooms.of_levels)) {
+                level.cells.become_alias(room);
+            }
+            std::ptr::write(&raw mut self.all, all);
+        }
+    }
+
+    /// Returns the room of an alias. The alias has no levels afterwards.
+    pub fn give_back(&mut self, rooms: &mut Rooms) {
+        let levels = std::mem::take(&mut self.all).into_iter().map(std::mem::ManuallyDrop::new);
+        rooms.of_levels = levels.map(|mut level| level.cells.give_back()).collect();
+    }
+
+    /// Whether the cells of a particle may need more memory.
+    #[inline]
+    pub fn are_short(&self, particle: u32) -> bool {
+        self.cells_of(particle).is_short()
     }
 
     pub fn enlarge(&self) {

@@ -7,10 +7,14 @@
 
 use super::cells::NO_PARTICLE;
 use crate::base::numbers::id;
+use crate::engine::array::Array;
 use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::prefetch;
+use crate::engine::slabs::Rooms;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::ptr;
 
 /// Number of entries in a block. Up to eight entries are read at a time.
 const BLOCK: usize = 8;
@@ -61,10 +65,18 @@ impl Span {
 /// The lists of all particles. The unused entries of a list contain the particle itself.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Lists {
-    spans: Vec<Span>,
-    entries: Vec<u32>,
+    spans: Array<Span>,
+    entries: Array<u32>,
     /// Free runs of blocks, by their length.
     free: Vec<Vec<u32>>,
+    /// Unused runs of blocks that were set apart for threads.
+    #[serde(skip)]
+    spare: Vec<Range<u32>>,
+    /// Unused blocks of this thread, and the number of blocks that suffices for a rebuild.
+    #[serde(skip)]
+    own: Range<u32>,
+    #[serde(skip)]
+    needed: u32,
     /// Buffers for [`Self::renew`]: the previous entries of a list, and its new entries in ascending order.
     old: Vec<u32>,
     sorted: Vec<u32>,
@@ -85,7 +97,7 @@ fn holds(list: &[u32], particle: u32) -> bool {
 impl Lists {
     #[must_use]
     pub fn new(particles: usize) -> Self {
-        Self { spans: vec![Span::default(); particles], ..Self::default() }
+        Self { spans: vec![Span::default(); particles].into(), ..Self::default() }
     }
 
     pub fn push_empty(&mut self) {
@@ -123,6 +135,76 @@ impl Lists {
             && self.newcomers.iter().chain(&self.old).chain(&self.sorted).all(|&other| (other as usize) < particles)
     }
 
+    /// Number of blocks that suffices for a rebuild.
+    fn needed_for_rebuild(&self) -> usize {
+        let longest = self.spans.iter().map(|span| span.length()).max().unwrap_or(0);
+        // A rebuild changes the lists of its former and new neighbours. In a while, lists may become somewhat longer.
+        let longest = longest + longest / 2 + WIDTH;
+        (2 * longest as usize + 1) * room_for(longest.div_ceil(WIDTH) + 1) as usize
+    }
+
+    /// Whether the room for several threads is affordable. It grows as the square of the length of the longest list.
+    #[must_use]
+    pub fn can_make_rooms(&self) -> bool {
+        self.needed_for_rebuild() <= 4_096 + self.spans.len() / 8
+    }
+
+    /// Makes room for the rebuilds of one thread. `share` is the number of particles of the thread.
+    pub fn make_room(&mut self, rooms: &mut Rooms, share: usize) {
+        rooms.needed = id(self.needed_for_rebuild());
+        let wanted = 4 * rooms.needed + id(share / 4);
+        rooms.blocks = match self.spare.iter().position(|spare| 2 * spare.len() >= wanted as usize) {
+            Some(at) => self.spare.swap_remove(at),
+            None => {
+                let first = self.entries.len() / BLOCK;
+                let end = first + wanted as usize;
+                self.entries.change(|entries| entries.resize(end * BLOCK, 0));
+                id(first)..id(end)
+            }
+        };
+    }
+
+    /// Takes back the room of a thread.
+    pub fn take_room(&mut self, rooms: &mut Rooms) {
+        self.spare.push(std::mem::take(&mut rooms.blocks));
+        self.free.resize_with(self.free.len().max(rooms.runs.len()), Vec::new);
+        for (free, runs) in self.free.iter_mut().zip(&mut rooms.runs) {
+            free.append(runs);
+        }
+    }
+
+    /// Turns a bitwise copy into lists in shared arrays, with the room of one thread.
+    ///
+    /// # Safety
+    /// As for [`Array::become_alias`]. The copy must not be dropped.
+    pub unsafe fn become_alias(&mut self, rooms: &mut Rooms) {
+        self.spans.become_alias();
+        self.entries.become_alias();
+        // SAFETY: the vectors belong to the original, so they are not dropped here.
+        unsafe {
+            ptr::write(&raw mut self.free, std::mem::take(&mut rooms.runs));
+            for buffer in [&raw mut self.old, &raw mut self.sorted, &raw mut self.newcomers] {
+                ptr::write(buffer, Vec::new());
+            }
+        }
+        (self.own, self.needed, self.coming) = (rooms.blocks.clone(), rooms.needed, 0);
+    }
+
+    /// Returns the room of an alias, with what is left of it.
+    pub fn give_back(&mut self, rooms: &mut Rooms) {
+        (rooms.blocks, rooms.runs) = (self.own.clone(), std::mem::take(&mut self.free));
+        for buffer in [&mut self.old, &mut self.sorted, &mut self.newcomers] {
+            *buffer = Vec::new();
+        }
+    }
+
+    /// Whether the room of this thread may be too small for the next rebuild.
+    #[inline]
+    #[must_use]
+    pub fn is_short(&self) -> bool {
+        self.own.len() < self.needed as usize
+    }
+
     /// Empties all lists and frees their memory.
     pub fn let_go(&mut self) {
         *self = Self::new(self.spans.len());
@@ -137,7 +219,7 @@ impl Lists {
     #[must_use]
     pub fn of(&self, particle: u32) -> &[u32] {
         let span = self.spans[particle as usize];
-        &self.entries[span.start()..span.start() + span.length() as usize]
+        self.entries.some(span.start()..span.start() + span.length() as usize)
     }
 
     /// Returns the list of a particle, padded with the particle itself to a multiple of eight, and the list's length.
@@ -146,7 +228,7 @@ impl Lists {
     pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {
         let span = self.spans[particle as usize];
         let (first, length) = (span.start(), span.length() as usize);
-        (&self.entries[first..first + length.next_multiple_of(BLOCK)], length)
+        (self.entries.some(first..first + length.next_multiple_of(BLOCK)), length)
     }
 
     #[inline]
@@ -251,10 +333,10 @@ impl Lists {
         if needed > blocks || room_for(needed) < blocks {
             (first, blocks) = self.move_to_room(particle, 0, needed);
         } else if length < span.length() {
-            self.entries[span.start() + new.len()..span.start() + span.length() as usize].fill(particle);
+            self.entries.some_mut(span.start() + new.len()..span.start() + span.length() as usize).fill(particle);
         }
         let start = first as usize * BLOCK;
-        self.entries[start..start + new.len()].copy_from_slice(new);
+        self.entries.some_mut(start..start + new.len()).copy_from_slice(new);
         self.spans[particle as usize] = Span::new(first, blocks, length);
     }
 
@@ -266,13 +348,20 @@ impl Lists {
         let room = room_for(needed);
         self.free.resize_with(self.free.len().max(room.max(blocks) as usize + 1), Vec::new);
         let to = self.free[room as usize].pop().unwrap_or_else(|| {
+            if self.own.len() >= room as usize {
+                let to = self.own.start;
+                self.own.start += room;
+                return to;
+            }
             let to = self.entries.len() / BLOCK;
-            self.entries.resize((to + room as usize) * BLOCK, particle);
+            self.entries.change(|entries| entries.resize((to + room as usize) * BLOCK, particle));
             id(to)
         });
         let (old, new) = (span.start(), to as usize * BLOCK);
-        self.entries.copy_within(old..old + kept as usize, new);
-        self.entries[new + kept as usize..new + room as usize * BLOCK].fill(particle);
+        for at in 0..kept as usize {
+            self.entries[new + at] = self.entries[old + at];
+        }
+        self.entries.some_mut(new + kept as usize..new + room as usize * BLOCK).fill(particle);
         if blocks > 0 {
             self.free[blocks as usize].push(span.first);
         }

@@ -8,6 +8,7 @@ use super::cells::NO_PARTICLE;
 use super::grid::{Around, Grid, Region};
 use crate::Vector;
 use crate::base::numbers::{id, single};
+use crate::engine::array::Array;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::{prefetch, prefetch_both};
 use crate::model::space::{Boundary, Space};
@@ -52,10 +53,10 @@ pub struct Packed {
     /// The reach for which the cells were made `[length]`.
     reach: f64,
     /// First block of each cell.
-    first: Vec<u32>,
-    blocks: Vec<Block>,
+    first: Array<u32>,
+    blocks: Array<Block>,
     /// For each block, the next block of the same cell.
-    next: Vec<u32>,
+    next: Array<u32>,
     free: Vec<u32>,
     /// Periods of the box; infinite along axes that are not periodic.
     periods: [f32; 3],
@@ -85,9 +86,9 @@ impl Packed {
         let corner = |k: usize| space.lower[k].abs().max(space.upper()[k].abs());
         let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
         Self {
-            first: vec![NONE; grid.count()],
-            blocks: Vec::new(),
-            next: Vec::new(),
+            first: vec![NONE; grid.count()].into(),
+            blocks: Array::new(),
+            next: Array::new(),
             free: Vec::new(),
             periods: space.periods().map(single).into(),
             scale: periodic.map(corner).fold(0.0, f64::max),
@@ -102,9 +103,9 @@ impl Packed {
     pub fn emptied(&self) -> Self {
         Self {
             grid: self.grid.clone(),
-            first: vec![NONE; self.grid.count()],
-            blocks: Vec::new(),
-            next: Vec::new(),
+            first: vec![NONE; self.grid.count()].into(),
+            blocks: Array::new(),
+            next: Array::new(),
             free: Vec::new(),
             ..*self
         }
@@ -130,6 +131,47 @@ impl Packed {
         let mut lanes = self.blocks.iter().flat_map(|block| block.ids.into_iter().zip(block.at[0]));
         self.free.iter().all(|&at| take(at))
             && lanes.all(|(id, x)| if id == NO_PARTICLE { x.is_nan() } else { (id as usize) < particles })
+    }
+
+    /// Makes room for one thread.
+    pub fn make_room(&mut self, blocks: usize) -> Vec<u32> {
+        let first = self.blocks.len();
+        self.blocks.change(|all| all.resize(first + blocks, Block::EMPTY));
+        self.next.change(|all| all.resize(first + blocks, NONE));
+        (id(first)..id(first + blocks)).collect()
+    }
+
+    pub fn take_room(&mut self, room: &mut Vec<u32>) {
+        self.free.append(room);
+    }
+
+    /// Takes free blocks out, for one thread.
+    pub fn free_blocks(&mut self, blocks: usize) -> Vec<u32> {
+        let most = self.free.len();
+        self.free.split_off(most - blocks.min(most))
+    }
+
+    /// Turns a bitwise copy into cells in shared arrays, with the room of one thread.
+    ///
+    /// # Safety
+    /// As for [`Array::become_alias`](crate::engine::array::Array::become_alias). The copy must not be dropped.
+    pub unsafe fn become_alias(&mut self, room: Vec<u32>) {
+        for array in [&mut self.first, &mut self.next] {
+            array.become_alias();
+        }
+        self.blocks.become_alias();
+        // SAFETY: the vector belongs to the original, so it is not dropped here.
+        unsafe { std::ptr::write(&raw mut self.free, room) };
+    }
+
+    pub fn give_back(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.free)
+    }
+
+    /// Whether there is no free block.
+    #[inline]
+    pub fn is_short(&self) -> bool {
+        self.free.is_empty()
     }
 
     pub fn enlarge(&self) {
@@ -294,7 +336,7 @@ impl Packed {
     #[inline(always)]
     fn for_each_block(&self, region: impl Region, mut visit: impl FnMut(&Block)) {
         region.for_each_run(&self.grid, |first, count| {
-            for &first in &self.first[first..first + count] {
+            for &first in self.first.some(first..first + count) {
                 let mut at = first;
                 while at != NONE {
                     visit(&self.blocks[at as usize]);
@@ -313,7 +355,7 @@ impl Packed {
     #[inline]
     pub fn prefetch_near(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, count| {
-            for &at in &self.first[first..first + count] {
+            for &at in self.first.some(first..first + count) {
                 if at != NONE {
                     prefetch_both(&self.blocks, at as usize);
                     prefetch(&self.next, at as usize);

@@ -6,6 +6,7 @@ use super::lists::Lists;
 use super::ranges::Ranges;
 use crate::Vector;
 use crate::base::numbers::id;
+use crate::engine::array::Array;
 use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
@@ -21,7 +22,7 @@ pub struct VerletLists {
     /// Half of the skin, `delta`: the largest distance of a particle from its centre `[length]`.
     pub half_skin: f64,
     /// Position of each particle when its list was built.
-    pub centres: Vec<Vector>,
+    pub centres: Array<Vector>,
     /// The centres, sorted into cells by the size of their particles.
     pub levels: Levels,
     /// The lists can be rebuilt from the centres and the captured pairs.
@@ -56,7 +57,7 @@ impl VerletLists {
             half_skin,
             lists: Lists::new(positions.len()),
             levels: Levels::new(space, ranges, |a, b| reach(ranges.at(a, b)), &positions, rows),
-            centres: positions,
+            centres: positions.into(),
             squared: ranges.between.iter().map(|&range| reach(range) * reach(range).abs()).collect(),
             species: ranges.between.len().isqrt(),
             periods: space.periods(),
@@ -109,13 +110,18 @@ impl VerletLists {
     }
 
     /// Finds the particles whose centres are within reach of `centre`, for a particle of the species `mine`. The
-    /// argument `species` holds the species of all particles. It is empty if there is only one species.
+    /// argument `species` returns the species of other particles.
     #[inline]
-    pub fn find_neighbours_within(&self, centre: &Vector, mine: u16, species: &[u16], near: &mut Candidates) {
+    pub fn find_neighbours_within(
+        &self,
+        centre: &Vector,
+        mine: u16,
+        species: impl Fn(u32) -> u16,
+        near: &mut Candidates,
+    ) {
         let are_certain = self.levels.find_within(centre, mine, self.wraps(centre), near);
         if self.species > 1 || !are_certain {
-            let of = |other: u32| species.get(other as usize).copied().unwrap_or(0);
-            near.retain(|other| self.is_within_reach(centre, other, [mine, of(other)]));
+            near.retain(|other| self.is_within_reach(centre, other, [mine, species(other)]));
         }
     }
 

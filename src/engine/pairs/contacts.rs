@@ -1,5 +1,6 @@
 //! The time of the last contact of each particle, for the TC model.
 
+use crate::engine::array::Array;
 use crate::physics::response::TcRule;
 use serde::{Deserialize, Serialize};
 
@@ -7,13 +8,13 @@ use serde::{Deserialize, Serialize};
 pub struct ContactTimes {
     pub contact_time: f64,
     pub rule: TcRule,
-    pub last: Vec<f64>,
+    pub last: Array<f64>,
 }
 
 impl ContactTimes {
     #[must_use]
     pub fn new(contact_time: f64, rule: TcRule, particles: usize) -> Self {
-        Self { contact_time, rule, last: vec![f64::NEG_INFINITY; particles] }
+        Self { contact_time, rule, last: vec![f64::NEG_INFINITY; particles].into() }
     }
 
     /// Records a contact of one or two particles. Returns the time since the latest previous contact of any of them;

@@ -33,6 +33,11 @@ pub struct Steps {
 }
 
 impl Steps {
+    /// Whether a pair can enter a state other than state 0.
+    pub fn can_capture(&self) -> bool {
+        self.inner.iter().flatten().any(|step| step.energy_step < f64::INFINITY)
+    }
+
     fn new(interaction: &Interaction) -> Self {
         let (radii, energies) = (interaction.potential.radii(), interaction.potential.energies());
         let at = |radius: usize, from: usize, to: usize| Discontinuity {

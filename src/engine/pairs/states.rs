@@ -5,6 +5,7 @@
 //! the two species. Bonded pairs always have an entry, even in state 0, and count as captured here. Each moving
 //! particle has its own list of partners.
 
+use crate::engine::array::Array;
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
@@ -19,19 +20,41 @@ pub struct PairState {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct CapturedPairs {
     room: usize,
-    lengths: Vec<u32>,
-    entries: Vec<PairState>,
+    lengths: Array<u32>,
+    entries: Array<PairState>,
 }
 
 impl CapturedPairs {
     #[must_use]
     pub fn new(particles: usize) -> Self {
-        Self { room: 0, lengths: vec![0; particles], entries: Vec::new() }
+        Self { room: 0, lengths: vec![0; particles].into(), entries: Array::new() }
+    }
+
+    /// Whether there is no room for another partner of a particle.
+    #[inline]
+    #[must_use]
+    pub fn is_full(&self, particle: u32) -> bool {
+        self.room > 0 && self.lengths[particle as usize] as usize == self.room
+    }
+
+    /// Makes room for some partners of each particle.
+    pub fn make_room(&mut self) {
+        let longest = self.lengths.iter().copied().max().unwrap_or(0);
+        while self.room < longest as usize + 2 {
+            self.grow();
+        }
+    }
+
+    /// See [`Array::become_alias`].
+    pub fn become_alias(&mut self) {
+        self.lengths.become_alias();
+        self.entries.become_alias();
     }
 
     pub fn push_empty(&mut self) {
         self.lengths.push(0);
-        self.entries.resize(self.room * self.lengths.len(), PairState::default());
+        let length = self.room * self.lengths.len();
+        self.entries.change(|entries| entries.resize(length, PairState::default()));
     }
 
     /// Returns true if no particle has a list.
@@ -59,7 +82,7 @@ impl CapturedPairs {
     #[must_use]
     pub fn of(&self, particle: u32) -> &[PairState] {
         let at = particle as usize * self.room;
-        &self.entries[at..at + self.lengths[particle as usize] as usize]
+        self.entries.some(at..at + self.lengths[particle as usize] as usize)
     }
 
     #[inline]
@@ -78,7 +101,8 @@ impl CapturedPairs {
     pub fn set(&mut self, particle: u32, captured: PairState) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
-        if let Some(old) = self.entries[at..at + length].iter_mut().find(|old| old.partner == captured.partner) {
+        if let Some(old) = self.entries.some_mut(at..at + length).iter_mut().find(|old| old.partner == captured.partner)
+        {
             *old = captured;
             return false;
         }
@@ -101,7 +125,7 @@ impl CapturedPairs {
     pub fn remove(&mut self, particle: u32, partner: u32) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
-        let list = &mut self.entries[at..at + length];
+        let list = self.entries.some_mut(at..at + length);
         let found = list.iter().position(|captured| captured.partner == partner);
         if let Some(position) = found {
             list[position] = list[length - 1];
@@ -115,9 +139,9 @@ impl CapturedPairs {
         let mut entries = vec![PairState::default(); room * self.lengths.len()];
         for (particle, &length) in self.lengths.iter().enumerate() {
             let (from, to) = (particle * self.room, particle * room);
-            entries[to..to + length as usize].copy_from_slice(&self.entries[from..from + length as usize]);
+            entries[to..to + length as usize].copy_from_slice(self.entries.some(from..from + length as usize));
         }
-        (self.room, self.entries) = (room, entries);
+        (self.room, self.entries) = (room, entries.into());
     }
 }
 

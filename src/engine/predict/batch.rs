@@ -2,6 +2,7 @@
 
 use super::Streamed;
 use crate::Vector;
+use crate::engine::array::Array;
 use crate::engine::images::lanes::nearest;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::pairs::rules::Rules;
@@ -17,7 +18,7 @@ const TOGETHER: usize = 32;
 /// Input of a batch prediction for one particle, `me`.
 pub(in crate::engine) struct Batch<'a> {
     pub width: Simd,
-    pub bodies: &'a [Body],
+    pub bodies: &'a Array<Body>,
     pub periods: &'a Vector,
     /// Whether the nearest image of a particle may lie across a side of the box.
     pub wraps: bool,
@@ -29,7 +30,7 @@ pub(in crate::engine) struct Batch<'a> {
     /// Whether all particles have the same table row.
     pub has_one_row: bool,
     /// Table rows of all particles. Unused if there is only one species.
-    pub rows: &'a [u16],
+    pub rows: &'a Array<u16>,
 }
 
 /// The earliest contact of a particle with the particles of a batch. If there is none, `other` is [`NO_PARTICLE`].

@@ -113,9 +113,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn find_listed(verlet: &VerletLists, pairs: &Pairs, state: &State, particle: u32, near: &mut Candidates) {
         let centre = &verlet.centres[particle as usize];
-        let all: &[u16] = if TABLE { &state.rows } else { &[] };
-        let species = all.get(particle as usize).copied().unwrap_or(0);
-        verlet.find_neighbours_within(centre, species, all, near);
+        let species = |particle: u32| if TABLE { state.rows[particle as usize] } else { 0 };
+        verlet.find_neighbours_within(centre, species(particle), species, near);
         if TABLE {
             near.retain(|other| pairs.states.get(particle, other).is_none());
         }

@@ -330,7 +330,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut near = Candidates::default();
         let species = self.row(particle);
         let centre = verlet.centres[particle as usize];
-        verlet.find_neighbours_within(&centre, species, &self.state.rows, &mut near);
+        verlet.find_neighbours_within(&centre, species, |other| self.row(other), &mut near);
         if let Some(lists) = self.neighbours.lists_mut() {
             lists.withdraw(particle);
             near.found().iter().filter(|&&other| other != particle).for_each(|&other| lists.remove(other, particle));

@@ -1,6 +1,7 @@
 //! Contacts of particles with reflecting and thermal surfaces.
 
 use crate::Vector;
+use crate::engine::array::Array;
 use crate::engine::audit::unit_of_surface;
 use crate::engine::contact::apply::{Change, With};
 use crate::engine::contact::rough::Push;
@@ -21,14 +22,14 @@ use std::ops::ControlFlow;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct SurfaceRandom {
     pub stream: Random,
-    pub contacts: Vec<u32>,
+    pub contacts: Array<u32>,
 }
 
 impl SurfaceRandom {
     pub fn of(scene: &Scene, surfaces: &Surfaces) -> Option<Self> {
         surfaces.are_ever_thermal().then(|| Self {
             stream: Random::new(StatePoint::at_start(scene).seed(scene.seed), Purpose::Surface, scene.first_stream()),
-            contacts: vec![0; scene.particles.len()],
+            contacts: vec![0; scene.particles.len()].into(),
         })
     }
 

@@ -21,7 +21,7 @@ impl Cells {
     #[inline]
     pub fn prefetch_near(&self, cell: u32, expect: impl Fn(u32)) {
         self.grid.for_each_run(cell, |first, count| {
-            for &head in &self.first[first..first + count] {
+            for &head in self.first.some(first..first + count) {
                 self.prefetch_head(head, &expect);
             }
         });
@@ -31,7 +31,7 @@ impl Cells {
     pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         let mut heads = near.heads();
         self.grid.for_each_run(cell, |first, count| {
-            for &head in &self.first[first..first + count] {
+            for &head in self.first.some(first..first + count) {
                 heads.put(head);
             }
         });
