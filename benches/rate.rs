@@ -93,7 +93,7 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     while begin.elapsed() < TIMED {
         simulation.advance(Until::time(simulation.time() + chunk))?;
     }
-    if let Some(work) = simulation.domain_work() {
+    if let Some(work) = simulation.thread_work() {
         println!("{work}");
     }
     let rate = (simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64();

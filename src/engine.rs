@@ -42,6 +42,7 @@ mod parts;
 mod population;
 mod predict;
 mod prediction;
+mod progress;
 mod schedule;
 mod set_state;
 mod slabs;
@@ -53,6 +54,7 @@ mod states;
 pub(crate) mod surfaces;
 mod swap;
 mod threads;
+mod undo_log;
 mod volume_move;
 
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};

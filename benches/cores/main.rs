@@ -192,14 +192,18 @@ impl Prepared {
         simulation.advance(Until::events(half))?;
         let start = simulation.time();
         simulation.advance(Until::events(before))?;
-        simulation.set_domains(1, 1);
+        simulation.set_threads(1);
         let density = 0.5 * BEFORE / (simulation.time() - start);
         Ok(Self { simulation, density, timed: TIMED.max(LEAST / particles) })
     }
 
-    fn in_domains(&self, domains: usize, threads: usize) -> Outcome<Simulation> {
+    fn on_threads(&self, threads: usize) -> Outcome<Simulation> {
+        self.with(|simulation| simulation.set_threads(threads))
+    }
+
+    fn with(&self, change: impl FnOnce(&mut Simulation)) -> Outcome<Simulation> {
         let mut simulation = self.simulation.clone();
-        simulation.set_domains(domains, threads);
+        change(&mut simulation);
         simulation.advance(Until::time(simulation.time() + 0.1 / self.density))?;
         Ok(simulation)
     }
@@ -211,7 +215,7 @@ impl Prepared {
     /// Returns the sum of the rates of two copies that run side by side.
     fn rate_of_two(&self) -> Outcome<f64> {
         let run = || {
-            let mut simulation = self.in_domains(1, 1).map_err(|error| error.to_string())?;
+            let mut simulation = self.on_threads(1).map_err(|error| error.to_string())?;
             self.rate(&mut simulation).map_err(|error| error.to_string())
         };
         std::thread::scope(|scope| {
@@ -228,15 +232,15 @@ fn measure(system: &System) -> Outcome<Row> {
     let name = format!("{} {}", system.count, system.name);
     let mut row = Row { name, turns: Vec::new(), work: ThreadWork::default(), cores: Vec::new() };
     for _ in 0..TURNS {
-        let one = whole.rate(&mut whole.in_domains(1, 1)?)?;
-        let mut simulation = whole.in_domains(2, 2)?;
+        let one = whole.rate(&mut whole.on_threads(1)?)?;
+        let mut simulation = whole.on_threads(2)?;
         let two = whole.rate(&mut simulation)?;
         row.work = simulation.thread_work().ok_or("one thread did all work")?;
         row.turns.push([one, two, half.rate_of_two()?]);
     }
     for &domains in system.domains {
-        let one = whole.rate(&mut whole.in_domains(1, 1)?)?;
-        let mut simulation = whole.in_domains(domains, 1)?;
+        let one = whole.rate(&mut whole.on_threads(1)?)?;
+        let mut simulation = whole.with(|simulation| simulation.set_domains(domains, 1))?;
         let before = simulation.domain_work().unwrap_or_default();
         let first = simulation.event_counts().physical();
         whole.rate(&mut simulation)?;

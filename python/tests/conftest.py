@@ -58,6 +58,13 @@ def fluid() -> dict:
 
 
 @pytest.fixture
+def long_fluid() -> dict:
+    """A fluid that is large enough, and in a box that is long enough, for several threads."""
+    fill = {"species": "sphere", "arrangement": "random", "count": 4_500, "temperature": 1.0}
+    return copy.deepcopy(FLUID) | {"space": {"size": [120.0, 8.0, 8.0]}, "fill": [fill]}
+
+
+@pytest.fixture
 def mixture() -> dict:
     return copy.deepcopy(MIXTURE)
 

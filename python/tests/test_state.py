@@ -119,9 +119,8 @@ def test_simulation_can_be_sent_to_another_process(fluid: dict) -> None:
     same(advanced(simulation), there)
 
 
-def test_simulation_saved_on_two_threads_equals_a_serial_one(fluid: dict) -> None:
-    large = {**fluid, "fill": [{**fluid["fill"][0], "count": 2048}]}
-    one, two = carom.Simulation(large), carom.Simulation(large, threads=2)
+def test_simulation_saved_on_two_threads_equals_a_serial_one(long_fluid: dict) -> None:
+    one, two = carom.Simulation(long_fluid), carom.Simulation(long_fluid, threads=2)
     for it in (one, two):
         it.advance(events=5_000)
     two.save("a")

@@ -59,7 +59,7 @@ pub struct Run {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
     /// Number of threads, instead of the number in the scene. Any number yields the same results. auto uses one thread
-    /// per core, but at most one per 500000 particles
+    /// per core, but at most one per 50000 particles
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<Threads>,
     /// Replaces the run in the folder once the new run is complete; also allows output of more than 10 GB or a tenth of

@@ -2,8 +2,8 @@
 //!
 //! A [`Vec`] lends either one mutable slice or several immutable ones. This is too strict for particles on several
 //! threads: each thread changes some elements and reads others, and which ones follows from the positions of particles.
-//! An [`Array`] therefore accesses one element at a time, through a raw pointer. A copy of the handle
-//! gives another thread access to the same elements, see [`Array::become_alias`].
+//! An [`Array`] therefore accesses one element at a time, through a raw pointer. An *alias* is a second
+//! handle to the same elements, for another thread. See [`Array::become_alias`].
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -22,7 +22,7 @@ pub struct Array<T> {
     capacity: Option<usize>,
 }
 
-// SAFETY: like a `Vec`, an array owns its elements. Who creates an alias promises to avoid simultaneous access.
+// SAFETY: an array owns its elements, like a `Vec`. Code that creates an alias ensures that threads use different elements.
 unsafe impl<T: Send> Send for Array<T> {}
 // SAFETY: as above.
 unsafe impl<T: Sync> Sync for Array<T> {}
@@ -136,7 +136,7 @@ impl<T> Array<T> {
     fn take_vector(&mut self) -> Vec<T> {
         let capacity = self.capacity.expect("an alias cannot be resized");
         let taken = ManuallyDrop::new(std::mem::replace(self, Self::from(Vec::new())));
-        // SAFETY: the parts are those of the vector from which the array was made.
+        // SAFETY: all three values come from the vector that `From<Vec<T>>` took apart.
         unsafe { Vec::from_raw_parts(taken.first.as_ptr(), taken.length, capacity) }
     }
 }
@@ -185,9 +185,8 @@ impl<T> Default for Array<T> {
 
 impl<T> Drop for Array<T> {
     fn drop(&mut self) {
-        if let Some(capacity) = self.capacity {
-            // SAFETY: the parts are those of the vector from which the array was made.
-            drop(unsafe { Vec::from_raw_parts(self.first.as_ptr(), self.length, capacity) });
+        if self.capacity.is_some() {
+            drop(self.take_vector());
         }
     }
 }
@@ -231,11 +230,9 @@ impl<T> IndexMut<usize> for Array<T> {
     #[inline(always)]
     #[track_caller]
     fn index_mut(&mut self, at: usize) -> &mut T {
-        if at >= self.length {
-            no_element(at, self.length);
-        }
-        // SAFETY: the element exists, as just checked, and no other thread accesses it meanwhile.
-        unsafe { &mut *self.first.as_ptr().add(at) }
+        let length = self.length;
+        let Some(element) = self.get_mut(at) else { no_element(at, length) };
+        element
     }
 }
 
@@ -272,5 +269,68 @@ impl<'a, T> IntoIterator for &'a mut Array<T> {
 
     fn into_iter(self) -> Self::IntoIter {
         self.iter_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a second handle to the elements of an array.
+    fn alias(array: &Array<String>) -> Array<String> {
+        let mut copy = Array { first: array.first, length: array.length, capacity: array.capacity };
+        copy.become_alias();
+        copy
+    }
+
+    #[test]
+    fn arrays_behave_like_vectors() {
+        let mut array: Array<String> = ["a", "b"].map(str::to_owned).into_iter().collect();
+        array.push("c".to_owned());
+        array[1] = "d".to_owned();
+        assert_eq!((array.len(), &array[1], array.get(3)), (3, &"d".to_owned(), None));
+        assert_eq!(array.some(1..3), ["d", "c"]);
+        let copy = array.clone();
+        array.change(|vector| vector.truncate(1));
+        assert_eq!(
+            (array.to_vec(), copy.to_vec()),
+            (vec!["a".to_owned()], ["a", "d", "c"].map(str::to_owned).to_vec())
+        );
+        let bytes = postcard::to_stdvec(&copy).unwrap();
+        assert_eq!(bytes, postcard::to_stdvec(&Vec::from(copy.clone())).unwrap());
+        assert_eq!(postcard::from_bytes::<Array<String>>(&bytes).unwrap().to_vec(), copy.to_vec());
+        assert!(Array::<u32>::new().is_empty());
+    }
+
+    #[test]
+    fn an_alias_changes_the_elements_of_its_array() {
+        let array: Array<String> = (0..100).map(|number| number.to_string()).collect();
+        std::thread::scope(|scope| {
+            for part in 0..2 {
+                let mut alias = alias(&array);
+                scope.spawn(move || (0..50).for_each(|at| alias[2 * at + part].push('!')));
+            }
+        });
+        assert!((0..100).all(|number| array[number] == format!("{number}!")));
+    }
+
+    #[test]
+    #[should_panic(expected = "an alias cannot be resized")]
+    fn an_alias_cannot_grow() {
+        let array = Array::from(vec!["a".to_owned()]);
+        alias(&array).push("b".to_owned());
+    }
+
+    #[test]
+    #[should_panic(expected = "element 1 of 1")]
+    fn elements_beyond_the_end_cannot_be_used() {
+        let mut array = Array::from(vec![1]);
+        array[1] = 2;
+    }
+
+    #[test]
+    #[should_panic(expected = "elements 0..2 of 1")]
+    fn slices_beyond_the_end_cannot_be_used() {
+        let _ = Array::from(vec![1]).some(0..2);
     }
 }

@@ -23,25 +23,22 @@ mod domain;
 mod epochs;
 mod exchange;
 mod gather;
-pub(in crate::engine) mod log;
-pub(in crate::engine) mod outcome;
+mod outcome;
 mod regions;
 mod team;
 mod window;
 mod work;
 
 use super::communicator::Communicator;
-use super::event::Event;
 use super::observe::Observe;
 use super::pairs::Pairs;
 use super::parts::Engine;
+use super::progress::{self, Times};
 use super::sources::Sources;
 use super::{EngineError, Reason, Until};
 use cut::{Cut, End};
 use domain::Domain;
-use outcome::Times;
 use regions::{Halo, Regions};
-use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 use team::Team;
@@ -270,9 +267,9 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         observe: &mut Observe<'_>,
     ) -> Result<Next, EngineError> {
         let executed = cut.outcomes.iter().map(|outcome| outcome.counts.executed).sum::<u64>();
-        let events = outcome::merged(&mut cut.outcomes);
+        let events = progress::merged(cut.outcomes.iter().map(|outcome| &*outcome.tally.events));
         let times: Vec<&Times> = cut.outcomes.iter().map(|outcome| &outcome.tally.times).collect();
-        let standstill = outcome::standstill(&times, &whole.clock.standstill, whole.schedule.queue.span());
+        let standstill = progress::standstill(&times, &whole.clock.standstill, whole.schedule.queue.span());
         let (Some(events), Some(standstill)) = (events, standstill) else {
             self.give_up(whole, cut);
             return Ok(Next::Serial(SERIAL_STEPS));
@@ -283,17 +280,11 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             return Ok(Next::Serial(u64::MAX));
         }
         if let Some(observe) = observe {
-            for (shown, seen) in (1_u64..).zip(&events) {
-                if observe(&seen.event).is_break() {
+            for (shown, event) in (1_u64..).zip(&events) {
+                if observe(event).is_break() {
                     self.give_up(whole, cut);
                     self.join(whole);
-                    let mut left = shown;
-                    let mut until_there = |_: &Event| {
-                        left -= 1;
-                        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-                    };
-                    whole.advance(until, &mut Some(&mut until_there))?;
-                    return Ok(Next::Return(Reason::Observer));
+                    return Ok(Next::Return(whole.advance_to_event(shown, until)?));
                 }
             }
         }
@@ -334,7 +325,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     /// Returns the mean number of steps per domain.
     fn accept(&mut self, whole: &mut Engine<FALLING, TABLE>, cut: &mut Cut<FALLING, TABLE>, stop: f64) -> f64 {
         let times: Vec<&Times> = cut.outcomes.iter().map(|outcome| &outcome.tally.times).collect();
-        let (last, quiet) = outcome::quiet(&times);
+        let (last, quiet) = progress::quiet(&times);
         let mut done = 0;
         for outcome in &cut.outcomes {
             done += outcome.tally.done;

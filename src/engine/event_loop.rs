@@ -21,10 +21,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn enqueue(&mut self, particle: u32) {
         let (queue, due) = self.schedule.split(&self.state.bodies);
-        let entry = due.entry(particle);
-        if entry.time < f64::INFINITY {
-            queue.push(entry, &due);
-        }
+        queue.enter(particle, &due);
     }
 
     pub fn advance(&mut self, until: Until, observe: &mut Observe<'_>) -> Result<Reason, EngineError> {

@@ -5,35 +5,29 @@ pub mod prefetch;
 
 use super::array::Array;
 
-/// Successive elements in memory.
-#[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "large pages are requested only on Linux"))]
+/// The memory of successive elements.
+pub struct Extent<T> {
+    pub first: *const T,
+    /// Number of elements, and number of elements for which there is memory.
+    #[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "large pages are requested only on Linux"))]
+    pub filled: usize,
+    #[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "as above"))]
+    pub capacity: usize,
+}
+
+/// Arrays of successive elements in memory.
 pub trait Memory {
     type Element;
 
-    /// Address of the first element.
-    fn start(&self) -> *const Self::Element;
-
-    /// Number of elements.
-    fn filled(&self) -> usize;
-
-    /// Number of elements for which there is memory.
-    fn room(&self) -> usize;
+    fn extent(&self) -> Extent<Self::Element>;
 }
 
 impl<T> Memory for Vec<T> {
     type Element = T;
 
     #[inline(always)]
-    fn start(&self) -> *const T {
-        self.as_ptr()
-    }
-
-    fn filled(&self) -> usize {
-        self.len()
-    }
-
-    fn room(&self) -> usize {
-        self.capacity()
+    fn extent(&self) -> Extent<T> {
+        Extent { first: self.as_ptr(), filled: self.len(), capacity: self.capacity() }
     }
 }
 
@@ -41,15 +35,7 @@ impl<T> Memory for Array<T> {
     type Element = T;
 
     #[inline(always)]
-    fn start(&self) -> *const T {
-        self.as_ptr()
-    }
-
-    fn filled(&self) -> usize {
-        self.len()
-    }
-
-    fn room(&self) -> usize {
-        self.capacity()
+    fn extent(&self) -> Extent<T> {
+        Extent { first: self.as_ptr(), filled: self.len(), capacity: self.capacity() }
     }
 }

@@ -77,10 +77,10 @@ impl Neighbours {
         self.verlet().is_none_or(|verlet| verlet.lists.can_make_rooms())
     }
 
-    /// Makes room in the arrays for one thread with `share` particles.
-    pub fn make_room(&mut self, rooms: &mut Rooms, share: usize) {
+    /// Makes room in the arrays for one thread with `share` particles. `threads` is the number of threads without room.
+    pub fn make_room(&mut self, rooms: &mut Rooms, share: usize, threads: usize) {
         if let Self::Lists(verlet) = self {
-            verlet.lists.make_room(rooms, share);
+            verlet.lists.make_room(rooms, share, threads);
             verlet.levels.make_room(rooms, share);
         }
     }

@@ -1,6 +1,7 @@
 //! Observers, and iteration over events.
 
 use super::event::Event;
+use super::parts::Engine;
 use super::{EngineError, Reason, Simulation, Until};
 use std::collections::VecDeque;
 use std::iter::FusedIterator;
@@ -14,6 +15,19 @@ pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> 
     match observe {
         Some(observe) => observe(&event()),
         None => ControlFlow::Continue(()),
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Repeats the last events of an observed run, up to the event at which the observer ended the run. `number` counts
+    /// the events from here on.
+    pub(super) fn advance_to_event(&mut self, number: u64, until: Until) -> Result<Reason, EngineError> {
+        let mut left = number;
+        let mut until_there = |_: &Event| {
+            left -= 1;
+            if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        self.advance(until, &mut Some(&mut until_there))
     }
 }
 

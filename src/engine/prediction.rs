@@ -201,7 +201,7 @@ impl Pending for Due<'_> {
         let name = |particle: u32| u64::from(id_of(particle, self.bodies));
         let prediction = &self.predictions[particle as usize];
         let partner = if prediction.is_transition() { None } else { prediction.partner_in_contact() };
-        // Contacts with particles of other threads are never executed in this order.
+        // Contacts with particles of other threads are never executed in this order. They are held back.
         let partner = partner.filter(|partner| self.has(*partner));
         partner.map_or(0, |partner| name(partner).max(name(particle))) << 32 | name(particle)
     }

@@ -148,6 +148,15 @@ impl EventQueue {
         trunc_to_usize(time * self.per_width)
     }
 
+    /// Adds the entry of a particle, if an event is predicted.
+    #[inline]
+    pub fn enter(&mut self, particle: u32, pending: &impl Pending) {
+        let entry = pending.entry(particle);
+        if entry.time < f64::INFINITY {
+            self.push(entry, pending);
+        }
+    }
+
     /// Adds an entry. Entries beyond the horizon are dropped. The next epoch adds all particles anew.
     #[inline]
     pub fn push(&mut self, entry: QueueEntry, pending: &impl Pending) {

@@ -3,29 +3,30 @@
 //! The box is cut into *slabs*, one for each thread. All threads share one engine. They run a short *window* of
 //! simulated time in three phases:
 //!
-//! 1. Each thread executes the steps in its slab in the order of time. Steps near the faces of the slab are held back:
-//!    they could read particles that another thread changes. Steps near a step that is held back are held back, too,
-//!    because the outcome of that step is not known yet.
-//! 2. Each thread executes the steps that were held back in its *strip*, which reaches from the middle of one slab to the
-//!    middle of the next. Steps near the faces of the strip, of which there are hardly any, are held back again.
+//! 1. Each thread executes the steps in its slab, in the order of their times. It holds back steps near the faces of the
+//!    slab, because they could read particles that another thread changes. It also holds back steps near a step that it
+//!    has held back, because the outcome of that step is not known yet.
+//! 2. Each thread executes the steps that were held back in its *strip*. A strip reaches from the middle of a slab to the
+//!    middle of the next slab. The few steps near the faces of the strip are held back again.
 //! 3. One thread executes the rest.
 //!
-//! A step of a later phase may come too late: it follows from a step that was held back, but in the meantime another
-//! step nearby with a later time was executed. Such steps *conflict*. The places of all steps that may conflict are
-//! recorded. After a conflict, all steps of the window are undone, and one thread executes the window.
+//! A step of a later phase may come too late: another thread has already executed a step nearby that has a later time.
+//! The two steps *conflict*. All steps that may conflict are recorded with their places. After a conflict, all steps of
+//! the window are undone, and one thread executes them again.
 //!
-//! *Proof.* A step reads and changes only particles whose places are within reach of the places of its own particles.
-//! Two steps whose places are farther apart give the same results in any order. All other pairs of steps are executed
-//! in the order of their times: within a phase, because they are in the same region, and from phase to phase, because
-//! otherwise they conflict. So the results are those of a single thread, which executes all steps in the order of their
-//! times.
+//! *Proof.* A step reads and changes only particles within reach of its own particles. If the particles of two steps are
+//! farther apart, the order of the steps does not matter. All other pairs of steps are in the order of their times. Within
+//! a phase, they are in the same region, so one thread executes both. Between phases, they would conflict in the other
+//! order. So the results are those of a single thread that executes all steps in the order of their times.
 //!
-//! *Threads* never access the same data at the same time. A step that is not held back reads and changes only data of
-//! its own region, because the layers in which steps are held back are at least as wide as the reach of a step.
+//! *Threads* never use the same data at the same time, unless they only read them. Each step uses only data of its own
+//! region, because the layers in which steps are held back are at least as wide as the reach of a step.
 
 mod alias;
 mod barrier;
+mod covered;
 mod geometry;
+mod pace;
 mod part;
 mod places;
 mod rooms;
@@ -36,20 +37,23 @@ pub use rooms::Rooms;
 pub use work::ThreadWork;
 
 use super::domains::Domains;
+use super::neighbours::Neighbours;
 use super::observe::Observe;
 use super::pairs::rules::Steps;
 use super::parts::Engine;
-use super::schedule::Pending;
 use super::{EngineError, Reason, Until};
 use geometry::Geometry;
+use pace::Pace;
 use part::{Part, Phase};
 use std::sync::{PoisonError, RwLock};
+use std::time::Instant;
 use stretch::{End, PHASES, Progress, Request, SHORTEST};
 
-/// Desired number of steps of a window: per particle, with lists and with cells, and at most per thread. In longer windows,
-/// more steps are held back, and conflicts are more frequent. With cells, a step reads more particles.
+/// Desired number of steps of a window: per particle, with lists and with cells, at least, and at most per thread. In longer
+/// windows, more steps are held back, and conflicts are more frequent. With cells, a step reads more particles.
 const WITH_LISTS: f64 = 0.015;
 const WITH_CELLS: f64 = 0.005;
+const FEWEST_STEPS: f64 = 20.0;
 const STEPS_PER_THREAD: f64 = 1_500.0;
 
 /// Number of steps of the first window, before its duration is adapted.
@@ -57,7 +61,7 @@ const FIRST: f64 = 100.0;
 
 /// Factors of the desired number of steps after a conflict, and after a window without a conflict.
 const FEWER: f64 = 0.8;
-const MORE: f64 = 1.005;
+const MORE: f64 = 1.001;
 
 /// Smallest width of a slab, in units of the width of the layer at its faces in which steps are held back.
 const NARROWEST: f64 = 4.0;
@@ -65,7 +69,8 @@ const NARROWEST: f64 = 4.0;
 /// Number of steps that the engine executes alone when the threads cannot continue.
 const ALONE: u64 = 2_000;
 
-/// Number of steps that the engine executes alone at the end of a run that ends at a number of events.
+/// Number of steps that the engine executes alone at the end of a run that ends at a number of events, and after an
+/// observer has ended a run.
 const LAST: u64 = 50_000;
 
 /// A system on several threads.
@@ -84,6 +89,10 @@ pub struct Slabs {
     is_queue_empty: bool,
     /// Number of epochs when the system could not be cut.
     refused: Option<u64>,
+    /// Whether an observer has ended the last run with an observer. It may end the next one soon, so one thread begins it.
+    is_interrupted: bool,
+    /// `None` to use several threads even if one thread is faster.
+    pace: Option<Pace>,
     pub work: ThreadWork,
 }
 
@@ -99,7 +108,6 @@ pub struct Cut {
     latest: f64,
     /// Number of steps of this epoch.
     steps: u64,
-    length: f64,
     /// Whether one thread executes the next window.
     is_alone: bool,
     /// Whether the queue of the engine has all entries, too.
@@ -117,6 +125,12 @@ impl Clone for Cut {
     }
 }
 
+impl Cut {
+    fn give_rooms_back(&mut self, neighbours: &mut Neighbours) {
+        self.parts.iter_mut().for_each(|part| neighbours.take_room(&mut part.rooms));
+    }
+}
+
 fn new_phases() -> [RwLock<Phase>; PHASES] {
     std::array::from_fn(|_| RwLock::new(Phase::new()))
 }
@@ -124,6 +138,8 @@ fn new_phases() -> [RwLock<Phase>; PHASES] {
 enum Next {
     Continue,
     Return(Reason),
+    /// The observer ends the run after this number of events.
+    Observer(u64),
     /// The engine executes this number of steps alone.
     Alone(u64),
 }
@@ -137,23 +153,30 @@ impl Slabs {
             per_window: 0.0,
             is_queue_empty: false,
             refused: None,
+            is_interrupted: false,
+            pace: Some(Pace::new()),
             cut: None,
             work: ThreadWork::default(),
         }
     }
 
-    /// Whether the threads can probably run the system.
-    pub fn suit<const FALLING: bool, const TABLE: bool>(&self, engine: &Engine<FALLING, TABLE>) -> bool {
-        // A contact changes the time of a static particle's state, so particles that do not meet would affect each other.
-        let has_static = engine.state.moving < engine.particles().len();
-        Domains::obstacle(engine).is_none()
-            && engine.sources.next_global == f64::INFINITY
-            && !has_static
-            && self.refused != Some(engine.clock.epochs)
+    /// Uses several threads even if one thread is faster. The slabs may be narrow.
+    pub fn always(threads: usize, narrowest: f64) -> Self {
+        Self { narrowest, pace: None, ..Self::new(threads) }
     }
 
-    /// Continues a run with exactly the same results as [`Engine::advance_for`]. Returns `None` if the system cannot be
-    /// cut. Between calls, the queue of the engine is empty until [`Self::complete`] or [`Self::join`] is called.
+    /// Whether one thread is faster, or is tried.
+    fn is_alone(&self) -> bool {
+        self.pace.as_ref().is_some_and(Pace::is_alone)
+    }
+
+    /// Whether the threads have done nothing, because the system could not be cut.
+    pub fn is_refused(&self) -> bool {
+        self.work.windows == 0 && self.refused.is_some()
+    }
+
+    /// Continues a run with exactly the same results as [`Engine::advance_for`]. Returns `None` if only one thread can run
+    /// the system. Between calls, the queue of the engine is empty until [`Self::complete`] or [`Self::join`] is called.
     pub fn advance_for<const FALLING: bool, const TABLE: bool>(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -161,49 +184,82 @@ impl Slabs {
         until: Until,
         observe: &mut Observe<'_>,
     ) -> Option<Result<Option<Reason>, EngineError>> {
-        if observe.is_some() || !self.suit(whole) || (self.cut.is_none() && !self.cut_up(whole)) {
+        if Domains::obstacle(whole).is_some() {
             self.join(whole);
             return None;
         }
-        Some(self.advance_in_windows(whole, steps, until))
+        let mut left = steps;
+        while left > 0 {
+            if let Some(broken) = whole.broken {
+                return Some(Err(broken.into()));
+            }
+            let (begin, epochs, before) = (Instant::now(), whole.clock.epochs, whole.executed_steps());
+            let most = self.pace.as_ref().map_or(left, |pace| left.min(pace.steps(whole.state.moving)));
+            let (done, result) = self.advance_some(whole, most, until, observe);
+            left = left.saturating_sub(done.max(1));
+            // The beginning of a long epoch would disturb the measurement.
+            let is_disturbed =
+                whole.clock.epochs != epochs && whole.schedule.queue.target() > Pace::long_epoch(whole.state.moving);
+            if let Some(pace) = self.pace.as_mut().filter(|_| !is_disturbed) {
+                pace.note(whole.executed_steps() - before, begin.elapsed(), whole.state.moving);
+            }
+            if let Some(result) = result.transpose() {
+                return Some(result.map(Some));
+            }
+        }
+        Some(Ok(None))
     }
 
-    fn advance_in_windows<const FALLING: bool, const TABLE: bool>(
+    /// Runs some steps on several threads or on one. Returns their number.
+    fn advance_some<const FALLING: bool, const TABLE: bool>(
+        &mut self,
+        whole: &mut Engine<FALLING, TABLE>,
+        most: u64,
+        until: Until,
+        observe: &mut Observe<'_>,
+    ) -> (u64, Result<Option<Reason>, EngineError>) {
+        let is_interrupted = observe.is_some() && std::mem::take(&mut self.is_interrupted);
+        if is_interrupted || self.is_alone() {
+            return self.advance_alone(whole, most.min(LAST), until, observe);
+        }
+        let is_refused = self.refused == Some(whole.clock.epochs);
+        if self.cut.is_none() && (is_refused || !self.cut_up(whole)) {
+            return self.advance_alone(whole, most, until, observe);
+        }
+        let (steps, next) = if whole.counts.executed >= until.last_event() {
+            (0, Next::Alone(LAST))
+        } else {
+            self.stretch(whole, most, until, observe)
+        };
+        match next {
+            Next::Continue => (steps, Ok(None)),
+            Next::Return(reason) => (steps, Ok(Some(reason))),
+            Next::Observer(shown) => {
+                self.join(whole);
+                self.is_interrupted = true;
+                (steps, whole.advance_to_event(shown, until).map(Some))
+            }
+            Next::Alone(more) => {
+                let (done, result) = self.advance_alone(whole, more, until, observe);
+                (steps + done, result)
+            }
+        }
+    }
+
+    /// Runs some steps on one thread.
+    fn advance_alone<const FALLING: bool, const TABLE: bool>(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
         steps: u64,
         until: Until,
-    ) -> Result<Option<Reason>, EngineError> {
-        let mut left = steps;
-        while left > 0 {
-            if let Some(broken) = whole.broken {
-                return Err(broken.into());
-            }
-            if self.cut.is_none() && !self.cut_up(whole) {
-                self.complete(whole);
-                return whole.advance_for(left, until, &mut None);
-            }
-            let next = if whole.counts.executed >= until.last_event() {
-                Next::Alone(LAST)
-            } else {
-                let (done, next) = self.stretch(whole, left, until);
-                left = left.saturating_sub(done.max(1));
-                next
-            };
-            match next {
-                Next::Continue => {}
-                Next::Return(reason) => return Ok(Some(reason)),
-                Next::Alone(steps) => {
-                    self.work.alone += 1;
-                    self.join(whole);
-                    if let Some(reason) = whole.advance_for(steps, until, &mut None)? {
-                        return Ok(Some(reason));
-                    }
-                    left = left.saturating_sub(steps);
-                }
-            }
-        }
-        Ok(None)
+        observe: &mut Observe<'_>,
+    ) -> (u64, Result<Option<Reason>, EngineError>) {
+        self.join(whole);
+        let before = whole.executed_steps();
+        let result = whole.advance_for(steps, until, observe);
+        self.work.alone += whole.executed_steps() - before;
+        self.is_interrupted |= matches!(result, Ok(Some(Reason::Observer)));
+        (steps, result)
     }
 
     /// Runs windows until something else has to be done. Returns the number of steps, and how to continue.
@@ -212,6 +268,7 @@ impl Slabs {
         whole: &mut Engine<FALLING, TABLE>,
         steps: u64,
         until: Until,
+        observe: &mut Observe<'_>,
     ) -> (u64, Next) {
         let Some(mut cut) = self.cut.take() else { return (0, Next::Continue) };
         let end = whole.since_epoch(until.last_time());
@@ -223,16 +280,18 @@ impl Slabs {
             whole.schedule.queue.clear();
         }
         let per_particle = if whole.neighbours.verlet().is_some() { WITH_LISTS } else { WITH_CELLS };
-        let most = (per_particle * whole.state.moving as f64).min(STEPS_PER_THREAD * cut.parts.len() as f64);
+        let most = (per_particle * whole.state.moving as f64).max(FEWEST_STEPS);
+        let most = most.min(STEPS_PER_THREAD * cut.parts.len() as f64);
         self.per_window = if self.per_window == 0.0 { most } else { self.per_window.min(most) };
         let request = Request {
             end,
             steps,
             last_event: until.last_event(),
+            length: self.length,
             per_window: self.per_window.max(1.0),
             is_alone: std::mem::take(&mut cut.is_alone),
         };
-        let (reason, progress) = whole.run_stretch(&mut cut, request);
+        let (reason, progress) = whole.run_stretch(&mut cut, request, observe);
         whole.take_progress(&mut cut, &progress);
         self.note(&progress);
         self.per_window = (self.per_window * libm::pow(MORE, progress.windows as f64)).min(most);
@@ -247,17 +306,18 @@ impl Slabs {
             End::Conflict => {
                 self.work.conflicts += 1;
                 self.per_window *= FEWER;
-                cut.length *= FEWER;
+                self.length *= FEWER;
                 cut.is_alone = true;
                 Next::Continue
             }
             End::TooLong => {
-                cut.length *= 0.25;
+                self.length *= 0.25;
                 // Very many steps may be due at the same time.
-                if cut.length > SHORTEST * whole.schedule.queue.span() { Next::Continue } else { Next::Alone(LAST) }
+                if self.length > SHORTEST * whole.schedule.queue.span() { Next::Continue } else { Next::Alone(LAST) }
             }
             End::Alone => Next::Alone(ALONE),
             End::LastEvent => Next::Alone(LAST),
+            End::Observer(shown) => Next::Observer(shown),
         };
         if reason != End::Pause {
             whole.undo_window(&mut cut);
@@ -282,7 +342,7 @@ impl Slabs {
         until: Until,
     ) -> Next {
         let is_endless = until.last_time() == f64::INFINITY;
-        cut.parts.iter_mut().for_each(|part| whole.neighbours.take_room(&mut part.rooms));
+        cut.give_rooms_back(&mut whole.neighbours);
         // If no event follows, the run ends at the time of the last step.
         whole.clock.now = cut.latest;
         whole.schedule.queue.resume(cut.now, cut.steps);
@@ -326,7 +386,6 @@ impl Slabs {
             now,
             latest: whole.clock.now,
             steps: queue.steps(),
-            length: self.length,
             is_alone: false,
             is_complete: false,
         });
@@ -336,7 +395,9 @@ impl Slabs {
         }
         if let Some(cut) = &mut self.cut {
             let share = count / cut.parts.len();
-            cut.parts.iter_mut().for_each(|part| whole.neighbours.make_room(&mut part.rooms, share));
+            for (part, left) in cut.parts.iter_mut().zip((1..=threads).rev()) {
+                whole.neighbours.make_room(&mut part.rooms, share, left);
+            }
         }
         true
     }
@@ -366,11 +427,15 @@ impl Slabs {
     pub fn join<const FALLING: bool, const TABLE: bool>(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         self.complete(whole);
         let Some(mut cut) = self.cut.take() else { return };
-        cut.parts.iter_mut().for_each(|part| whole.neighbours.take_room(&mut part.rooms));
+        cut.give_rooms_back(&mut whole.neighbours);
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    fn executed_steps(&self) -> u64 {
+        self.counts.executed + self.counts.totals.transition
+    }
+
     /// Adds the counts and the progress of a stretch.
     fn take_progress(&mut self, cut: &mut Cut, progress: &Progress) {
         for part in &mut cut.parts {
@@ -386,7 +451,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(quiet) = progress.quiet {
             self.counts.transitions_at_event = self.counts.totals.transition.wrapping_sub(quiet);
         }
-        (cut.now, cut.latest, cut.length) = (progress.now, progress.latest, progress.length);
+        (cut.now, cut.latest) = (progress.now, progress.latest);
         cut.steps += progress.steps;
         self.clock.now = cut.now;
     }
@@ -399,7 +464,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let phase = phases[number].get_mut().unwrap_or_else(PoisonError::into_inner);
                 let undone = phase.log.undone(&self.state.bodies);
                 changed.extend(self.restore(&undone));
-                changed.extend(phase.held_back.iter().map(|(entry, _)| entry.particle));
+                changed.extend(phase.held_back.iter().map(|held| held.entry.particle));
                 phase.clear();
             }
         }
@@ -416,10 +481,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let is_here = number == slab;
                 part.held.put(particle, is_here);
                 if is_here {
-                    let entry = due.entry(particle);
-                    if entry.time < f64::INFINITY {
-                        part.queue.push(entry, &due);
-                    }
+                    part.queue.enter(particle, &due);
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Simulations on several threads. The box is cut into domains, which are simulated in parallel.
+//! Simulations on several threads of one process, in slabs, and in several processes, in domains.
 
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
@@ -9,19 +9,19 @@ use crate::model::Threads;
 use std::num::NonZero;
 use std::sync::Arc;
 
-/// Minimum number of particles for several threads. Otherwise, starting threads takes longer than a time window.
+/// Minimum number of moving particles for several threads. With fewer particles, the threads would mostly wait for each other.
 const FEW: usize = 4_000;
 
 /// False in WebAssembly, which runs on one thread.
-const HAS_DOMAINS: bool = cfg!(not(target_family = "wasm"));
+const HAS_THREADS: bool = cfg!(not(target_family = "wasm"));
 
 impl Simulation {
-    /// Copies the states of all particles from the domains to the engine. Their predictions are not copied.
+    /// Copies the states of all particles from the domains or threads to the engine. Their predictions are not copied.
     pub(crate) fn settle(&mut self) {
         with_engine!(&mut self.engine, engine => engine.settle());
     }
 
-    /// Copies everything from the domains to the engine, so that the simulation can be saved.
+    /// Copies everything from the domains or threads to the engine, so that the simulation can be saved.
     pub(crate) fn complete(&mut self) {
         with_engine!(&mut self.engine, engine => engine.complete());
     }
@@ -73,10 +73,17 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
     }
 
-    /// Returns the reason why the system cannot run on several threads, if there is one.
+    /// Returns the reason why the system runs on one thread although more are set, or why it could not run on several
+    /// threads.
     #[must_use]
     pub fn single_thread(&self) -> Option<SingleThread> {
-        with_engine!(&self.engine, engine => Domains::obstacle(engine))
+        let why = with_engine!(&self.engine, engine => engine.single_thread());
+        why.filter(|why| *why != SingleThread::FewParticles || self.threads() > 1)
+    }
+
+    /// Whether several threads or processes share the system.
+    pub(crate) fn is_spread(&self) -> bool {
+        with_engine!(&self.engine, engine => engine.slabs.is_some() || engine.domains.is_some())
     }
 
     /// Runs the system on this number of threads, at most 64, instead of
@@ -84,8 +91,8 @@ impl Simulation {
     ///
     /// The setting is not saved in checkpoints. Some systems always run on one thread: [`SingleThread`] lists the
     /// reasons, and [`Self::single_thread`] returns the reason for this system. `docs/speed.md`
-    /// has the speed of two threads. With a heat bath or an observer, several threads are slower, and need two and a half
-    /// times the memory.
+    /// has the speed of two threads. Carom measures whether the threads are faster than one thread, and otherwise uses
+    /// one: this happens in small systems, and if other programs use the cores.
     ///
     /// ```
     /// use carom::{SceneBuilder, Simulation, Until};
@@ -124,31 +131,61 @@ impl Simulation {
         self.spread();
     }
 
-    /// Cuts the system into `domains` domains in each process, and simulates them on `threads` threads. With more
-    /// domains than threads, the run is slower, but [`DomainWork::slowest`] shows what more threads would gain.
+    /// Cuts the system into `domains` domains in each process, as several processes do, and simulates them on `threads`
+    /// threads. With more domains than threads, the run is slower, but [`DomainWork::slowest`] shows what more processes
+    /// would gain.
     pub fn set_domains(&mut self, domains: usize, threads: usize) {
         let communicator = self.communicator.clone();
         with_engine!(&mut self.engine, engine => engine.set_domains(domains, threads, communicator));
     }
 
+    /// Uses several threads even if the system is small, and even if one thread is faster. A thread gets a slab that is
+    /// at least `narrowest` times as wide as the layers at its faces in which threads wait for each other. For tests.
+    #[doc(hidden)]
+    pub fn set_slabs(&mut self, threads: usize, narrowest: f64) {
+        with_engine!(&mut self.engine, engine => engine.set_slabs(Slabs::always(threads, narrowest)));
+    }
+
     fn spread(&mut self) {
         let threads = usize::try_from(self.agreed(self.threads() as u64)).unwrap_or(1);
-        self.set_domains(threads, threads);
+        if self.communicator.is_some() {
+            self.set_domains(threads, threads);
+        } else {
+            with_engine!(&mut self.engine, engine => engine.set_threads(threads));
+        }
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    fn set_threads(&mut self, threads: usize) {
+        self.join();
+        let has_slabs = HAS_THREADS && threads > 1 && self.state.moving >= FEW;
+        (self.slabs, self.domains) = (has_slabs.then(|| Box::new(Slabs::new(threads))), None);
+    }
+
+    fn set_slabs(&mut self, slabs: Slabs) {
+        self.join();
+        (self.slabs, self.domains) = (HAS_THREADS.then(|| Box::new(slabs)), None);
+    }
+
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize, communicator: Option<Arc<dyn Communicator>>) {
         self.join();
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = communicator.as_ref().map_or(1, |communicator| communicator.size());
-        let has_domains = HAS_DOMAINS && (domains > 1 || communicator.is_some()) && processes <= Threads::MOST;
-        let has_slabs = has_domains && communicator.is_none() && threads > 1 && threads == domains;
-        self.slabs = has_slabs.then(|| Box::new(Slabs::new(threads)));
+        let has_domains = HAS_THREADS && (domains > 1 || communicator.is_some()) && processes <= Threads::MOST;
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, communicator)));
+        self.slabs = None;
     }
 
-    /// Like [`Self::advance_for`], but in domains if there are any. The states in the engine are then outdated until
+    fn single_thread(&self) -> Option<SingleThread> {
+        let is_refused = self.slabs.as_ref().is_some_and(|slabs| slabs.is_refused());
+        let is_spread = self.slabs.is_some() || self.domains.is_some();
+        let has_few = self.state.moving < FEW && !is_spread;
+        let too_small = is_refused.then_some(SingleThread::NoSlabs).or(has_few.then_some(SingleThread::FewParticles));
+        Domains::obstacle(self).or(too_small)
+    }
+
+    /// Like [`Self::advance_for`], but on all threads and processes. The states in the engine may be outdated until
     /// [`Self::settle`] is called.
     pub(super) fn advance_on_cores(
         &mut self,
@@ -156,9 +193,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         until: Until,
         observe: &mut Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
-        if observe.is_none() && self.slabs.as_ref().is_some_and(|slabs| slabs.suit(self)) {
-            self.with_domains(Domains::join);
-        }
         let in_slabs = self.with_slabs(|slabs, whole| slabs.advance_for(whole, steps, until, observe));
         if let Some(result) = in_slabs.flatten() {
             return result;
@@ -190,7 +224,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn with_domains<R>(&mut self, work: impl FnOnce(&mut Domains<FALLING, TABLE>, &mut Self) -> R) -> Option<R> {
-        if !HAS_DOMAINS {
+        if !HAS_THREADS {
             return None;
         }
         let mut domains = self.domains.take()?;

@@ -5,15 +5,15 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Minimum number of particles per domain. Smaller domains bring little or no gain in speed.
-pub(crate) const PARTICLES_PER_THREAD: usize = 500_000;
+/// Minimum number of particles per thread. More threads bring little or no gain in speed.
+pub(crate) const PARTICLES_PER_THREAD: usize = 50_000;
 
 /// Number of threads for a system. The results are the same, bit for bit, for any number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Threads {
     /// A fixed number from 1 to 64.
     Number(usize),
-    /// One thread for each core, but at most one per 500,000 particles.
+    /// One thread for each core, but at most one per 50,000 particles.
     Auto,
 }
 
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn auto_threads_grow_with_particles_up_to_cores_and_limit() {
         let auto = |particles, cores| Threads::Auto.of(particles, cores);
-        assert_eq!([0, 499_999, 999_999, 1_000_000, 10_000_000].map(|n| auto(n, 8)), [1, 1, 1, 2, 8]);
+        assert_eq!([0, 49_999, 99_999, 100_000, 1_000_000].map(|n| auto(n, 8)), [1, 1, 1, 2, 8]);
         assert_eq!(auto(100_000_000, 500), 64);
         assert_eq!(Threads::Number(3).of(10, 1), 3);
         assert_eq!(Threads::Number(0).of(10, 1), 1);

@@ -209,14 +209,16 @@ impl Lines {
             1 => simulation.threads().to_string(),
             processes => format!("{} in each of {processes} processes", simulation.threads()),
         };
-        let text = match (simulation.domain_work(), simulation.single_thread()) {
-            (Some(_), Some(why)) => format!("1 of {threads}: {why}"),
-            (Some(work), None) => match simulation.thread_work() {
-                Some(work) => format!("{threads}: {work}"),
-                None => format!("{threads}: {work}"),
+        let is_asked = simulation.threads() > 1 || simulation.processes() > 1;
+        let text = match simulation.single_thread().filter(|_| is_asked) {
+            Some(why) => format!("1 of {threads}: {why}"),
+            None => match (simulation.thread_work(), simulation.domain_work()) {
+                (Some(work), _) => format!("{threads}: {work}"),
+                (_, Some(work)) => format!("{threads}: {work}"),
+                _ if is_asked => format!("1 of {threads}: one thread was faster"),
+                _ if simulation.chooses_threads() => format!("1: {}", describe::AUTO_THREADS),
+                _ => return,
             },
-            (None, _) if simulation.chooses_threads() => format!("1: {}", describe::AUTO_THREADS),
-            (None, _) => return,
         };
         for (line, name) in text.lines().zip(["threads", "", ""]) {
             self.pair(name, line);

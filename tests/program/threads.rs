@@ -6,9 +6,12 @@ use std::process::Stdio;
 
 use super::place::{FLUID, Place, code, errors, kill_until_done, line, run, words};
 
-/// The fluid is large enough for several threads.
+/// The fluid is large enough, and its box long enough, for several threads.
 fn fluid() -> Place {
-    Place::with(&FLUID.replace("count = 108", "count = 500"))
+    let lattice = "arrangement = \"fcc\"\ncount = 108\npacking_fraction = 0.3";
+    assert!(FLUID.contains(lattice));
+    let fluid = FLUID.replace(lattice, "arrangement = \"random\"\ncount = 4500");
+    Place::with(&format!("[space]\nsize = [120.0, 8.0, 8.0]\n{fluid}"))
 }
 
 fn measured(place: &Place, folder: &str) -> String {
@@ -28,7 +31,8 @@ fn rows_frames_contacts_and_means_are_the_same_on_any_number_of_threads() {
         assert_eq!(measured(&place, folder), measured(&place, "one"), "{threads}");
         let log = |folder: &str| fs::read(place.path().join(folder).join("contacts.csv")).unwrap();
         assert!(log(folder) == log("one"), "{threads}");
-        let says = place.read(&format!("{folder}/report.txt")).contains(" steps per necessary step");
+        let says =
+            place.read(&format!("{folder}/report.txt")).contains(" of the steps in windows near the faces of slabs");
         assert_eq!(says, threads != "auto", "{threads}");
     }
 }
@@ -61,6 +65,11 @@ fn scenes_that_cannot_be_threaded_run_serially_and_say_why() {
     let report = words(&output);
     let line_of_threads = report.lines().find(|line| line.starts_with("threads ")).unwrap();
     assert!(line_of_threads.ends_with("1 of 2: the box is sheared"), "{line_of_threads}");
+    let report = words(&place.carom(&["run", "scene.toml", "--force"]));
+    assert!(report.contains("1 of 2: fewer than 4,000 particles move"), "{report}");
+    let short = ["--set", "fill.0.count=4000", "--set", "run.until_events=4000"];
+    let report = words(&place.carom(&[&["run", "scene.toml", "--force"], &short[..]].concat()));
+    assert!(report.contains("1 of 2: the box cannot be cut into slabs"), "{report}");
     let says = |more: &[&str]| {
         let checked = words(&place.carom(&[&["check", "scene.toml"], more].concat()));
         checked.lines().find_map(|line| line.trim().strip_prefix("threads ").map(|text| text.trim().to_owned()))

@@ -77,7 +77,7 @@ def run(
         Wall time between two checkpoints `[seconds]`.
     threads : int or "auto", optional
         Number of threads, instead of the number in the scene. The results are the same as on one thread, bit
-        for bit. ``"auto"`` uses one thread per core, but at most one per 500,000 particles.
+        for bit. ``"auto"`` uses one thread per core, but at most one per 50,000 particles.
     observe : dict of str to callable, optional
         User-defined measurements by name: functions that take a :class:`Frame` and return a number. They are
         called at regular intervals during the final measurement, not during the equilibration or earlier

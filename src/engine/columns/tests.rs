@@ -1,6 +1,8 @@
 //! The results do not depend, bit for bit, on the order in memory or on the number of buckets. They do not change if
 //! all particles are replaced by copies.
 
+pub(in crate::engine) mod compare;
+
 use super::Order;
 use super::records::Record;
 use crate::Vector;

@@ -110,6 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline(never)]
     fn change_spins(&mut self, particle: u32, other: With, torques: [Vector; 2]) {
         let partner = if let With::Particle(partner) = other { Some(partner) } else { None };
+        let partner = partner.filter(|partner| !self.is_static(*partner));
         for (particle, torque) in [Some(particle), partner].into_iter().flatten().zip(torques) {
             let inverse_inertia = self.inverse_inertia(particle);
             self.state.spins[particle as usize] += torque * inverse_inertia;

@@ -48,7 +48,7 @@ const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Both particles must have been streamed to the same time.
+    /// Both particles must have been streamed to the same time, unless they are static.
     #[inline]
     pub(in crate::engine) fn frame(&self, i: u32, j: u32, side: Side, opening_speed: f64) -> Frame {
         let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);

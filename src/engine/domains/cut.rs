@@ -49,7 +49,9 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         if self.bath.is_none() {
             return;
         }
-        let collisions = whole.draw_collisions(stop);
+        let mut bath = whole.sources.andersen.take();
+        let collisions = whole.collisions_until(&mut bath, stop);
+        whole.put_bath(bath);
         for domain in &mut self.domains {
             let of_domain = collisions.iter().rev().map(|collision| {
                 let number = whole.state.numbers[collision.id];

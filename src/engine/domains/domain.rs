@@ -2,7 +2,6 @@
 //! a window of time.
 
 use super::exchange::Step;
-use super::log::Log;
 use super::outcome::{Outcome, Tally};
 use super::regions::Regions;
 use crate::base::numbers::id;
@@ -14,6 +13,7 @@ use crate::engine::marks::Marks;
 use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::absent;
 use crate::engine::sources::andersen::Collision;
+use crate::engine::undo_log::UndoLog;
 
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
@@ -65,7 +65,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub elsewhere: Box<Counts>,
     /// Number of particles at the last cut.
     first: usize,
-    pub log: Log,
+    pub log: UndoLog,
     /// True if contacts change nothing but motions, predictions and captured pairs, so that the log can be compact.
     pub is_plain: bool,
     /// Steps of owned particles with copies elsewhere.
@@ -118,7 +118,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             shared: Marks::default(),
             here: order.new,
             elsewhere: engine.counts.clone(),
-            log: Log::default(),
+            log: UndoLog::default(),
             is_plain: engine.changes_motions_and_pairs_only(),
             steps: Vec::new(),
             steps_of_copies: Vec::new(),

@@ -3,11 +3,12 @@
 use super::*;
 use crate::Vector;
 use crate::engine::Search;
+use crate::engine::columns::tests::compare::{all_of, compare_records, listed};
 use crate::engine::columns::tests::{mixture, spheres};
 use crate::engine::communicator::tests::in_processes;
 use crate::engine::event::{Event, EventKind};
 use crate::engine::neighbours::cells::NO_PARTICLE;
-use crate::engine::prediction::{Prediction, absent, id_of};
+use crate::engine::prediction::absent;
 use crate::engine::sources::andersen::Bath;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
@@ -388,44 +389,6 @@ fn wrong_windows_are_rolled_back() {
     ];
     assert!(work.iter().all(|work| work.differences > 5), "{work:?}");
     assert!(work.iter().map(|work| work.uncovered).sum::<u64>() > 5, "{work:?}");
-}
-
-/// Returns the state of a particle and its next contact as text. Other particles are given by id and sorted.
-pub fn all_of<const FALLING: bool, const TABLE: bool>(
-    engine: &Engine<FALLING, TABLE>,
-    particle: u32,
-) -> (String, Option<String>) {
-    let name = |number: u32| id_of(number, &engine.state.bodies);
-    let mut record = engine.record(particle);
-    let mut captured: Vec<_> = record.captured.take().into_iter().flatten().collect();
-    captured.iter_mut().for_each(|pair| pair.partner = name(pair.partner));
-    captured.sort_by_key(|pair| pair.partner);
-    let prediction = record.prediction.take().unwrap();
-    let Prediction { contact_time, partner, partner_events, contact, transition_time, .. } = prediction;
-    let contact = format!("{contact:?} {contact_time} {partner_events} {:?}", name(partner));
-    record.number = 0;
-    let all = format!("{record:?} {captured:?} {transition_time}");
-    (all, (contact_time < f64::INFINITY).then_some(contact))
-}
-
-pub fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> Vec<u32> {
-    let list = engine.neighbours.verlet().map_or(&[][..], |verlet| verlet.lists.of(particle));
-    let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].name).collect();
-    names.sort_unstable();
-    names
-}
-
-/// Compares all data of all particles: states, images, spins, counters, next events and neighbours.
-fn compare_records<const FALLING: bool, const TABLE: bool>(
-    one: &Engine<FALLING, TABLE>,
-    other: &Engine<FALLING, TABLE>,
-    name: &str,
-) {
-    assert_eq!(one.particles(), other.particles(), "{name}");
-    for (here, there) in one.by_id().zip(other.by_id()) {
-        assert_eq!(all_of(one, here), all_of(other, there), "{name}");
-        assert_eq!(listed(one, here), listed(other, there), "{name}");
-    }
 }
 
 /// Number of rounds. `CAROM_BARRIERS=10000 cargo test --release --lib barrier` compares more often.

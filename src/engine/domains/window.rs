@@ -2,7 +2,6 @@
 
 use super::domain::{Domain, Touched};
 use super::exchange::{Step, hash};
-use super::outcome::Seen;
 use super::regions::Regions;
 use crate::base::numbers::id;
 use crate::engine::event::Event;
@@ -14,6 +13,7 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::{Prediction, id_of};
+use crate::engine::progress::Seen;
 use crate::engine::sources::andersen::Collision;
 use std::ops::ControlFlow;
 

@@ -18,11 +18,15 @@ pub enum SingleThread {
     Sleep,
     /// Particles enter or leave.
     ChangingNumber,
+    /// Fewer than 4,000 particles move.
+    FewParticles,
+    /// The box cannot be cut into slabs that are wide enough.
+    NoSlabs,
 }
 
 impl SingleThread {
     /// The reason why a scene runs in one thread from start to end; `None` if it can run in several threads. Growing
-    /// diameters are not reported, because growth ends.
+    /// diameters are not reported, because growth ends. Small systems are not reported either.
     #[must_use]
     pub fn of(scene: &Scene) -> Option<Self> {
         match () {
@@ -43,6 +47,8 @@ impl fmt::Display for SingleThread {
             Self::LongInteractions => "overlaps at the start are allowed, or bonded particles can separate",
             Self::ChangingNumber => "particles enter or leave",
             Self::Sleep => "grains fall asleep",
+            Self::FewParticles => "fewer than 4,000 particles move",
+            Self::NoSlabs => "the box cannot be cut into slabs that are wide enough",
             Self::WholeSystem => "umbrella windows and multicanonical weights act on the whole system",
         })
     }

@@ -10,7 +10,7 @@ pub fn prefetch(array: &impl Memory, index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let address = array.start().wrapping_add(index);
+        let address = array.extent().first.wrapping_add(index);
         // SAFETY: a prefetch never changes the state of the program, even if the address is invalid.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) };
     }
@@ -24,7 +24,7 @@ pub fn prefetch_both(array: &impl Memory, index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let address = array.start().wrapping_add(index).cast::<i8>();
+        let address = array.extent().first.wrapping_add(index).cast::<i8>();
         // SAFETY: as above.
         unsafe {
             _mm_prefetch::<_MM_HINT_T0>(address);

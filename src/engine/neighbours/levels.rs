@@ -199,16 +199,7 @@ impl Levels {
     /// Makes room for one thread with `share` particles.
     pub fn make_room(&mut self, rooms: &mut Rooms, share: usize) {
         let wanted = share / 16 + 64;
-        rooms.of_levels = self
-            .all
-            .iter_mut()
-            .map(|level| {
-                let mut room = level.cells.free_blocks(wanted);
-                let more = wanted - room.len();
-                room.extend(level.cells.make_room(more));
-                room
-            })
-            .collect();
+        rooms.of_levels = self.all.iter_mut().map(|level| level.cells.make_room(wanted)).collect();
     }
 
     pub fn take_room(&mut self, rooms: &mut Rooms) {

@@ -149,19 +149,34 @@ impl Lists {
         self.needed_for_rebuild() <= 4_096 + self.spans.len() / 8
     }
 
-    /// Makes room for the rebuilds of one thread. `share` is the number of particles of the thread.
-    pub fn make_room(&mut self, rooms: &mut Rooms, share: usize) {
+    /// Makes room for the rebuilds of one thread with `share` particles. The free runs are divided evenly among this
+    /// thread and the following ones, `threads` in all.
+    pub fn make_room(&mut self, rooms: &mut Rooms, share: usize, threads: usize) {
+        rooms.runs = self.free.iter_mut().map(|free| free.split_off(free.len() - free.len() / threads)).collect();
         rooms.needed = id(self.needed_for_rebuild());
-        let wanted = 4 * rooms.needed + id(share / 4);
-        rooms.blocks = match self.spare.iter().position(|spare| 2 * spare.len() >= wanted as usize) {
+        let least = 2 * rooms.needed as usize;
+        rooms.blocks = match self.spare.iter().position(|spare| spare.len() >= least) {
             Some(at) => self.spare.swap_remove(at),
             None => {
+                self.divide_spare();
                 let first = self.entries.len() / BLOCK;
-                let end = first + wanted as usize;
+                let end = first + 2 * least + share / 4;
                 self.entries.change(|entries| entries.resize(end * BLOCK, 0));
                 id(first)..id(end)
             }
         };
+    }
+
+    /// Divides unused blocks into runs that are long enough for most lists.
+    fn divide_spare(&mut self) {
+        let lists = self.spans.len().max(1);
+        let average = self.spans.iter().map(|span| span.length() as usize).sum::<usize>() / lists;
+        let run = room_for(id(average.div_ceil(BLOCK) + 1));
+        self.free.resize_with(self.free.len().max(run as usize + 1), Vec::new);
+        for spare in self.spare.drain(..) {
+            let runs = (spare.start..spare.end).step_by(run as usize).filter(|first| first + run <= spare.end);
+            self.free[run as usize].extend(runs);
+        }
     }
 
     /// Takes back the room of a thread.
@@ -203,6 +218,12 @@ impl Lists {
     #[must_use]
     pub fn is_short(&self) -> bool {
         self.own.len() < self.needed as usize
+    }
+
+    /// Number of entries for which there is memory.
+    #[cfg(test)]
+    pub fn memory(&self) -> usize {
+        self.entries.len()
     }
 
     /// Empties all lists and frees their memory.

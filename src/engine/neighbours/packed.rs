@@ -133,22 +133,18 @@ impl Packed {
             && lanes.all(|(id, x)| if id == NO_PARTICLE { x.is_nan() } else { (id as usize) < particles })
     }
 
-    /// Makes room for one thread.
+    /// Returns free blocks for one thread.
     pub fn make_room(&mut self, blocks: usize) -> Vec<u32> {
-        let first = self.blocks.len();
-        self.blocks.change(|all| all.resize(first + blocks, Block::EMPTY));
-        self.next.change(|all| all.resize(first + blocks, NONE));
-        (id(first)..id(first + blocks)).collect()
+        let mut room = self.free.split_off(self.free.len().saturating_sub(blocks));
+        let (first, more) = (self.blocks.len(), blocks - room.len());
+        self.blocks.change(|all| all.resize(first + more, Block::EMPTY));
+        self.next.change(|all| all.resize(first + more, NONE));
+        room.extend(id(first)..id(first + more));
+        room
     }
 
     pub fn take_room(&mut self, room: &mut Vec<u32>) {
         self.free.append(room);
-    }
-
-    /// Takes free blocks out, for one thread.
-    pub fn free_blocks(&mut self, blocks: usize) -> Vec<u32> {
-        let most = self.free.len();
-        self.free.split_off(most - blocks.min(most))
     }
 
     /// Turns a bitwise copy into cells in shared arrays, with the room of one thread.

@@ -33,6 +33,8 @@ impl<const FALLING: bool, const TABLE: bool> Alias<FALLING, TABLE> {
             if let Some(random) = &mut copy.sources.surface_random {
                 random.contacts.become_alias();
             }
+            // Collisions with the heat bath are drawn before each window.
+            copy.sources.next_global = f64::INFINITY;
             copy.neighbours.become_alias(&mut part.rooms);
             ptr::write(&raw mut copy.schedule.queue, std::mem::take(&mut part.queue));
             ptr::write(&raw mut copy.schedule.part, Some(std::mem::take(&mut part.held)));

@@ -126,7 +126,8 @@ impl Geometry {
             of_transition,
         };
         let step = (engine.particles().len() / SAMPLE).max(1);
-        let along = engine.particles().step_by(step).map(|particle| geometry.along(engine, particle));
+        let moving = engine.particles().filter(|particle| !engine.is_static(*particle));
+        let along = moving.step_by(step).map(|particle| geometry.along(engine, particle));
         let mut along: Vec<f64> = along.collect();
         along.sort_unstable_by(f64::total_cmp);
         (2..=threads).rev().find_map(|count| geometry.cut(&along, count, narrowest)).map(|(slabs, strips)| {
@@ -135,7 +136,7 @@ impl Geometry {
         })
     }
 
-    /// Cuts the box into slabs with equal numbers of particles. Returns `None` if a slab is too narrow.
+    /// Cuts the box into slabs with equal numbers of moving particles. Returns `None` if a slab is too narrow.
     fn cut(&self, along: &[f64], count: usize, least: f64) -> Option<(Vec<Slab>, Vec<Slab>)> {
         let (lower, period) = (self.lower[self.axis], self.size[self.axis]);
         let face = |number: usize| {

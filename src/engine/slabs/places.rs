@@ -1,4 +1,4 @@
-//! A set of places with times, sorted into columns of cells along the axis that is cut.
+//! A set of places with times, sorted into cells.
 
 use super::geometry::{Geometry, Near};
 use crate::Vector;
@@ -6,6 +6,9 @@ use crate::base::numbers::trunc_to_usize;
 use crate::engine::marks::Marks;
 
 const NONE: u32 = u32::MAX;
+
+/// Largest number of cells. More cells would leave the cache.
+const MOST_CELLS: usize = 16_384;
 
 #[derive(Debug, Clone, Copy)]
 struct Entry {
@@ -18,8 +21,11 @@ struct Entry {
 pub struct Places {
     near: Near,
     periods: Vector,
-    /// The two axes across the axis that is cut, with the lower end, the inverse width and the number of cells of each.
-    across: [(usize, f64, f64, usize); 2],
+    lower: Vector,
+    /// Inverse width and number of the cells along each axis.
+    per_width: Vector,
+    counts: [usize; 3],
+    /// The first entry of each cell.
     first: Vec<u32>,
     /// The cells that are not empty.
     filled: Vec<usize>,
@@ -34,17 +40,21 @@ pub struct Places {
 impl Places {
     /// Creates an empty set for searches within `near`.
     pub fn new(geometry: &Geometry, near: Near) -> Self {
-        let across = [1, 2].map(|further| {
+        let mut counts = [1; 3];
+        // There are few places for many cells, so the cells may be long along the axis that is cut.
+        for further in 1..=3 {
             let axis = (geometry.axis + further) % 3;
-            let size = geometry.size[axis];
-            let count = trunc_to_usize(size / near.along(axis)).clamp(1, 1024);
-            (axis, geometry.lower[axis], count as f64 / size.max(f64::MIN_POSITIVE), count)
-        });
+            let most = MOST_CELLS / counts.iter().product::<usize>();
+            counts[axis] = trunc_to_usize(geometry.size[axis] / near.along(axis)).min(1024).min(most).max(1);
+        }
+        let per_width = Vector::from_fn(|axis, _| counts[axis] as f64 / geometry.size[axis].max(f64::MIN_POSITIVE));
         Self {
             near,
             periods: geometry.periods,
-            first: vec![NONE; across[0].3 * across[1].3],
-            across,
+            lower: geometry.lower,
+            per_width,
+            counts,
+            first: vec![NONE; counts.iter().product()],
             filled: Vec::new(),
             entries: Vec::new(),
             held: Marks::default(),
@@ -78,18 +88,21 @@ impl Places {
         self.entries.is_empty()
     }
 
-    /// Returns the numbers of the cell at a place along the two axes. Places outside the box are in the outermost cells.
-    fn cell(&self, at: &Vector) -> [usize; 2] {
-        self.across.map(|(axis, lower, per_width, count)| {
-            let number = (at[axis] - lower) * per_width;
+    /// Returns the numbers of the cell at a place along the axes. Places outside the box are in the outermost cells.
+    fn cell(&self, at: &Vector) -> [usize; 3] {
+        std::array::from_fn(|axis| {
+            let number = (at[axis] - self.lower[axis]) * self.per_width[axis];
             // Places just outside the box are within the outermost cells or, along periodic axes, at their outer faces.
-            trunc_to_usize(number).min(count - 1)
+            trunc_to_usize(number).min(self.counts[axis] - 1)
         })
     }
 
+    fn number(&self, [x, y, z]: [usize; 3]) -> usize {
+        (x * self.counts[1] + y) * self.counts[2] + z
+    }
+
     pub fn add(&mut self, at: &Vector, time: f64, depth: f64) {
-        let [y, z] = self.cell(at);
-        let cell = y * self.across[1].3 + z;
+        let cell = self.number(self.cell(at));
         if self.first[cell] == NONE {
             self.filled.push(cell);
         }
@@ -104,26 +117,22 @@ impl Places {
         if self.entries.is_empty() {
             return false;
         }
-        let [y, z] = self.cell(at);
-        let [rows, columns] = [self.around(y, 0), self.around(z, 1)];
-        for &row in &rows {
-            for &column in &columns {
-                let mut number = self.first[row * self.across[1].3 + column];
-                while let Some(entry) = self.entries.get(number as usize) {
-                    if entry.time >= since && self.near.has(&self.apart(at, &entry.at)) {
-                        return true;
+        let cell = self.cell(at);
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| around(cell[axis], self.counts[axis]));
+        for &x in xs.some() {
+            for &y in ys.some() {
+                for &z in zs.some() {
+                    let mut number = self.first[self.number([x, y, z])];
+                    while let Some(entry) = self.entries.get(number as usize) {
+                        if entry.time >= since && self.near.has(&self.apart(at, &entry.at)) {
+                            return true;
+                        }
+                        number = entry.next;
                     }
-                    number = entry.next;
                 }
             }
         }
         false
-    }
-
-    /// Returns a cell and its neighbours along one of the two axes. Cells may be repeated.
-    fn around(&self, cell: usize, k: usize) -> [usize; 3] {
-        let count = self.across[k].3;
-        [if cell == 0 { count - 1 } else { cell - 1 }, cell, if cell + 1 == count { 0 } else { cell + 1 }]
     }
 
     fn apart(&self, a: &Vector, b: &Vector) -> Vector {
@@ -132,4 +141,19 @@ impl Places {
             apart.min((self.periods[k] - apart).abs())
         })
     }
+}
+
+/// Some cells along an axis.
+struct Cells([usize; 3], usize);
+
+impl Cells {
+    fn some(&self) -> &[usize] {
+        &self.0[..self.1]
+    }
+}
+
+/// Returns a cell and its neighbours along an axis with `count` cells.
+fn around(cell: usize, count: usize) -> Cells {
+    let (before, after) = (if cell == 0 { count - 1 } else { cell - 1 }, if cell + 1 == count { 0 } else { cell + 1 });
+    Cells([cell, after, before], count.min(3))
 }

@@ -3,13 +3,16 @@
 use super::Cut;
 use super::alias::Alias;
 use super::barrier::Barrier;
+use super::covered::Covered;
 use super::geometry::{Geometry, Slab};
 use super::part::{Around, Part, Phase, Task};
 use super::places::Places;
 use crate::engine::clock::StandstillWatch;
-use crate::engine::domains::outcome::{self, Times};
+use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
+use crate::engine::progress::{self, Times};
 use crate::engine::schedule::EventQueue;
+use crate::engine::sources::andersen::{Andersen, Collision};
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 /// Number of phases of a window: slabs, strips, and the rest.
@@ -34,6 +37,8 @@ pub enum End {
     Alone,
     /// The run ends at a number of events within this window. It must be undone.
     LastEvent,
+    /// The observer ends the run after this number of events of the window. It must be undone.
+    Observer(u64),
 }
 
 /// What a stretch is asked for.
@@ -43,6 +48,8 @@ pub struct Request {
     pub end: f64,
     pub steps: u64,
     pub last_event: u64,
+    /// Duration of the first window.
+    pub length: f64,
     /// Desired number of steps of a window.
     pub per_window: f64,
     /// Whether one thread executes all steps of the first window.
@@ -62,6 +69,7 @@ pub struct Progress {
     pub executed: u64,
     /// Steps of each phase.
     pub of_phases: [u64; PHASES],
+    /// Duration of the next window.
     pub length: f64,
     pub standstill: (f64, u64),
     /// Number of transitions since the last event; `None` if there was no event.
@@ -83,6 +91,10 @@ struct Shared<'a> {
     phases: &'a [[RwLock<Phase>; PHASES]],
     barrier: Barrier,
     plan: Mutex<Plan>,
+    /// Collisions with the heat bath in the window.
+    collisions: RwLock<Vec<Collision>>,
+    is_observed: bool,
+    is_plain: bool,
     /// Deepest accepted overlap of all threads `[length]`.
     accepted: Mutex<f64>,
 }
@@ -99,47 +111,54 @@ fn locked<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Decides after each window how to continue.
-struct Judge<'a> {
+/// Decides after each window how to continue. Only one thread has the judge.
+struct Judge<'a, 'o> {
     request: Request,
     queue: &'a EventQueue,
     watch: StandstillWatch,
     /// Number of steps of the epoch before the stretch.
     before: u64,
     progress: Progress,
+    observe: &'a mut Observe<'o>,
+    /// The heat bath at the beginning and at the end of the window.
+    baths: [Option<Andersen>; 2],
 }
 
-impl Judge<'_> {
+impl Judge<'_, '_> {
     /// Returns the end of the window that begins now.
     fn stop(&self) -> f64 {
         let Progress { now, length, .. } = self.progress;
         (now + length).min(self.queue.next_tick(now).next_down()).min(self.request.end)
     }
 
+    /// Accepts or rejects the window that has been executed. Shows the events of an accepted window to the observer.
     fn judge(&mut self, phases: &[[RwLock<Phase>; PHASES]], window: Plan) -> Plan {
         let phases: Vec<RwLockReadGuard<'_, Phase>> = phases.iter().flatten().map(read).collect();
-        let rejected = |end| Plan { end: Some(end), is_accepted: false, ..window };
-        if phases.iter().any(|phase| phase.has_conflict) {
-            return rejected(End::Conflict);
+        let has_ended = match () {
+            () if phases.iter().any(|phase| phase.has_conflict) => Err(End::Conflict),
+            () if phases.iter().any(|phase| phase.is_too_long) => Err(End::TooLong),
+            () if phases.iter().any(|phase| phase.is_stuck) => Err(End::Alone),
+            () => self.take_steps(&phases),
+        };
+        match has_ended {
+            Ok(steps) => self.accept(window, steps),
+            Err(end) => Plan { end: Some(end), is_accepted: false, ..window },
         }
-        if phases.iter().any(|phase| phase.is_too_long) {
-            return rejected(End::TooLong);
-        }
-        if phases.iter().any(|phase| phase.is_stuck) {
-            return rejected(End::Alone);
-        }
+    }
+
+    /// Adds the steps of a window, and returns their number, with collisions with the heat bath.
+    fn take_steps(&mut self, phases: &[RwLockReadGuard<'_, Phase>]) -> Result<u64, End> {
         let executed: u64 = phases.iter().map(|phase| phase.times.executed).sum();
         if self.progress.executed + executed >= self.request.last_event {
-            return rejected(End::LastEvent);
+            return Err(End::LastEvent);
         }
         let times: Vec<&Times> = phases.iter().map(|phase| &phase.times).collect();
         let (since, events) = self.progress.standstill;
         let watch = StandstillWatch { since, events, ..self.watch };
-        let Some(standstill) = outcome::standstill(&times, &watch, self.queue.span()) else {
-            return rejected(End::Alone);
-        };
+        let standstill = progress::standstill(&times, &watch, self.queue.span()).ok_or(End::Alone)?;
+        self.show(phases)?;
+        let (last, after) = progress::quiet(&times);
         let progress = &mut self.progress;
-        let (last, after) = outcome::quiet(&times);
         progress.quiet = if last.is_some() { Some(after) } else { progress.quiet.map(|before| before + after) };
         let steps: u64 = phases.iter().map(|phase| phase.steps).sum();
         for (number, phase) in phases.iter().enumerate() {
@@ -148,7 +167,15 @@ impl Judge<'_> {
         }
         (progress.standstill, progress.executed) = (standstill, progress.executed + executed);
         (progress.windows, progress.steps) = (progress.windows + 1, progress.steps + steps);
-        self.accept(window, steps)
+        Ok(steps + phases.iter().map(|phase| phase.baths).sum::<u64>())
+    }
+
+    /// Shows the events of a window to the observer.
+    fn show(&mut self, phases: &[RwLockReadGuard<'_, Phase>]) -> Result<(), End> {
+        let Some(observe) = self.observe else { return Ok(()) };
+        let events = progress::merged(phases.iter().map(|phase| &*phase.seen)).ok_or(End::Alone)?;
+        let ended = (1..).zip(&events).find(|(_, event)| observe(event).is_break());
+        ended.map_or(Ok(()), |(shown, _)| Err(End::Observer(shown)))
     }
 
     /// Accepts a window, and returns the next one.
@@ -157,14 +184,17 @@ impl Judge<'_> {
         let is_tick = window.stop == tick.next_down();
         let progress = &mut self.progress;
         let is_end = window.stop == self.request.end;
-        let change = self.request.per_window / steps.max(1) as f64;
-        // A window that was cut short shows only that windows are too long, not that they are too short.
+        // Windows without steps become longer, too.
+        let change = self.request.per_window / (steps as f64).max(0.5);
+        // After a window that was cut short, the next one may be shorter, but not longer.
         if !(is_end || is_tick) || change < 1.0 {
             let length = (window.stop - progress.now) * change.clamp(0.1, 2.0);
             progress.length = length.max(self.queue.span() * SHORTEST);
         }
         let ends_epoch = is_tick && self.queue.ends_at(tick, self.before + progress.steps);
         progress.now = if is_tick && !ends_epoch { tick } else { window.stop };
+        let [before, after] = &mut self.baths;
+        before.clone_from(after);
         let end = match () {
             () if is_end => Some(End::Time),
             () if ends_epoch => Some(End::Epoch),
@@ -177,7 +207,13 @@ impl Judge<'_> {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Runs windows on all threads until something ends the stretch.
-    pub(super) fn run_stretch(&mut self, cut: &mut Cut, request: Request) -> (End, Progress) {
+    pub(super) fn run_stretch(
+        &mut self,
+        cut: &mut Cut,
+        request: Request,
+        observe: &mut Observe<'_>,
+    ) -> (End, Progress) {
+        let is_observed = observe.is_some();
         let mut judge = Judge {
             request,
             queue: &self.schedule.queue,
@@ -190,10 +226,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 windows: 0,
                 executed: self.counts.executed,
                 of_phases: [0; PHASES],
-                length: cut.length,
+                length: request.length,
                 standstill: (self.clock.standstill.since, self.clock.standstill.events),
                 quiet: None,
             },
+            observe,
+            baths: [self.sources.andersen.clone(), self.sources.andersen.clone()],
         };
         let plan = Plan { stop: judge.stop(), is_alone: request.is_alone, end: None, is_accepted: true };
         let shared = Shared {
@@ -201,6 +239,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             phases: &cut.phases,
             barrier: Barrier::new(cut.parts.len()),
             plan: Mutex::new(plan),
+            collisions: RwLock::new(self.collisions_until(&mut judge.baths[1], plan.stop)),
+            is_observed,
+            is_plain: self.changes_motions_and_pairs_only(),
             accepted: Mutex::new(self.counts.accepted_overlap),
         };
         // SAFETY: the engine is not used before all aliases are given back. The threads access disjoint elements, see
@@ -219,10 +260,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         });
         let end = locked(&shared.plan).end.unwrap_or(End::Alone);
-        let progress = judge.progress;
+        let Judge { progress, baths: [bath, _], .. } = judge;
         for (alias, part) in aliases.into_iter().zip(&mut cut.parts) {
             alias.give_back(part);
         }
+        self.put_bath(bath);
         (end, progress)
     }
 }
@@ -245,20 +287,28 @@ struct Worker<'a> {
     shared: &'a Shared<'a>,
     held_back: Places,
     earlier: Places,
+    covered: Covered,
 }
 
 impl<'a> Worker<'a> {
     fn new(number: usize, part: &'a mut Part, shared: &'a Shared<'a>) -> Self {
         let geometry = shared.geometry;
         let held_back = Places::new(geometry, geometry.around_held);
-        Self { number, part, shared, held_back, earlier: Places::new(geometry, geometry.reach) }
+        Self {
+            number,
+            part,
+            shared,
+            held_back,
+            earlier: Places::new(geometry, geometry.reach),
+            covered: Covered::default(),
+        }
     }
 
     /// Runs windows until the stretch ends. One thread has the judge.
     fn run<const FALLING: bool, const TABLE: bool>(
         &mut self,
         engine: &mut Engine<FALLING, TABLE>,
-        judge: &mut Option<&mut Judge<'_>>,
+        judge: &mut Option<&mut Judge<'_, '_>>,
     ) {
         let _guard = Guard(&self.shared.barrier);
         self.fill(engine);
@@ -285,6 +335,9 @@ impl<'a> Worker<'a> {
                 self.run_rest(engine, now, &plan);
                 self.note_overlap(engine);
                 let next = judge.judge(self.shared.phases, plan);
+                if next.end.is_none() {
+                    *write(&self.shared.collisions) = engine.collisions_until(&mut judge.baths[1], next.stop);
+                }
                 *locked(&self.shared.plan) = next;
             }
             if !self.shared.barrier.wait() {
@@ -310,6 +363,11 @@ impl<'a> Worker<'a> {
         &self.shared.geometry.strips[self.number]
     }
 
+    fn task(&self, region: &'a Slab, phase: usize, plan: &Plan) -> Task<'a> {
+        let &Shared { geometry, is_observed, is_plain, .. } = self.shared;
+        Task { geometry, region, stop: plan.stop, phase, is_alone: plan.is_alone, is_observed, is_plain }
+    }
+
     /// Enters the particles of the slab into the queue.
     fn fill<const FALLING: bool, const TABLE: bool>(&mut self, engine: &mut Engine<FALLING, TABLE>) {
         if std::mem::replace(&mut self.part.is_filled, true) {
@@ -328,13 +386,19 @@ impl<'a> Worker<'a> {
     }
 
     fn run_slab<const FALLING: bool, const TABLE: bool>(&mut self, engine: &mut Engine<FALLING, TABLE>, plan: &Plan) {
-        let geometry = self.shared.geometry;
         let mut phase = write(&self.shared.phases[self.number][0]);
         phase.clear();
         self.held_back.clear();
         self.earlier.clear();
-        let task = Task { geometry, region: self.slab(), stop: plan.stop, phase: 0, is_alone: plan.is_alone };
-        engine.run_phase(&task, Around { held_back: &mut self.held_back, earlier: &self.earlier }, &mut phase);
+        let collisions = read(&self.shared.collisions);
+        let is_here = |collision: &Collision| {
+            let particle = engine.state.numbers[collision.id];
+            engine.schedule.part.as_ref().is_some_and(|part| part.has(particle))
+        };
+        let collisions: Vec<Collision> = collisions.iter().copied().filter(is_here).collect();
+        let task = self.task(self.slab(), 0, plan);
+        let around = Around { held_back: &mut self.held_back, earlier: &self.earlier, covered: &mut self.covered };
+        engine.run_phase(&task, around, collisions, &mut phase);
     }
 
     fn run_strip<const FALLING: bool, const TABLE: bool>(
@@ -362,7 +426,7 @@ impl<'a> Worker<'a> {
         phase.clear();
         let [slabs, strips] =
             [0, 1].map(|k| self.shared.phases.iter().map(|phases| read(&phases[k])).collect::<Vec<_>>());
-        if strips.iter().all(|strip| strip.held_back.is_empty()) {
+        if strips.iter().all(|strip| strip.held_back.is_empty() && strip.collisions.is_empty()) {
             return;
         }
         let strips: Vec<&Phase> = strips.iter().map(|strip| &**strip).collect();
@@ -383,23 +447,31 @@ impl<'a> Worker<'a> {
         let region = if number == 1 { self.strip() } else { &geometry.all };
         self.held_back.clear();
         self.earlier.clear();
+        self.covered.clear();
         std::mem::swap(&mut engine.schedule.queue, &mut self.part.of_strip);
         let held = engine.schedule.part.take();
         let looks_ahead = std::mem::replace(&mut engine.hardware.looks_ahead, false);
         engine.schedule.queue.resume(now, 0);
         let (queue, due) = engine.schedule.split(&engine.state.bodies);
-        for (entry, along) in held_back.iter().flat_map(|phase| &phase.held_back) {
-            if number == 2 || geometry.strip_of(*along) == self.number {
-                queue.push(*entry, &due);
+        let is_here = |along: f64| number == 2 || geometry.strip_of(along) == self.number;
+        for held in held_back.iter().flat_map(|phase| &phase.held_back).filter(|held| is_here(held.along)) {
+            queue.push(held.entry, &due);
+            if held.is_covered {
+                self.covered.add(held.entry.particle);
             }
         }
         for (place, time, depth) in before.iter().flat_map(|phase| &phase.places) {
-            if number == 2 || geometry.strip_of(place[geometry.axis]) == self.number {
+            if is_here(place[geometry.axis]) {
                 self.earlier.add(place, *time, *depth);
             }
         }
-        let task = Task { geometry, region, stop: plan.stop, phase: number, is_alone: plan.is_alone };
-        engine.run_phase(&task, Around { held_back: &mut self.held_back, earlier: &self.earlier }, phase);
+        let collisions = held_back.iter().flat_map(|phase| &phase.collisions);
+        let mut collisions: Vec<Collision> =
+            collisions.filter(|(_, along)| is_here(*along)).map(|(collision, _)| *collision).collect();
+        collisions.sort_by(|one, other| one.time.total_cmp(&other.time));
+        let task = self.task(region, number, plan);
+        let around = Around { held_back: &mut self.held_back, earlier: &self.earlier, covered: &mut self.covered };
+        engine.run_phase(&task, around, collisions, phase);
         engine.schedule.queue.clear();
         std::mem::swap(&mut engine.schedule.queue, &mut self.part.of_strip);
         engine.schedule.part = held;

@@ -101,9 +101,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Result<(Repredict, ControlFlow<()>), InvariantBroken> {
         // Particles that have left must not be drawn.
         self.close_gaps();
-        let Some(collision) = self.draw_collision() else {
+        let Some(mut bath) = self.sources.andersen.take() else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
+        let collision = self.draw_collision(&mut bath);
+        self.sources.andersen = Some(bath);
         self.clock.now = collision.time;
         // Ids do not depend on the order in memory.
         let particle = self.state.numbers[collision.id];
@@ -111,21 +113,24 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((Repredict::One(particle), flow))
     }
 
-    pub(in crate::engine) fn draw_collisions(&mut self, stop: f64) -> Vec<Collision> {
+    /// Draws the next collisions with a bath, up to and including the time `stop`.
+    pub(in crate::engine) fn collisions_until(&self, bath: &mut Option<Andersen>, stop: f64) -> Vec<Collision> {
         let mut collisions = Vec::new();
-        while self.sources.andersen.as_ref().is_some_and(|bath| bath.next <= stop) {
-            collisions.extend(self.draw_collision());
+        while let Some(bath) = bath.as_mut().filter(|bath| bath.next <= stop) {
+            collisions.push(self.draw_collision(bath));
         }
-        self.schedule_global();
         collisions
     }
 
-    fn draw_collision(&mut self) -> Option<Collision> {
-        let mut bath = self.sources.andersen.take()?;
+    /// Sets the bath after its next collisions have been drawn elsewhere.
+    pub(in crate::engine) fn put_bath(&mut self, bath: Option<Andersen>) {
+        self.sources.andersen = bath;
+        self.schedule_global();
+    }
+
+    fn draw_collision(&self, bath: &mut Andersen) -> Collision {
         let numbers = &self.state.numbers;
-        let collision = bath.draw(numbers.len(), |id| !self.is_static(numbers[id]));
-        self.sources.andersen = Some(bath);
-        Some(collision)
+        bath.draw(numbers.len(), |id| !self.is_static(numbers[id]))
     }
 
     pub(in crate::engine) fn collide(

@@ -11,8 +11,8 @@ use crate::run::state::Aim;
 /// Number of physical events between two checks of a run.
 const CHUNK: u64 = 10_000;
 
-/// Number of physical events per particle between two checks of a run with several domains.
-const IN_DOMAINS: u64 = 64;
+/// Number of physical events per particle between two checks of a run on several threads or processes.
+const SPREAD: u64 = 64;
 
 /// Longest wait for an event in a run without a time limit, in crossing times of the box. After such a wait, round-off
 /// is too large to predict another event, and the run gives up.
@@ -55,12 +55,12 @@ impl Driver<'_> {
         Ok(reached)
     }
 
-    /// Returns the number of physical events until the next check. A check moves all particles to a single engine.
+    /// Returns the number of physical events until the next check. At a check, several threads must wait for one.
     fn events_to_check(&self) -> u64 {
-        if self.simulation.domain_work().is_none() {
+        if !self.simulation.is_spread() {
             return CHUNK;
         }
-        CHUNK.max(IN_DOMAINS * self.simulation.population().iter().sum::<usize>() as u64)
+        CHUNK.max(SPREAD * self.simulation.population().iter().sum::<usize>() as u64)
     }
 
     /// Returns the next check of the run. A continued run keeps the check that was planned before the interruption.

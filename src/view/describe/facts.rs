@@ -90,7 +90,7 @@ fn shear(rate: f64) -> String {
     format!("velocity along x, gradient along y, rate {}", digits(rate))
 }
 
-pub(crate) const AUTO_THREADS: &str = "as many as there are cores, at most one per 500000 particles";
+pub(crate) const AUTO_THREADS: &str = "as many as there are cores, at most one per 50000 particles";
 
 /// Describes the number of threads, or explains why the run can use only one thread.
 fn threads(scene: &Scene) -> Option<String> {

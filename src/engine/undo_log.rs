@@ -1,3 +1,5 @@
+//! A log of steps, with which they can be undone.
+
 use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::Place;
@@ -18,10 +20,10 @@ enum Kind {
     Record,
 }
 
-/// Log for rolling back a window, in the order of the steps. Each entry stores only the data that its step can change.
+/// Log for undoing a window of time, in the order of the steps. Each entry stores only the data that its step can change.
 /// The compact arrays leave more room for other data in the caches.
 #[derive(Debug, Clone, Default)]
-pub struct Log {
+pub struct UndoLog {
     order: Vec<(u32, Kind)>,
     bodies: Vec<Body>,
     predictions: Vec<Prediction>,
@@ -30,7 +32,7 @@ pub struct Log {
     records: Vec<Record>,
 }
 
-impl Log {
+impl UndoLog {
     /// Saves what a contact of a particle can change. With `is_plain`, contacts change only motions, predictions and
     /// captured pairs.
     #[inline(always)]
