@@ -1,13 +1,22 @@
 //! A barrier for threads that wait for each other for microseconds.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-/// Number of checks before a thread sleeps, some microseconds in all.
-const SPINS: u32 = 20_000;
+/// Longest time for which a thread waits actively before it sleeps `[ns]`.
+const LONGEST: u64 = 400_000;
+/// Shortest time for which a thread waits actively `[ns]`.
+const SHORTEST: u64 = 4_000;
 
-/// Lets threads wait for each other. A thread waits actively for a short time and then sleeps, so that it does not keep
-/// a slower thread from its core.
+/// Number of checks between two looks at the clock.
+const CHECKS: u32 = 16;
+
+/// Lets threads wait for each other. A thread first waits actively, because waking a thread takes long. Then it sleeps, so
+/// that it does not keep a slower thread from its core.
+///
+/// A thread waits actively for a shorter time if other programs use the cores: each wait that lasts longer than
+/// [`LONGEST`] halves this time, and each shorter wait doubles it.
 #[derive(Debug)]
 pub struct Barrier {
     threads: usize,
@@ -15,6 +24,8 @@ pub struct Barrier {
     round: AtomicUsize,
     /// Whether a thread has panicked.
     is_broken: AtomicBool,
+    /// Time for which a thread waits actively `[ns]`.
+    active: AtomicU64,
     sleeping: Mutex<()>,
     wake: Condvar,
 }
@@ -26,6 +37,7 @@ impl Barrier {
             arrived: AtomicUsize::new(0),
             round: AtomicUsize::new(0),
             is_broken: AtomicBool::new(false),
+            active: AtomicU64::new(LONGEST),
             sleeping: Mutex::new(()),
             wake: Condvar::new(),
         }
@@ -61,12 +73,34 @@ impl Barrier {
             self.wake.notify_all();
             return;
         }
-        for _ in 0..SPINS {
-            if self.round.load(Ordering::Acquire) != round {
-                return;
-            }
-            std::hint::spin_loop();
+        let (begin, active) = (Instant::now(), self.active.load(Ordering::Relaxed));
+        let is_over = self.wait_actively(round, begin + Duration::from_nanos(active));
+        if !is_over {
+            self.sleep(round);
         }
+        if !is_over || active < LONGEST {
+            let was_short = begin.elapsed() < Duration::from_nanos(LONGEST);
+            let next = if was_short { 2 * active } else { active / 2 };
+            self.active.store(next.clamp(SHORTEST, LONGEST), Ordering::Relaxed);
+        }
+    }
+
+    /// Waits actively for the end of a round. Returns false if the round has not ended at the given time.
+    fn wait_actively(&self, round: usize, end: Instant) -> bool {
+        loop {
+            for _ in 0..CHECKS {
+                if self.round.load(Ordering::Acquire) != round {
+                    return true;
+                }
+                std::hint::spin_loop();
+            }
+            if Instant::now() >= end {
+                return false;
+            }
+        }
+    }
+
+    fn sleep(&self, round: usize) {
         let mut guard = self.sleeping.lock().unwrap_or_else(PoisonError::into_inner);
         while self.round.load(Ordering::Acquire) == round && !self.is_broken.load(Ordering::Acquire) {
             guard = self.wake.wait(guard).unwrap_or_else(PoisonError::into_inner);
