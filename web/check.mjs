@@ -64,7 +64,7 @@ for (const scene of scenes) {
   files.forEach(({ name, content }) => engine.bring(name, content));
   // If the scene has an end in time that comes first, the run ends there.
   const changes = { "run.until_events": String(events) };
-  if (/^equilibration_events/m.test(text)) {
+  if (/^equilibration_(events|time)/m.test(text)) {
     changes["run.equilibration_events"] = "2000";
   }
   if (isShort) {

@@ -19,6 +19,7 @@ SHORT = {"run.until_events": 2000, "run.equilibration_events": 500}
 #: Scenes with stages get fewer particles or events, so that the test stays short.
 FEWER = {
     "anneal": {f"stage.{stage}.{key.removeprefix('run.')}": value for stage in range(4) for key, value in SHORT.items()},
+    "glass_former": {"stage.1.until_time": 20},
     "outlet": {"fill.0.count": 150},
     "random_packing": {"fill.0.count": 250},
     "rotating_drum": {"fill.0.count": 150},
