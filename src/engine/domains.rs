@@ -31,10 +31,8 @@ mod work;
 
 use super::communicator::Communicator;
 use super::observe::Observe;
-use super::pairs::Pairs;
 use super::parts::Engine;
 use super::progress::{self, Times};
-use super::sources::Sources;
 use super::{EngineError, Reason, Until};
 use cut::{Cut, End};
 use domain::Domain;
@@ -42,7 +40,7 @@ use regions::{Halo, Regions};
 use std::sync::Arc;
 use std::time::Instant;
 use team::Team;
-pub use work::{DomainWork, SingleThread};
+pub use work::DomainWork;
 
 /// Target number of steps of a domain in a window: the initial value and the upper limit.
 const MOST_STEPS: f64 = 10_000.0;
@@ -111,34 +109,6 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// The reason why a system cannot be cut; `None` if it can.
-    pub fn obstacle(engine: &Engine<FALLING, TABLE>) -> Option<SingleThread> {
-        // All fields are listed, so that a new field is either copied by `Engine::part` or excluded here. Collisions
-        // with the heat bath are drawn for the whole system and sent to the domains.
-        let Sources {
-            surfaces,
-            confinement: _,
-            surface_random: _,
-            andersen: _,
-            restraint,
-            inlets,
-            sleepers,
-            is_watched: _,
-            next_global: _,
-        } = &engine.sources;
-        let Pairs { rules: _, states: _, contact_times: _, has_own_interactions, bias } = &engine.pairs;
-        let reach_far = *has_own_interactions || engine.ranges.may_be_overstretched;
-        match () {
-            () if engine.images.slide() => Some(SingleThread::SlidingImages),
-            () if reach_far => Some(SingleThread::LongInteractions),
-            () if !engine.distances.are_constant() => Some(SingleThread::ChangingDistances),
-            () if restraint.is_some() || bias.is_some() => Some(SingleThread::WholeSystem),
-            () if sleepers.is_some() => Some(SingleThread::Sleep),
-            () if inlets.is_some() || surfaces.have_outlets() => Some(SingleThread::ChangingNumber),
-            () => None,
-        }
-    }
-
     /// Continues a run with exactly the same results as [`Engine::advance_for`]. Between calls, the single engine is
     /// out of date until [`Self::settle`] is called.
     pub fn advance_for(
@@ -171,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             if let Some(broken) = whole.broken {
                 return Err(broken.into());
             }
-            let next = if Self::obstacle(whole).is_none() {
+            let next = if whole.obstacle().is_none() {
                 let done = whole.counts.totals.transition + whole.counts.executed;
                 #[cfg(any(test, debug_assertions))]
                 let other = self.copy_to_check(whole);

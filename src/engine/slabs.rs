@@ -15,9 +15,13 @@
 //! the window are undone, and one thread executes them again.
 //!
 //! *Proof.* A step reads and changes only particles within reach of its own particles. If the particles of two steps are
-//! farther apart, the order of the steps does not matter. All other pairs of steps are in the order of their times. Within
-//! a phase, they are in the same region, so one thread executes both. Between phases, they would conflict in the other
-//! order. So the results are those of a single thread that executes all steps in the order of their times.
+//! farther apart, the order of the steps does not matter. If they are nearer, the steps are executed in the order of their
+//! times:
+//!
+//! - In the same phase, both steps are in the same region. One thread executes both, in the order of their times.
+//! - In different phases, the steps would conflict if the step of the earlier phase had the later time.
+//!
+//! So the results are those of a single thread that executes all steps in the order of their times.
 //!
 //! *Threads* never use the same data at the same time, unless they only read them. Each step uses only data of its own
 //! region, because the layers in which steps are held back are at least as wide as the reach of a step.
@@ -25,6 +29,7 @@
 mod alias;
 mod barrier;
 mod covered;
+mod cut;
 mod geometry;
 mod pace;
 mod part;
@@ -36,31 +41,31 @@ mod work;
 pub use rooms::Rooms;
 pub use work::ThreadWork;
 
-use super::domains::Domains;
-use super::neighbours::Neighbours;
 use super::observe::Observe;
 use super::pairs::rules::Steps;
 use super::parts::Engine;
 use super::{EngineError, Reason, Until};
+use cut::Cut;
 use geometry::Geometry;
 use pace::Pace;
-use part::{Part, Phase};
-use std::sync::{PoisonError, RwLock};
 use std::time::Instant;
-use stretch::{End, PHASES, Progress, Request, SHORTEST};
+use stretch::{End, Progress, Request, SHORTEST};
 
-/// Desired number of steps of a window: per particle, with lists and with cells, at least, and at most per thread. In longer
-/// windows, more steps are held back, and conflicts are more frequent. With cells, a step reads more particles.
+/// Desired number of steps of a window, per particle. In longer windows, more steps are held back, and conflicts are more
+/// frequent.
 const WITH_LISTS: f64 = 0.015;
+/// The same without neighbour lists. A step then reads more particles.
 const WITH_CELLS: f64 = 0.005;
+/// Limits of the desired number of steps: at least for a window, and at most for each of its threads.
 const FEWEST_STEPS: f64 = 20.0;
 const STEPS_PER_THREAD: f64 = 1_500.0;
 
 /// Number of steps of the first window, before its duration is adapted.
 const FIRST: f64 = 100.0;
 
-/// Factors of the desired number of steps after a conflict, and after a window without a conflict.
+/// A conflict multiplies the desired number of steps by this factor.
 const FEWER: f64 = 0.8;
+/// A window without a conflict multiplies it by this factor.
 const MORE: f64 = 1.001;
 
 /// Smallest width of a slab, in units of the width of the layer at its faces in which steps are held back.
@@ -77,6 +82,8 @@ const LAST: u64 = 50_000;
 #[derive(Debug, Clone)]
 pub struct Slabs {
     threads: usize,
+    /// Smallest number of steps that a window should have.
+    fewest: f64,
     /// Duration of a window; zero if it is not known yet.
     length: f64,
     /// Desired number of steps of a window. It becomes smaller with each conflict.
@@ -96,45 +103,6 @@ pub struct Slabs {
     pub work: ThreadWork,
 }
 
-/// A system that is cut into slabs.
-#[derive(Debug)]
-pub struct Cut {
-    geometry: Geometry,
-    parts: Vec<Part>,
-    phases: Vec<[RwLock<Phase>; PHASES]>,
-    /// Time since the epoch that has been reached.
-    now: f64,
-    /// Time of the last step, or the time limit if the run has reached it.
-    latest: f64,
-    /// Number of steps of this epoch.
-    steps: u64,
-    /// Whether one thread executes the next window.
-    is_alone: bool,
-    /// Whether the queue of the engine has all entries, too.
-    is_complete: bool,
-}
-
-impl Clone for Cut {
-    fn clone(&self) -> Self {
-        Self {
-            geometry: self.geometry.clone(),
-            parts: self.parts.clone(),
-            phases: self.parts.iter().map(|_| new_phases()).collect(),
-            ..*self
-        }
-    }
-}
-
-impl Cut {
-    fn give_rooms_back(&mut self, neighbours: &mut Neighbours) {
-        self.parts.iter_mut().for_each(|part| neighbours.take_room(&mut part.rooms));
-    }
-}
-
-fn new_phases() -> [RwLock<Phase>; PHASES] {
-    std::array::from_fn(|_| RwLock::new(Phase::new()))
-}
-
 enum Next {
     Continue,
     Return(Reason),
@@ -148,6 +116,7 @@ impl Slabs {
     pub fn new(threads: usize) -> Self {
         Self {
             threads,
+            fewest: FEWEST_STEPS,
             length: 0.0,
             narrowest: NARROWEST,
             per_window: 0.0,
@@ -184,7 +153,7 @@ impl Slabs {
         until: Until,
         observe: &mut Observe<'_>,
     ) -> Option<Result<Option<Reason>, EngineError>> {
-        if Domains::obstacle(whole).is_some() {
+        if whole.obstacle().is_some() {
             self.join(whole);
             return None;
         }
@@ -280,7 +249,7 @@ impl Slabs {
             whole.schedule.queue.clear();
         }
         let per_particle = if whole.neighbours.verlet().is_some() { WITH_LISTS } else { WITH_CELLS };
-        let most = (per_particle * whole.state.moving as f64).max(FEWEST_STEPS);
+        let most = (per_particle * whole.state.moving as f64).max(self.fewest);
         let most = most.min(STEPS_PER_THREAD * cut.parts.len() as f64);
         self.per_window = if self.per_window == 0.0 { most } else { self.per_window.min(most) };
         let request = Request {
@@ -369,36 +338,17 @@ impl Slabs {
         }
         (self.refused, self.is_queue_empty) = (None, false);
         self.work.cuts += 1;
-        let (count, threads) = (whole.particles().len(), geometry.slabs.len());
-        // No event is due before the epoch, so the threads can start there.
-        let now = whole.clock.now.max(0.0);
+        let cut = Cut::new(whole, geometry);
         let queue = &whole.schedule.queue;
-        let part =
-            || Part::new(queue.of_part(now, count / threads, count), queue.of_part(now, 1, count), whole.no_counts());
-        let parts: Vec<Part> = (0..threads).map(|_| part()).collect();
         if self.length == 0.0 {
             self.length = queue.span() * (FIRST / queue.target() as f64).min(1.0);
         }
-        self.cut = Some(Cut {
-            phases: parts.iter().map(|_| new_phases()).collect(),
-            geometry,
-            parts,
-            now,
-            latest: whole.clock.now,
-            steps: queue.steps(),
-            is_alone: false,
-            is_complete: false,
-        });
         whole.schedule.queue.clear();
         if TABLE && whole.pairs.rules.steps.iter().any(Steps::can_capture) {
             whole.pairs.states.make_room();
         }
-        if let Some(cut) = &mut self.cut {
-            let share = count / cut.parts.len();
-            for (part, left) in cut.parts.iter_mut().zip((1..=threads).rev()) {
-                whole.neighbours.make_room(&mut part.rooms, share, left);
-            }
-        }
+        let particles = whole.particles().len();
+        self.cut.insert(cut).make_rooms(&mut whole.neighbours, particles);
         true
     }
 
@@ -434,57 +384,6 @@ impl Slabs {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn executed_steps(&self) -> u64 {
         self.counts.executed + self.counts.totals.transition
-    }
-
-    /// Adds the counts and the progress of a stretch.
-    fn take_progress(&mut self, cut: &mut Cut, progress: &Progress) {
-        for part in &mut cut.parts {
-            self.counts.merge(&part.total);
-        }
-        let none = self.no_counts();
-        for part in &mut cut.parts {
-            for counts in [&mut part.total, &mut part.counts, &mut part.none] {
-                (**counts).clone_from(&none);
-            }
-        }
-        (self.clock.standstill.since, self.clock.standstill.events) = progress.standstill;
-        if let Some(quiet) = progress.quiet {
-            self.counts.transitions_at_event = self.counts.totals.transition.wrapping_sub(quiet);
-        }
-        (cut.now, cut.latest) = (progress.now, progress.latest);
-        cut.steps += progress.steps;
-        self.clock.now = cut.now;
-    }
-
-    /// Undoes all steps of the last window.
-    fn undo_window(&mut self, cut: &mut Cut) {
-        let mut changed = Vec::new();
-        for number in (0..PHASES).rev() {
-            for phases in &mut cut.phases {
-                let phase = phases[number].get_mut().unwrap_or_else(PoisonError::into_inner);
-                let undone = phase.log.undone(&self.state.bodies);
-                changed.extend(self.restore(&undone));
-                changed.extend(phase.held_back.iter().map(|held| held.entry.particle));
-                phase.clear();
-            }
-        }
-        let due = self.schedule.due(&self.state.bodies);
-        for part in &mut cut.parts {
-            part.queue.rewind(cut.now, &due);
-        }
-        changed.sort_unstable();
-        changed.dedup();
-        for particle in changed {
-            let along = cut.geometry.along(self, particle);
-            let slab = cut.geometry.slab_of(along);
-            for (number, part) in cut.parts.iter_mut().enumerate() {
-                let is_here = number == slab;
-                part.held.put(particle, is_here);
-                if is_here {
-                    part.queue.enter(particle, &due);
-                }
-            }
-        }
     }
 }
 

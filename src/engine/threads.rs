@@ -1,8 +1,9 @@
 //! Simulations on several threads of one process, in slabs, and in several processes, in domains.
 
-use super::domains::{DomainWork, Domains, SingleThread};
+use super::domains::{DomainWork, Domains};
 use super::observe::Observe;
 use super::parts::Engine;
+use super::single_thread::SingleThread;
 use super::slabs::{Slabs, ThreadWork};
 use super::{Arrest, Chosen, Communicator, EngineError, Reason, Simulation, Until};
 use crate::model::Threads;
@@ -182,7 +183,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let is_spread = self.slabs.is_some() || self.domains.is_some();
         let has_few = self.state.moving < FEW && !is_spread;
         let too_small = is_refused.then_some(SingleThread::NoSlabs).or(has_few.then_some(SingleThread::FewParticles));
-        Domains::obstacle(self).or(too_small)
+        self.obstacle().or(too_small)
     }
 
     /// Like [`Self::advance_for`], but on all threads and processes. The states in the engine may be outdated until

@@ -1,58 +1,5 @@
-use crate::model::Scene;
 use std::fmt;
 use std::time::Duration;
-
-/// The reason why a system runs in one thread.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum SingleThread {
-    /// Diameters grow.
-    ChangingDistances,
-    /// The box is sheared, so that its sides slide past each other.
-    SlidingImages,
-    /// Bonded particles can separate, or overlaps at the start are allowed.
-    LongInteractions,
-    /// A distance is restrained to an umbrella window, or energies have multicanonical weights.
-    WholeSystem,
-    /// Grains fall asleep.
-    Sleep,
-    /// Particles enter or leave.
-    ChangingNumber,
-    /// Fewer than 4,000 particles move.
-    FewParticles,
-    /// The box cannot be cut into slabs that are wide enough.
-    NoSlabs,
-}
-
-impl SingleThread {
-    /// The reason why a scene runs in one thread from start to end; `None` if it can run in several threads. Growing
-    /// diameters are not reported, because growth ends. Small systems are not reported either.
-    #[must_use]
-    pub fn of(scene: &Scene) -> Option<Self> {
-        match () {
-            () if scene.shear_rate().is_some() => Some(Self::SlidingImages),
-            () if scene.has_flow() => Some(Self::ChangingNumber),
-            () if scene.sleep().is_some() => Some(Self::Sleep),
-            () if scene.has_loose_bonds() || scene.allow_invalid_start() => Some(Self::LongInteractions),
-            () => None,
-        }
-    }
-}
-
-impl fmt::Display for SingleThread {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::ChangingDistances => "the diameters grow",
-            Self::SlidingImages => "the box is sheared",
-            Self::LongInteractions => "overlaps at the start are allowed, or bonded particles can separate",
-            Self::ChangingNumber => "particles enter or leave",
-            Self::Sleep => "grains fall asleep",
-            Self::FewParticles => "fewer than 4,000 particles move",
-            Self::NoSlabs => "the box cannot be cut into slabs that are wide enough",
-            Self::WholeSystem => "umbrella windows and multicanonical weights act on the whole system",
-        })
-    }
-}
 
 /// Statistics of a simulation that runs in several domains.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -2,9 +2,11 @@
 
 use crate::engine::marks::Marks;
 
-/// Contacts that a slab has held back with the places of both particles. Afterwards, the slab has executed no later step
-/// near these places, and no other slab has executed a step there. So the contact does not conflict with these steps, as
-/// long as no other step has changed its particles.
+/// Contacts that a slab has held back, and of which it knows the places of both particles.
+///
+/// After it had held back a contact, the slab executed no later step near these places. Other slabs execute no steps there
+/// at all. So the contact does not conflict with the steps of slabs. This is no longer true when another step has changed
+/// one of its particles.
 #[derive(Debug, Clone, Default)]
 pub struct Covered {
     contacts: Marks,
@@ -33,7 +35,7 @@ impl Covered {
         self.listed.push(particle);
     }
 
-    /// Whether the set has the next contact of a particle.
+    /// Whether the next contact of a particle, with this partner, is in the set.
     #[inline]
     pub fn has(&self, particle: u32, partner: Option<u32>) -> bool {
         self.contacts.has(particle) && partner.is_none_or(|partner| !self.changed.has(partner))

@@ -5,32 +5,33 @@
 use crate::base::numbers::trunc_to_u64;
 use std::time::Duration;
 
-/// Number of steps of a measurement: per moving particle, and in addition.
+/// A measurement has `PER_PARTICLE * n + LEAST` steps in a system with `n` moving particles.
 const PER_PARTICLE: f64 = 1.0 / 16.0;
 const LEAST: f64 = 20_000.0;
 
-/// The first steps after a change are not measured: one quarter of a measurement.
+/// After a change, the first steps are not measured. Their number is that of a measurement, divided by this constant.
 const IGNORED: u64 = 4;
 
-/// An epoch is long if it has more steps than so many measurements.
+/// An epoch is long if it has more steps than this number of measurements.
 const LONG_EPOCH: u64 = 4;
 
-/// First and longest interval between two trials, in measurements. The interval doubles after each trial that changes
-/// nothing.
+/// First interval between two trials, in measurements. The interval doubles after each trial that changes nothing.
 const FIRST: u32 = 64;
+/// Longest interval between two trials, in measurements.
 const LONGEST: u32 = 1024;
 
-/// Interval after a change. It is short, because the change may have been wrong.
+/// Interval after a change, in measurements. It is short, because the change may have been wrong.
 const AFTER_CHANGE: u32 = 16;
 
 /// Number of measurements before the first trial.
 const BEFORE_FIRST: u32 = 4;
 
-/// A trial begins early if one of so many parts of the interval is over, and if so many measurements in a row are slower
-/// by this factor than at the last trial.
-const PARTS: u32 = 32;
+/// A trial begins early if this number of measurements in a row are slow.
 const IN_A_ROW: u32 = 3;
+/// A measurement is slow if a step takes longer than at the last trial, by more than this factor.
 const SLOWER: f64 = 1.25;
+/// Between two trials, at least the interval divided by this constant must pass.
+const PARTS: u32 = 32;
 
 /// Weight of a new measurement in the mean.
 const WEIGHT: f64 = 0.3;

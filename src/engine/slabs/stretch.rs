@@ -1,9 +1,9 @@
 //! A stretch of windows on all threads, without interruption.
 
-use super::Cut;
 use super::alias::Alias;
 use super::barrier::Barrier;
 use super::covered::Covered;
+use super::cut::Cut;
 use super::geometry::{Geometry, Slab};
 use super::part::{Around, Part, Phase, Task};
 use super::places::Places;

@@ -1,4 +1,4 @@
-use super::PHASES;
+use super::stretch::PHASES;
 use std::fmt;
 
 /// Statistics of a simulation on several threads of one process.

@@ -1,5 +1,4 @@
 use super::*;
-use crate::engine::domains::Domains;
 use crate::engine::{SingleThread, Until};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Potential, Scene};
@@ -96,7 +95,7 @@ fn system_with_a_restrained_distance_is_not_divided_into_domains() {
         .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
         .particle("A", Vector::new(3.0, 1.0, 1.0), Vector::zeros());
     let mut simulation = Simulation::without_plan(scene.build().unwrap());
-    let obstacle = |simulation: &Simulation| with_engine!(&simulation.engine, engine => Domains::obstacle(engine));
+    let obstacle = |simulation: &Simulation| with_engine!(&simulation.engine, engine => engine.obstacle());
     assert_eq!(obstacle(&simulation), None);
     simulation.restrain_distance(&ids([&[0], &[1]]), [1.5, 3.0]);
     assert_eq!(obstacle(&simulation), Some(SingleThread::WholeSystem));
