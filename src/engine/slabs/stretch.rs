@@ -13,6 +13,7 @@ use crate::engine::parts::Engine;
 use crate::engine::progress::{self, Times};
 use crate::engine::schedule::EventQueue;
 use crate::engine::sources::andersen::{Andersen, Collision};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 /// Number of phases of a window: slabs, strips, and the rest.
@@ -95,8 +96,9 @@ struct Shared<'a> {
     collisions: RwLock<Vec<Collision>>,
     is_observed: bool,
     is_plain: bool,
-    /// Deepest accepted overlap of all threads `[length]`.
-    accepted: Mutex<f64>,
+    /// Bits of the deepest accepted overlap of all threads `[length]`. The bits of numbers that are not negative have the
+    /// order of the numbers.
+    accepted: AtomicU64,
 }
 
 fn read<T>(lock: &RwLock<T>) -> RwLockReadGuard<'_, T> {
@@ -242,7 +244,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             collisions: RwLock::new(self.collisions_until(&mut judge.baths[1], plan.stop)),
             is_observed,
             is_plain: self.changes_motions_and_pairs_only(),
-            accepted: Mutex::new(self.counts.accepted_overlap),
+            accepted: AtomicU64::new(self.counts.accepted_overlap.to_bits()),
         };
         // SAFETY: the engine is not used before all aliases are given back. The threads access disjoint elements, see
         // the description of `slabs`.
@@ -351,8 +353,7 @@ impl<'a> Worker<'a> {
     }
 
     fn note_overlap<const FALLING: bool, const TABLE: bool>(&self, engine: &Engine<FALLING, TABLE>) {
-        let mut accepted = locked(&self.shared.accepted);
-        *accepted = accepted.max(engine.counts.accepted_overlap);
+        self.shared.accepted.fetch_max(engine.counts.accepted_overlap.to_bits(), Ordering::AcqRel);
     }
 
     fn slab(&self) -> &'a Slab {
@@ -494,7 +495,7 @@ impl<'a> Worker<'a> {
             }
         }
         self.part.total.merge(&engine.counts);
-        self.part.none.accepted_overlap = *locked(&self.shared.accepted);
+        self.part.none.accepted_overlap = f64::from_bits(self.shared.accepted.load(Ordering::Acquire));
         engine.counts.clone_from(&self.part.none);
     }
 }
