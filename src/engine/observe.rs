@@ -19,8 +19,7 @@ pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> 
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Repeats the last events of an observed run, up to the event at which the observer ended the run. `number` counts
-    /// the events from here on.
+    /// Repeats the next `number` events. An observer has seen them before, and has ended the run after the last one.
     pub(super) fn advance_to_event(&mut self, number: u64, until: Until) -> Result<Reason, EngineError> {
         let mut left = number;
         let mut until_there = |_: &Event| {

@@ -1,4 +1,4 @@
-//! Events and transitions that several threads or domains execute at about the same time: their order, whether time
+//! Combines the events and transitions of several threads or domains in the order of their times. Finds whether time
 //! stands still, and how many transitions follow the last event.
 
 use super::clock::{SHORTEST_ADVANCE, StandstillWatch};

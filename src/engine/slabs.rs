@@ -21,7 +21,7 @@
 //! - In the same phase, both steps are in the same region. One thread executes both, in the order of their times.
 //! - In different phases, the steps would conflict if the step of the earlier phase had the later time.
 //!
-//! So the results are those of a single thread that executes all steps in the order of their times.
+//! Each step therefore finds the same particles as on one thread, and has the same result.
 //!
 //! *Threads* never use the same data at the same time, unless they only read them. Each step uses only data of its own
 //! region, because the layers in which steps are held back are at least as wide as the reach of a step.
@@ -56,8 +56,9 @@ use stretch::{End, Progress, Request, SHORTEST};
 const WITH_LISTS: f64 = 0.015;
 /// The same without neighbour lists. A step then reads more particles.
 const WITH_CELLS: f64 = 0.005;
-/// Limits of the desired number of steps: at least for a window, and at most for each of its threads.
+/// Smallest desired number of steps of a window.
 const FEWEST_STEPS: f64 = 20.0;
+/// Largest desired number of steps of a window, per thread.
 const STEPS_PER_THREAD: f64 = 1_500.0;
 
 /// Number of steps of the first window, before its duration is adapted.
@@ -74,15 +75,15 @@ const NARROWEST: f64 = 4.0;
 /// Number of steps that the engine executes alone when the threads cannot continue.
 const ALONE: u64 = 2_000;
 
-/// Number of steps that the engine executes alone at the end of a run that ends at a number of events, and after an
-/// observer has ended a run.
+/// One thread executes this number of steps if the run is about to end at a number of events, or if an observer has ended
+/// the last run.
 const LAST: u64 = 50_000;
 
 /// A system on several threads.
 #[derive(Debug, Clone)]
 pub struct Slabs {
     threads: usize,
-    /// Smallest number of steps that a window should have.
+    /// Smallest desired number of steps of a window.
     fewest: f64,
     /// Duration of a window; zero if it is not known yet.
     length: f64,
@@ -96,7 +97,8 @@ pub struct Slabs {
     is_queue_empty: bool,
     /// Number of epochs when the system could not be cut.
     refused: Option<u64>,
-    /// Whether an observer has ended the last run with an observer. It may end the next one soon, so one thread begins it.
+    /// Whether an observer has ended the last run that had one. It may end the next run soon, too, so one thread begins
+    /// that run.
     is_interrupted: bool,
     /// `None` to use several threads even if one thread is faster.
     pace: Option<Pace>,

@@ -74,8 +74,8 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
     }
 
-    /// Returns the reason why the system runs on one thread although more are set, or why it could not run on several
-    /// threads.
+    /// Returns the reason why the system cannot run on several threads. Returns `None` if it can. Too few particles are
+    /// a reason only if several threads are set.
     #[must_use]
     pub fn single_thread(&self) -> Option<SingleThread> {
         let why = with_engine!(&self.engine, engine => engine.single_thread());

@@ -50,7 +50,7 @@ impl UndoLog {
         if TABLE && !engine.pairs.states.is_empty() {
             self.push_pairs(particle, body, prediction, engine.pairs.states.of(particle));
         } else {
-            self.push_motion(particle, body, prediction);
+            self.push_motion(particle, Kind::Motion, body, prediction);
         }
     }
 
@@ -76,8 +76,8 @@ impl UndoLog {
     }
 
     #[inline]
-    fn push_motion(&mut self, particle: u32, body: Body, prediction: Prediction) {
-        self.order.push((particle, Kind::Motion));
+    fn push_motion(&mut self, particle: u32, kind: Kind, body: Body, prediction: Prediction) {
+        self.order.push((particle, kind));
         self.bodies.push(body);
         self.predictions.push(prediction);
     }
@@ -89,9 +89,7 @@ impl UndoLog {
             let record = Record { captured: Some(captured.to_vec()), ..Record::of_motion(particle, body, prediction) };
             return self.push_record(record);
         };
-        self.order.push((particle, Kind::Pairs(count)));
-        self.bodies.push(body);
-        self.predictions.push(prediction);
+        self.push_motion(particle, Kind::Pairs(count), body, prediction);
         self.pairs.extend_from_slice(captured);
     }
 

@@ -67,10 +67,10 @@ pub(super) fn measure(
     }
 }
 
-/// The copy of a [`Recorded`] instrument is saved and restored after each of the first samples, and then after a part of
-/// them, because saving takes much longer than a sample. The part has an odd denominator, so that it has no rhythm in
-/// common with the instrument.
+/// The copy of a [`Recorded`] instrument is saved and restored after each of so many samples.
 const FIRST_SAMPLES: usize = 200;
+/// Afterwards, it is saved and restored once in so many samples, because this takes much longer than a sample. Instruments
+/// often do something at each power of two, so this number is odd.
 const LATER_SAMPLES: usize = 17;
 
 /// An instrument and a copy. After many samples, the copy is saved and restored.

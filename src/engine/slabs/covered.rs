@@ -2,11 +2,10 @@
 
 use crate::engine::marks::Marks;
 
-/// Contacts that a slab has held back, and of which it knows the places of both particles.
+/// A slab has held back these contacts, and knows where both particles of each contact are.
 ///
-/// After it had held back a contact, the slab executed no later step near these places. Other slabs execute no steps there
-/// at all. So the contact does not conflict with the steps of slabs. This is no longer true when another step has changed
-/// one of its particles.
+/// From then on, the slab executes no step near these places. Other slabs never execute a step there. A contact in this
+/// set therefore conflicts with no step of a slab. If another step changes one of its particles, it leaves the set.
 #[derive(Debug, Clone, Default)]
 pub struct Covered {
     contacts: Marks,

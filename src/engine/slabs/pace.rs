@@ -9,10 +9,10 @@ use std::time::Duration;
 const PER_PARTICLE: f64 = 1.0 / 16.0;
 const LEAST: f64 = 20_000.0;
 
-/// After a change, the first steps are not measured. Their number is that of a measurement, divided by this constant.
+/// The first steps after a change are not measured, because a change takes time. They are one such part of a measurement.
 const IGNORED: u64 = 4;
 
-/// An epoch is long if it has more steps than this number of measurements.
+/// An epoch is long if it lasts longer than this number of measurements.
 const LONG_EPOCH: u64 = 4;
 
 /// First interval between two trials, in measurements. The interval doubles after each trial that changes nothing.
@@ -30,7 +30,7 @@ const BEFORE_FIRST: u32 = 4;
 const IN_A_ROW: u32 = 3;
 /// A measurement is slow if a step takes longer than at the last trial, by more than this factor.
 const SLOWER: f64 = 1.25;
-/// Between two trials, at least the interval divided by this constant must pass.
+/// The interval has this many parts. At least one of them must pass between two trials.
 const PARTS: u32 = 32;
 
 /// Weight of a new measurement in the mean.

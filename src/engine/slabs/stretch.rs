@@ -96,8 +96,7 @@ struct Shared<'a> {
     collisions: RwLock<Vec<Collision>>,
     is_observed: bool,
     is_plain: bool,
-    /// Bits of the deepest accepted overlap of all threads `[length]`. The bits of numbers that are not negative have the
-    /// order of the numbers.
+    /// Deepest accepted overlap of all threads `[length]`, as bits. Of two overlaps, the deeper one has the larger bits.
     accepted: AtomicU64,
 }
 
@@ -148,7 +147,7 @@ impl Judge<'_, '_> {
         }
     }
 
-    /// Adds the steps of a window, and returns their number, with collisions with the heat bath.
+    /// Adds the steps of a window. Returns their number, including collisions with the heat bath.
     fn take_steps(&mut self, phases: &[RwLockReadGuard<'_, Phase>]) -> Result<u64, End> {
         let executed: u64 = phases.iter().map(|phase| phase.times.executed).sum();
         if self.progress.executed + executed >= self.request.last_event {

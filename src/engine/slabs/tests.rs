@@ -295,20 +295,38 @@ fn a_short_box_is_not_cut() {
     assert_eq!((slabs.work.windows, slabs.is_refused()), (0, true));
 }
 
+type FreeHard = Engine<false, false>;
+
+/// Runs a system of equal hard spheres on one thread.
+fn run_alone(scene: &Scene, until: Until) -> (FreeHard, Reason) {
+    let mut engine = FreeHard::new(scene);
+    let reason = engine.advance(until, &mut None).unwrap();
+    (engine, reason)
+}
+
+/// Runs the same system on several threads. Both runs must end in the same state.
+fn assert_same_end(
+    scene: &Scene,
+    until: Until,
+    (one, reason): (&FreeHard, Reason),
+    slabs: &mut Slabs,
+    pauses: (u64, bool),
+) {
+    let mut engine = FreeHard::new(scene);
+    let there = advance(&mut engine, slabs, until, pauses, &mut None);
+    slabs.join(&mut engine);
+    assert_equal((one, reason), (&engine, there), &format!("{pauses:?} {:?}", slabs.work));
+}
+
 /// Pauses after a few steps often come at the end of an epoch, when nobody has the queue.
 #[test]
 fn short_advances_match_one_engine_bitwise() {
     let scene = spheres(0.9, Vector::new(70.0, 5.0, 5.0)).build().unwrap();
     let until = Until::time(3.0);
-    let mut one = Engine::<false, false>::new(&scene);
-    let reason = one.advance(until, &mut None).unwrap();
+    let (one, reason) = run_alone(&scene, until);
     assert!(one.clock.epochs > 2, "{}", one.clock.epochs);
-    for (steps, joins) in [(100, false), (700, true)] {
-        let mut engine = Engine::<false, false>::new(&scene);
-        let mut slabs = slabs_of(2);
-        let there = advance(&mut engine, &mut slabs, until, (steps, joins), &mut None);
-        slabs.join(&mut engine);
-        assert_equal((&one, reason), (&engine, there), &format!("{steps} {joins}"));
+    for pauses in [(100, false), (700, true)] {
+        assert_same_end(&scene, until, (&one, reason), &mut slabs_of(2), pauses);
     }
 }
 
@@ -317,10 +335,8 @@ fn short_advances_match_one_engine_bitwise() {
 fn one_thread_continues_if_the_system_cannot_be_cut_any_more() {
     let scene = spheres(0.9, Vector::new(70.0, 5.0, 5.0)).build().unwrap();
     let until = Until::time(3.0);
-    let mut one = Engine::<false, false>::new(&scene);
-    let reason = one.advance(until, &mut None).unwrap();
-    let mut engine = Engine::<false, false>::new(&scene);
-    let mut slabs = slabs_of(2);
+    let (one, reason) = run_alone(&scene, until);
+    let (mut engine, mut slabs) = (FreeHard::new(&scene), slabs_of(2));
     assert!(slabs.advance_for(&mut engine, 100, until, &mut None).unwrap().unwrap().is_none());
     slabs.narrowest = 100.0;
     let there = advance(&mut engine, &mut slabs, until, (u64::MAX, false), &mut None);
@@ -362,14 +378,10 @@ fn windows_with_conflicts_are_repeated() {
     let dilute = spheres(0.2, size).build().unwrap();
     for (scene, time) in [(dense, 1.5), (dilute, 6.0)] {
         let until = Until::time(time);
-        let mut one = Engine::<false, false>::new(&scene);
-        let reason = one.advance(until, &mut None).unwrap();
+        let (one, reason) = run_alone(&scene, until);
         for (threads, fewest) in [(2, 1_000.0), (3, 2_000.0)] {
-            let mut engine = Engine::<false, false>::new(&scene);
             let mut slabs = Slabs { fewest, ..slabs_of(threads) };
-            let there = advance(&mut engine, &mut slabs, until, (u64::MAX, false), &mut None);
-            slabs.join(&mut engine);
-            assert_equal((&one, reason), (&engine, there), &format!("{threads} threads"));
+            assert_same_end(&scene, until, (&one, reason), &mut slabs, (u64::MAX, false));
             assert!(slabs.work.conflicts > 10, "{:?}", slabs.work);
         }
     }

@@ -34,7 +34,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut flown = [i, j].map(|particle| time - self.state.bodies[particle as usize].time);
         self.stream(i, time);
         if self.is_static(j) {
-            // No contact writes its state, because several threads may read it at the same time. It has not moved since.
+            // A static particle never moves. Contacts do not write its state, because several threads may read it.
             flown[1] = flown[0];
         } else {
             self.stream(j, time);
