@@ -73,8 +73,9 @@ impl PartNumbers<'_> {
 }
 
 pub(super) trait Column: Sized {
-    /// False if contacts never change the column.
-    const CHANGES_IN_CONTACTS: bool = true;
+    /// Whether contacts change the column. If they change more than motions, predictions and captured pairs, windows on
+    /// several threads store complete records, which is slower.
+    const CHANGES_IN_CONTACTS: bool;
 
     /// True if the column is not part of the state of a particle, but needed to find its next event.
     const IS_PLAN: bool = false;
@@ -116,6 +117,8 @@ fn take_values<T: Copy + Send + Sync>(column: &mut [T], part: &[T], numbers: &Pa
 }
 
 impl Column for Array<Body> {
+    const CHANGES_IN_CONTACTS: bool = true;
+
     fn is_more_than_motion(&self) -> bool {
         false
     }
@@ -154,11 +157,11 @@ impl Column for Array<u16> {
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
-        record.species = self.get(particle as usize).copied();
+        record.row = self.get(particle as usize).copied();
     }
 
     fn push(&mut self, record: &Record) {
-        record.species.into_iter().for_each(|row| self.push(row));
+        record.row.into_iter().for_each(|row| self.push(row));
     }
 
     /// Does nothing, because rows never change while the system runs in domains.
@@ -170,6 +173,8 @@ impl Column for Array<u16> {
 
 /// The spins; empty if the scene has none.
 impl Column for Array<Vector> {
+    const CHANGES_IN_CONTACTS: bool = true;
+
     fn is_more_than_motion(&self) -> bool {
         !self.is_empty()
     }
@@ -231,6 +236,7 @@ impl Column for Travelled {
 
 impl Column for Array<Prediction> {
     const IS_PLAN: bool = true;
+    const CHANGES_IN_CONTACTS: bool = true;
 
     fn is_more_than_motion(&self) -> bool {
         false
@@ -277,6 +283,8 @@ impl Column for Array<Prediction> {
 }
 
 impl Column for ContactTimes {
+    const CHANGES_IN_CONTACTS: bool = true;
+
     fn permuted(&self, order: &Order) -> Self {
         Self { last: order.permuted(&self.last), ..*self }
     }
@@ -305,6 +313,8 @@ impl Column for ContactTimes {
 }
 
 impl Column for SurfaceRandom {
+    const CHANGES_IN_CONTACTS: bool = true;
+
     fn permuted(&self, order: &Order) -> Self {
         Self { contacts: order.permuted(&self.contacts), stream: self.stream.clone() }
     }
@@ -355,6 +365,8 @@ impl Column for Box<Sleepers> {
 }
 
 impl Column for CapturedPairs {
+    const CHANGES_IN_CONTACTS: bool = true;
+
     fn is_more_than_motion(&self) -> bool {
         false
     }
@@ -423,7 +435,7 @@ impl Column for Neighbours {
     }
 
     fn push(&mut self, record: &Record) {
-        self.push(&record.body.position, record.place, record.species.unwrap_or(0));
+        self.push(&record.body.position, record.place, record.row.unwrap_or(0));
     }
 
     /// Writes the cell or list centre. The neighbour list is filled later, when all particles are in place.

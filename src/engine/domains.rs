@@ -1,6 +1,7 @@
-//! One system on several cores: domains run alone for a window of time and are compared exactly afterwards.
+//! One system in several processes: domains run alone for a window of time and are compared exactly afterwards. Threads of
+//! one process share one engine instead, see [`super::slabs`].
 //!
-//! The box is cut into slabs. Each domain is an ordinary engine for the particles that it *owns* and for copies of the
+//! The box is cut into blocks. Each domain is an ordinary engine for the particles that it *owns* and for copies of the
 //! particles around them. A domain runs alone for a window of simulated time. Copies at the edge of the domain sooner
 //! or later deviate from their owners, because their neighbours are missing. At the end of the window, the steps of all
 //! copies that an owned particle may have read are compared with the steps of the owners. If all steps agree, every

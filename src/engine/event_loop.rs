@@ -14,7 +14,8 @@ pub(super) enum Next {
     GlobalEvent,
     /// The epoch ends before any other action.
     Epoch,
-    Limit,
+    /// Nothing more is due before the time at which the loop stops.
+    Stop,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -85,7 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                     continue;
                 }
                 Next::Epoch if until.last_time() == f64::INFINITY => return Ok(Some(Reason::Idle)),
-                Next::Epoch | Next::Limit => {
+                Next::Epoch | Next::Stop => {
                     self.clock.now = stop;
                     return Ok(Some(Reason::Time));
                 }
@@ -127,6 +128,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Result<Option<ControlFlow<()>>, InvariantBroken> {
         let now = self.clock.now;
         let flow = self.execute(particle, prediction, now, observe)?;
+        // A particle that has just left at an outlet is not predicted.
         if self.state.vacant.last() != Some(&particle) {
             self.repredict(particle, now);
         }
@@ -171,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return match () {
                 () if limit >= queue.reached() => Next::Epoch,
                 () if next_global <= stop => Next::GlobalEvent,
-                () => Next::Limit,
+                () => Next::Stop,
             };
         };
         if due.entry(entry.particle) != entry {
@@ -185,7 +187,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         } else if next_global <= stop {
             Next::GlobalEvent
         } else {
-            Next::Limit
+            Next::Stop
         }
     }
 

@@ -35,6 +35,14 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Whether the times of the last contacts, and the numbers of contacts with thermal surfaces, are those of `count`
+    /// particles.
+    fn has_contacts_of(&self, count: usize) -> bool {
+        let times = self.pairs.contact_times.as_ref().is_none_or(|times| times.last.len() == count);
+        let thermal = self.sources.surface_random.as_ref().is_none_or(|random| random.contacts.len() == count);
+        times && thermal
+    }
+
     fn unsound_index(&self, species: usize) -> Option<&'static str> {
         let State { bodies, numbers, next_name, rows, images, spins, moving, .. } = &self.state;
         let count = bodies.len();
@@ -72,6 +80,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 Some("the predictions")
             }
             () if !self.schedule.queue.is_sound(count) => Some("the event queue"),
+            () if !self.has_contacts_of(count) => Some("the contacts of the particles"),
             () if !self.ranges.is_sound(rows_of_table.len()) => Some("the ranges of interactions"),
             () if !self.pairs.states.is_sound(count, TABLE) => Some("the captured pairs"),
             () if !self.pairs.rules.is_sound(self.pairs.states.all()) => Some("the interactions"),

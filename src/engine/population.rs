@@ -254,7 +254,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mut record = Record::new(name, position, Vector::zeros(), now);
             record.images = Some(images);
             record.spin = self.pairs.rules.has_spins.then_some(particle.spin);
-            record.species = TABLE.then(|| self.pairs.rules.rows.row(particle.species));
+            record.row = TABLE.then(|| self.pairs.rules.rows.row(particle.species));
             record.captured = TABLE.then(Vec::new);
             records.push(record);
         }

@@ -134,7 +134,7 @@ impl Prediction {
 pub(super) const SEARCH: u32 = u32::MAX;
 
 /// Bits of the tie order for contacts with surfaces and for transitions. Contacts of pairs do not use these bits,
-/// because there are fewer than `2^29` particles.
+/// because all ids are less than `2^29`.
 const SURFACE: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 

@@ -59,8 +59,8 @@ const TARGET: u32 = 64;
 /// particles at rest could be much too long.
 const CROWDED: u64 = 4;
 
-/// Number of parts of an epoch. An epoch may end early only at the end of a part. The number of parts is constant, so
-/// the number of buckets does not affect the results.
+/// Number of ticks of an epoch. An epoch may end early only at a tick. The number of ticks is constant, so the number of
+/// buckets does not affect the results.
 const TICKS: usize = 64;
 
 /// Data are prefetched for the entry this many places ahead.

@@ -18,7 +18,8 @@ pub(super) struct Body {
     pub velocity: Vector,
     /// Time of this state, since the epoch.
     pub time: f64,
-    /// Number of events that have changed the motion of the particle. It shows whether a prediction is outdated.
+    /// Version of the motion. It grows with each event that changes the motion, and when all predictions are discarded.
+    /// A prediction for another version is outdated.
     pub events: u32,
     /// Id of the particle.
     pub name: u32,

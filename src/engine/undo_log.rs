@@ -56,7 +56,7 @@ impl UndoLog {
 
     /// Executes a transition, and saves what it changes. Returns false if it fails.
     #[inline(always)]
-    pub fn transition<const FALLING: bool, const TABLE: bool>(
+    pub fn execute_transition<const FALLING: bool, const TABLE: bool>(
         &mut self,
         engine: &mut Engine<FALLING, TABLE>,
         particle: u32,

@@ -19,7 +19,7 @@ pub(in crate::engine) struct Record {
     pub body: Body,
     pub number: u32,
     /// Table row of the particle; `None` in an engine without an interaction table.
-    pub species: Option<u16>,
+    pub row: Option<u16>,
     /// Image numbers. With `None`, an existing particle keeps its numbers, and a new particle gets zeros.
     pub images: Option<[i32; 3]>,
     /// Spin of the particle `[1 / time]`; `None` if the scene has no spins.
@@ -45,7 +45,7 @@ impl Record {
         Self {
             body: Body { position, velocity, time, events: 0, name: id },
             number: NO_PARTICLE,
-            species: None,
+            row: None,
             images: None,
             spin: None,
             last_contact: None,

@@ -1,4 +1,4 @@
-//! Applies a change of velocities. No other code applies impulses.
+//! Writes the velocities after a contact, and adds torques to spins. No other code does. `impulse` is only recorded.
 
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind, Other, Outcome};

@@ -13,7 +13,7 @@ const LOST: f64 = 2.0 * f64::EPSILON;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the outcome of a pair event, and the relative motion of the pair after the event.
     #[inline]
-    pub(in crate::engine) fn leave(
+    pub(in crate::engine) fn response_to(
         &mut self,
         pair: &Frame,
         seen: &Discontinuity,

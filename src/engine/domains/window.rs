@@ -31,7 +31,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                     continue;
                 }
                 // A window never extends beyond its epoch. Domains have no global events.
-                Next::Limit | Next::Epoch | Next::GlobalEvent => None,
+                Next::Stop | Next::Epoch | Next::GlobalEvent => None,
             };
             let next = entry.map_or(f64::INFINITY, |entry| entry.time);
             if let Some((particle, collision)) = self.collisions.pop_if(|(_, collision)| collision.time < next) {
@@ -65,7 +65,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
 
     fn transition(&mut self, regions: &Regions, particle: u32, time: f64) {
         let before = regions.columns(&self.engine, particle);
-        let is_done = self.log.transition(&mut self.engine, particle, time);
+        let is_done = self.log.execute_transition(&mut self.engine, particle, time);
         let after = regions.columns(&self.engine, particle);
         let is_shared = self.shared.has(particle);
         if self.owned.has(particle) {

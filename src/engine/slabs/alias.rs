@@ -37,7 +37,7 @@ impl<const FALLING: bool, const TABLE: bool> Alias<FALLING, TABLE> {
             copy.sources.next_global = f64::INFINITY;
             copy.neighbours.become_alias(&mut part.rooms);
             ptr::write(&raw mut copy.schedule.queue, std::mem::take(&mut part.queue));
-            ptr::write(&raw mut copy.schedule.part, Some(std::mem::take(&mut part.held)));
+            ptr::write(&raw mut copy.schedule.part, Some(std::mem::take(&mut part.own)));
             ptr::write(&raw mut copy.counts, std::mem::take(&mut part.counts));
             ptr::write(&raw mut copy.scratch, part.scratch.take());
             ptr::write(&raw mut copy.domains, None);
@@ -50,7 +50,7 @@ impl<const FALLING: bool, const TABLE: bool> Alias<FALLING, TABLE> {
     pub fn give_back(mut self, part: &mut Part) {
         let engine = &mut *self.0;
         part.queue = std::mem::take(&mut engine.schedule.queue);
-        part.held = engine.schedule.part.take().unwrap_or_default();
+        part.own = engine.schedule.part.take().unwrap_or_default();
         part.counts = std::mem::take(&mut engine.counts);
         part.scratch = engine.scratch.take();
         engine.neighbours.give_back(&mut part.rooms);

@@ -2,10 +2,10 @@
 
 use crate::engine::marks::Marks;
 
-/// A slab has held back these contacts, and knows where both particles of each contact are.
+/// A slab has held back these contacts, and has marked the places of both particles of each contact.
 ///
-/// From then on, the slab executes no step near these places. Other slabs never execute a step there. A contact in this
-/// set therefore conflicts with no step of a slab. If another step changes one of its particles, it leaves the set.
+/// No slab executes a later step at a marked place. A contact in this set therefore conflicts with no step of a slab. If
+/// another step changes one of its particles, it leaves the set.
 #[derive(Debug, Clone, Default)]
 pub struct Covered {
     contacts: Marks,

@@ -119,7 +119,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let slab = cut.geometry.slab_of(along);
             for (number, part) in cut.parts.iter_mut().enumerate() {
                 let is_here = number == slab;
-                part.held.put(particle, is_here);
+                part.own.put(particle, is_here);
                 if is_here {
                     part.queue.enter(particle, &due);
                 }

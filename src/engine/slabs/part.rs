@@ -31,7 +31,7 @@ pub struct Part {
     /// Entries of the particles in the slab.
     pub queue: EventQueue,
     /// The particles in the slab.
-    pub held: Marks,
+    pub own: Marks,
     /// Empty between phases.
     pub of_strip: EventQueue,
     pub rooms: Rooms,
@@ -51,7 +51,7 @@ impl Part {
         Self {
             queue,
             of_strip,
-            held: Marks::default(),
+            own: Marks::default(),
             rooms: Rooms::default(),
             counts: none.clone(),
             total: none.clone(),
@@ -189,7 +189,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 // A window never extends beyond its epoch. Collisions with the heat bath are drawn before each window,
                 // and there are no other global events.
-                Next::Limit | Next::Epoch | Next::GlobalEvent => None,
+                Next::Stop | Next::Epoch | Next::GlobalEvent => None,
             };
             let next = entry.map_or(f64::INFINITY, |entry| entry.time);
             let collision = collisions.next_if(|collision| collision.time < next);
@@ -246,7 +246,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 phase.steps += 1;
                 if prediction.is_transition() {
                     phase.times.quiet.push(time);
-                    phase.log.transition(self, particle, time)
+                    phase.log.execute_transition(self, particle, time)
                 } else {
                     self.meet_logged(due, prediction, task, phase)
                 }

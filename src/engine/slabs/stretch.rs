@@ -449,7 +449,7 @@ impl<'a> Worker<'a> {
         self.earlier.clear();
         self.covered.clear();
         std::mem::swap(&mut engine.schedule.queue, &mut self.part.of_strip);
-        let held = engine.schedule.part.take();
+        let saved = engine.schedule.part.take();
         let looks_ahead = std::mem::replace(&mut engine.hardware.looks_ahead, false);
         engine.schedule.queue.resume(now, 0);
         let (queue, due) = engine.schedule.split(&engine.state.bodies);
@@ -474,7 +474,7 @@ impl<'a> Worker<'a> {
         engine.run_phase(&task, around, collisions, phase);
         engine.schedule.queue.clear();
         std::mem::swap(&mut engine.schedule.queue, &mut self.part.of_strip);
-        engine.schedule.part = held;
+        engine.schedule.part = saved;
         engine.hardware.looks_ahead = looks_ahead;
     }
 

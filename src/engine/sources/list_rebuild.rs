@@ -46,7 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) -> bool {
-        let mut had_left = false;
+        let mut has_come_round = false;
         for axis in 0..3 {
             let period = self.state.periods[axis];
             if period == f64::INFINITY {
@@ -61,9 +61,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             };
             self.state.bodies[particle as usize].position[axis] += f64::from(periods) * period;
             self.state.images.add(particle, axis, -periods);
-            had_left = true;
+            has_come_round = true;
         }
-        had_left
+        has_come_round
     }
 
     /// Rebuilds the list of a particle around its position at `time`, and updates the lists of its neighbours.

@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // In a multicanonical simulation, weights replace the energy step of the potential.
         let felt = self.weighted(seen);
         let Response { outcome, radial: leaving, tangential_scale, roughness, is_lifted, rattle } =
-            self.leave(pair, &felt, law, time);
+            self.response_to(pair, &felt, law, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // The relative velocity changes by `change` times the vector between the centres.
         let change = (leaving - radial) / squared;

@@ -247,6 +247,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let torques = [of_spin, Vector::zeros()];
         let counted = Some(CountedKind::Rest);
         let flow = self.apply(&Change { counted, supplied: 0.0, dissipated, torques, ..change }, observe);
+        // The torque leaves a rounding error.
         if let Some(spin) = self.state.spins.get_mut(particle as usize) {
             *spin = Vector::zeros();
         }
