@@ -46,6 +46,7 @@ mod progress;
 mod schedule;
 mod set_state;
 mod single_thread;
+mod sizes;
 mod slabs;
 mod snapshot;
 mod sources;
@@ -125,6 +126,7 @@ impl EngineChoice {
         let is_falling = scene.accelerations().any(|acceleration| acceleration.iter().any(|a| *a != 0.0));
         // Sleeping particles have their own row in the table.
         let is_one_hard_sphere = scene.species.len() == 1
+            && !scene.has_individual_diameters()
             && scene.sleep.is_none()
             && scene.bonds.is_empty()
             && !scene.species[0].is_static()
@@ -133,7 +135,7 @@ impl EngineChoice {
                 potential.is_hard_sphere() && !potential.is_bond()
             });
         let rows = Rows::of(scene);
-        let ranges = Ranges::of(scene, rows.species());
+        let ranges = Ranges::of(scene, &rows);
         Self {
             is_falling,
             has_table: !is_one_hard_sphere,

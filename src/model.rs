@@ -2,6 +2,7 @@
 
 pub mod barostat;
 pub(crate) mod components;
+pub mod diameters;
 mod energy_weights;
 pub mod error;
 pub mod exchange_plan;
@@ -40,6 +41,7 @@ pub use crate::physics::response::{ContactLaw, TcRule};
 pub use crate::physics::restitution::{Restitution, RestitutionTable};
 pub use crate::physics::rough::Roughness;
 pub use barostat::{Barostat, BarostatError, VolumeMoves};
+pub use diameters::{DiameterDistribution, IndividualDiameters, MassRule};
 pub use energy_weights::EnergyWeights;
 pub use error::PotentialError;
 pub use exchange_plan::{ExchangeEnsemble, ExchangePlan};

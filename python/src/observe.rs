@@ -143,8 +143,16 @@ fn value_of(py: Python<'_>, name: &str, sample: &Sample<'_>, system: &SystemDesc
 fn frame_of<'py>(py: Python<'py>, sample: &Sample<'_>, system: &SystemDescription) -> PyResult<Bound<'py, PyDict>> {
     let space = &system.space;
     let flat = |vectors: &[Vector]| array(py, vectors.iter().flat_map(|it| <[f64; 3]>::from(*it)).collect(), Some(3));
-    let masses: Vec<f64> = system.species_masses.clone();
-    let radii: Vec<f64> = sample.species.iter().map(|species| 0.5 * system.diameters[species.0 as usize]).collect();
+    let of_species = |k: usize| sample.species[k].0 as usize;
+    // Where masses differ within a species, it has no mass.
+    let mut masses: Vec<f64> = system.species_masses.clone();
+    for k in 0..system.own_diameters.len() {
+        if system.masses[k] != system.species_masses[of_species(k)] {
+            masses[of_species(k)] = f64::NAN;
+        }
+    }
+    let diameter = |k: usize| system.own_diameters.get(k).copied().unwrap_or(system.diameters[of_species(k)]);
+    let radii: Vec<f64> = (0..sample.species.len()).map(|k| 0.5 * diameter(k)).collect();
     let ids: Vec<i64> = sample.ids.iter().map(|id| i64::from(id.0)).collect();
     let all = PyDict::new(py);
     all.set_item("time", sample.time)?;

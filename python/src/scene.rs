@@ -130,6 +130,11 @@ impl Scene {
         self.model.species().iter().map(|it| (it.name.clone(), it.mass, it.diameter)).collect()
     }
 
+    /// Whether the masses of particles of a species differ.
+    fn has_different_masses(&self) -> bool {
+        self.model.species().iter().any(|species| species.has_different_masses())
+    }
+
     fn has_exchange(&self) -> bool {
         self.model.exchange().is_some()
     }

@@ -1,5 +1,6 @@
 //! A simulation, event by event.
 
+use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, TryLockError};
@@ -196,10 +197,16 @@ impl Simulation {
         })
     }
 
-    /// Current diameter of each species.
-    fn diameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let diameters = self.state()?.engine.scene().species().iter().map(|species| species.diameter).collect();
-        array::<f64>(py, diameters, None)
+    /// Current radius of each particle, in the order of ids.
+    fn radii<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let state = self.state()?;
+        let species = state.engine.scene().species();
+        let mut radii = Vec::new();
+        let Ok(()) = state.engine.for_each_now(|now| {
+            radii.push(0.5 * now.diameter.unwrap_or(species[now.species.0 as usize].diameter));
+            Ok::<(), Infallible>(())
+        });
+        array::<f64>(py, radii, None)
     }
 
     /// Lower corner, edges and periodic axes of the current box.

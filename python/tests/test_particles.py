@@ -161,6 +161,44 @@ def test_a_run_with_arrays_goes_on() -> None:
     assert (carom.open("parts").frames[-1].positions == whole.frames[-1].positions).all()  # type: ignore[union-attr]
 
 
+#: A source for beads with diameters of their own.
+BEADS: dict[str, Any] = {
+    "name": "beads",
+    "space": {"size": [12.0, 12.0, 12.0]},
+    "species": [{"name": "bead", "mass": 1.0, "diameter": 1.0, "diameters": "individual"}],
+    "interaction": [{"species": ["bead", "bead"], "potential": "hard-sphere"}],
+    "run": {"until_events": 2000},
+}
+
+
+def test_individual_diameters_come_from_arrays_and_return_in_frames() -> None:
+    given = arrays()
+    diameters = np.random.default_rng(3).uniform(0.4, 1.6, size=216)
+    scene = carom.Scene(BEADS, particles={**given, "species": "bead", "diameters": diameters})
+    simulation = carom.Simulation(scene)
+    simulation.advance(1.0)
+    frame = simulation.frame()
+    assert (2.0 * frame.radii == diameters).all() and np.isnan(frame.masses).all()
+    assert np.isclose(scene.packing_fraction, np.pi / 6.0 * (diameters**3).sum() / 12.0**3)
+    run = carom.run(scene, "beads")
+    assert run.is_sound and (2.0 * run.frames[-1].radii == diameters).all()
+    same_bits(Path("beads"), carom.run("beads/scene.toml", "again").folder)
+    onwards = carom.Scene(BEADS, frame=run.frames[-1])
+    assert (2.0 * carom.Simulation(onwards).frame().radii == diameters).all()
+
+
+def test_wrong_individual_diameters_are_rejected() -> None:
+    given = {**arrays(), "species": "bead"}
+    with pytest.raises(ValueError, match="expected diameters of shape"):
+        carom.Scene(BEADS, particles={**given, "diameters": np.ones(5)})
+    with pytest.raises(carom.SceneError, match=r"`diameter` is missing: the species `bead` has individual diameters"):
+        carom.Scene(BEADS, particles=given)
+    wrong = np.ones(216)
+    wrong[7] = -1.0
+    with pytest.raises(carom.SceneError, match=r"diameters\[7\]"):
+        carom.Scene(BEADS, particles={**given, "diameters": wrong})
+
+
 def test_a_changed_file_of_particles_is_found() -> None:
     run = carom.run(carom.Scene(BOX, particles=arrays()), "run")
     text = (run.folder / "particles.xyz").read_text()

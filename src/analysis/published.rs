@@ -9,6 +9,7 @@ mod granular;
 mod heat_flux;
 mod kinetic_theory;
 mod maxwell;
+mod of_mixture;
 mod of_system;
 mod outflow;
 mod scaled_particle;
@@ -24,6 +25,7 @@ pub use kinetic_theory::{
     finite_size_of_diffusion, viscosity_of_disks,
 };
 pub use maxwell::{maxwell_speed_below, maxwell_speed_density};
+pub use of_mixture::of_mixture;
 #[cfg(test)]
 pub(crate) use of_system::CRYSTAL_LABEL;
 pub use of_system::{PublishedValue, of_system};

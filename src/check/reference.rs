@@ -94,6 +94,8 @@ enum Candidate {
 #[derive(Debug)]
 pub struct Reference {
     scene: Scene,
+    /// Species of each particle, with the particle's own diameter and mass.
+    own: Vec<Species>,
     tc_model: Option<TcModel>,
     /// Interaction and state of each interacting pair `(i, j)` of particles, with `i < j`.
     pairs: BTreeMap<(u32, u32), (InteractionId, usize)>,
@@ -131,6 +133,7 @@ impl Reference {
         let count = scene.particles.len();
         let mut reference = Self {
             scene: scene.clone(),
+            own: scene.particles.iter().map(|particle| scene.own_species(particle).into_owned()).collect(),
             tc_model: scene.contact_time.map(|contact_time| TcModel::new(contact_time, count).with(scene.tc_rule)),
             pairs: BTreeMap::new(),
             time: 0.0,
@@ -178,6 +181,7 @@ impl Reference {
     /// Inserts a particle at the current time, and returns its id. Ids are never used again.
     pub fn insert(&mut self, particle: Particle) -> ParticleId {
         let i = id(self.positions.len());
+        self.own.push(self.scene.own_species(&particle).into_owned());
         self.scene.particles.push(particle);
         self.positions.push(particle.position);
         self.velocities.push(particle.velocity);
@@ -218,7 +222,7 @@ impl Reference {
         let Some(id) = interaction.filter(|_| !(self.species(i).is_static() && self.species(j).is_static())) else {
             return;
         };
-        let state = self.first_state(&self.scene.interactions[id.0 as usize].potential, i, j);
+        let state = self.first_state(&self.interaction(id, [i, j]).potential, i, j);
         self.pairs.insert((i, j), (id, state));
     }
 
@@ -301,12 +305,15 @@ impl Reference {
             Some(sleepers) if sleepers.is_asleep[i as usize] => {
                 &sleepers.still[self.scene.particles[i as usize].species.0 as usize]
             }
-            _ => self.scene.species_of(ParticleId(i)),
+            _ => &self.own[i as usize],
         }
     }
 
-    fn interaction(&self, id: InteractionId) -> &Interaction {
-        &self.scene.interactions[id.0 as usize]
+    /// The interaction of two particles, with the distances of their own diameters.
+    fn interaction(&self, id: InteractionId, [i, j]: [u32; 2]) -> Interaction {
+        let interaction = &self.scene.interactions[id.0 as usize];
+        let pair = [i, j].map(|k| (self.scene.particles[k as usize].species, 0.5 * self.own[k as usize].diameter));
+        Interaction { potential: self.scene.potential_between(id, pair).into_owned(), ..interaction.clone() }
     }
 
     fn is_periodic(&self, axis: usize) -> bool {
@@ -365,7 +372,7 @@ impl Reference {
         let horizon = self.horizon(&velocity, &acceleration);
         for side in [Side::Positive, Side::Negative] {
             let mut first = None;
-            if let Some(seen) = seen(&self.interaction(interaction).potential, state, side) {
+            if let Some(seen) = seen(&self.interaction(interaction, [i, j]).potential, state, side) {
                 // Inside a discontinuity, only the nearest image of the partner can interact.
                 let images = if side == Side::Positive { self.images() } else { vec![Vector::zeros()] };
                 for image in images {

@@ -58,6 +58,16 @@ impl Live {
                 format!("the scene {} has swap moves, but the particles of a page keep their sizes", scene.name());
             return Err(Failure::bad_input(message, Some("remove swap")));
         }
+        if scene.has_individual_diameters() {
+            let message = format!(
+                "the scene {} has individual diameters, but all particles of a species look alike on a page",
+                scene.name()
+            );
+            return Err(Failure::bad_input(
+                message,
+                Some("remove `diameters`, which divides the distribution into classes"),
+            ));
+        }
         if scene.has_flow() {
             let message = format!(
                 "particles enter or leave in the scene {}, but a page shows the same particles at all times",

@@ -203,8 +203,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             for side in [Side::Positive, Side::Negative] {
                 let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
                 if let Some(seen) = steps.seen_from(captured.state, side) {
-                    let depth = side.sign() * (seen.distance - distance);
-                    self.offer_pair([particle, captured.partner], &apart, depth, seen.distance, found);
+                    let pair = [particle, captured.partner];
+                    let of_pair = self.distance_of_pair(seen.distance, pair);
+                    self.offer_pair(pair, &apart, side.sign() * (of_pair - distance), of_pair, found);
                 }
             }
         }
@@ -235,7 +236,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             let (there, faster) = self.state_at(other, now);
             let (apart, _) = self.nearest(position - there, velocity - faster, now);
-            let range = self.distances.at(meeting.squared.sqrt(), now)[0];
+            let range = self.distances.at(self.distance_of_pair(meeting.squared.sqrt(), [particle, other]), now)[0];
             // Most candidates are far outside their contact distance.
             if apart.position.norm_squared() > range * range * (1.0 + 1e-12)
                 || TABLE && self.pairs.states.get(particle, other).is_some()
@@ -267,7 +268,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn overlaps_with_surfaces(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         let (position, _) = self.state_at(particle, self.clock.now);
-        let radius = self.pairs.rules.species[usize::from(self.row(particle))].radius;
+        let radius = self.radius(particle);
         let unit = unit_of_surface(radius);
         let row = self.row(particle);
         self.sources.surfaces.for_each_near((&position, radius), row, self.time(), |surface, position| {

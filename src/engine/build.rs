@@ -19,6 +19,7 @@ use crate::model::potential::Potential;
 use crate::model::{InteractionId, Scene};
 use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Number of due times from which the median is estimated.
@@ -42,7 +43,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             clock: Clock::new(scene.start_time(), count),
             schedule: Schedule::new(Array::new(), EventQueue::new(0, 0, 1.0)),
             neighbours: Neighbours::none(scene.space()),
-            ranges: Ranges::of(scene, rows.species()),
+            ranges: Ranges::of(scene, rows),
             images: ImagePolicy::of(scene),
             distances: Distances::default(),
             sources: Sources::of(scene, rows, &state),
@@ -166,8 +167,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let [(one, v), (other, u)] = [a, b].map(|particle| self.state_at(particle, self.clock.now));
         let apart = self.nearest(one - other, v - u, self.clock.now).0;
         let rounding = rounding_of_distances(one.amax().max(other.amax()), &self.state.periods);
-        let potential = &scene.interactions[usize::from(interaction)].potential;
-        let state = state_at_start(potential, &apart, rounding);
+        let potential = if self.has_sizes() {
+            let pair = [a, b].map(|particle| (self.species_of(particle), self.radius(particle)));
+            scene.potential_between(InteractionId(u32::from(interaction)), pair)
+        } else {
+            Cow::Borrowed(&scene.interactions[usize::from(interaction)].potential)
+        };
+        let state = state_at_start(&potential, &apart, rounding);
         // A potential has at most a few thousand steps, so the state fits into 16 bits.
         u16::try_from(state).unwrap_or(u16::MAX)
     }

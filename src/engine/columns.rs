@@ -103,7 +103,7 @@ pub(super) trait Column: Sized {
 }
 
 /// Copies some values of a column from a part, on all threads of the current pool. Columns without values stay empty.
-fn take_values<T: Copy + Send + Sync>(column: &mut [T], part: &[T], numbers: &PartNumbers<'_>) {
+pub(super) fn take_values<T: Copy + Send + Sync>(column: &mut [T], part: &[T], numbers: &PartNumbers<'_>) {
     /// Number of values that a thread copies at a time.
     const SOME: usize = 16_384;
     let (here, owned) = (numbers.here, numbers.owned);
@@ -461,6 +461,8 @@ macro_rules! columns {
         $(let $column = &$($mutable)? $engine.state.images;)+
         $body;
         $(let $column = &$($mutable)? $engine.state.spins;)+
+        $body;
+        $(let $column = &$($mutable)? $engine.state.sizes;)+
         $body;
         $(let $column = &$($mutable)? $engine.schedule.predictions;)+
         $body;

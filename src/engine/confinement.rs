@@ -4,7 +4,7 @@ use super::parts::Engine;
 use crate::Vector;
 use crate::base::sum::Sum;
 use crate::engine::pairs::rows::Rows;
-use crate::model::Scene;
+use crate::model::{Scene, Space};
 use serde::{Deserialize, Serialize};
 
 /// The region that particle centres can reach between the walls.
@@ -27,21 +27,41 @@ impl Confinement {
         is_walled.then(|| Self {
             axes: std::array::from_fn(|axis| space.walls(axis) == 2),
             middle: space.lower + 0.5 * space.size,
-            // Without accessible volume, no pressure is defined.
-            per_volume: diameters()
-                .map(|diameter| space.accessible_volume(diameter))
-                .map(|volume| if volume > 0.0 { 1.0 / volume } else { 0.0 })
-                .collect(),
+            per_volume: diameters().map(|diameter| inverse_volume(space, diameter)).collect(),
             per_area: diameters()
-                .map(|diameter| {
-                    std::array::from_fn(|axis| space.accessible_area(axis, diameter).map_or(0.0, f64::recip))
-                })
+                .map(|diameter| std::array::from_fn(|axis| inverse_area(space, axis, diameter)))
                 .collect(),
         })
     }
 }
 
+/// Without accessible volume, no pressure is defined, and the result is 0.
+fn inverse_volume(space: &Space, diameter: f64) -> f64 {
+    let volume = space.accessible_volume(diameter);
+    if volume > 0.0 { 1.0 / volume } else { 0.0 }
+}
+
+fn inverse_area(space: &Space, axis: usize, diameter: f64) -> f64 {
+    space.accessible_area(axis, diameter).map_or(0.0, f64::recip)
+}
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Inverse of the volume that the centre of a particle can reach `[length^-D]`.
+    pub(super) fn per_volume(&self, confinement: &Confinement, particle: u32) -> f64 {
+        if self.has_sizes() {
+            return inverse_volume(&self.state.space, 2.0 * self.radius(particle));
+        }
+        confinement.per_volume[usize::from(self.row(particle))]
+    }
+
+    /// Inverse of the wall area that the centre of a particle can reach `[length^(1 - D)]`.
+    pub(super) fn per_area(&self, confinement: &Confinement, particle: u32, axis: usize) -> f64 {
+        if self.has_sizes() {
+            return inverse_area(&self.state.space, axis, 2.0 * self.radius(particle));
+        }
+        confinement.per_area[usize::from(self.row(particle))][axis]
+    }
+
     /// Returns the sum of `m v^2 / V` along each axis `[energy / length^D]`. A particle's centre can reach the volume
     /// `V`.
     pub(super) fn confined_kinetic(&self) -> Vector {
@@ -49,7 +69,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut sums = [Sum::default(); 3];
         for particle in self.by_id().filter(|&particle| !self.is_static(particle)) {
             let (_, velocity) = self.state_at(particle, self.clock.now);
-            let share = confinement.per_volume[usize::from(self.row(particle))] / self.inverse_mass(particle);
+            let share = self.per_volume(confinement, particle) / self.inverse_mass(particle);
             for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
                 sums[axis].add(share * velocity[axis] * velocity[axis]);
             }

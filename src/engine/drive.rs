@@ -153,7 +153,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut deepest: Option<(u32, u32, f64)> = None;
         for particle in self.particles().filter(|&particle| !self.is_static(particle)) {
             let me = self.streamed(particle, self.clock.now);
-            let around = (&me.position, self.pairs.rules.species[usize::from(self.row(particle))].radius);
+            let around = (&me.position, self.radius(particle));
             surfaces.for_each_near(around, self.row(particle), self.time(), |placed, position| {
                 let rounding = MOST_ROUND_OFF * unit_of_surface(around.1);
                 let depth = -placed.shape.gap(position, around.1);

@@ -162,16 +162,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(captured) = self.pairs.states.get(a, b) {
             let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
             let seen = (captured.state == 0).then(|| steps.seen_from(0, Side::Positive)).flatten();
-            return seen.map(|seen| seen.squared);
+            return seen.map(|seen| self.squared_of_pair(seen.squared, [a, b]));
         }
         let meeting = self.pairs.rules.meeting(self.row(a), self.row(b));
         // A particle that passes within the sleep distance can wake a sleeping particle.
         let passing = self.sources.sleepers.as_ref().filter(|_| self.is_asleep(b)).map_or(0.0, |it| it.plan.distance);
         if passing > 0.0 {
-            let range = meeting.squared.sqrt() + passing;
+            let range = self.distance_of_pair(meeting.squared.sqrt(), [a, b]) + passing;
             return meeting.exists.then_some(range * range);
         }
-        meeting.exists.then_some(meeting.squared)
+        meeting.exists.then(|| self.squared_of_pair(meeting.squared, [a, b]))
     }
 }
 

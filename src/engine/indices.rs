@@ -44,9 +44,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn unsound_index(&self, species: usize) -> Option<&'static str> {
-        let State { bodies, numbers, next_name, rows, images, spins, moving, .. } = &self.state;
+        let State { bodies, numbers, next_name, rows, images, spins, sizes, moving, .. } = &self.state;
         let count = bodies.len();
         let spinning = if self.pairs.rules.has_spins { count } else { 0 };
+        let sized = if self.pairs.rules.has_sizes { count } else { 0 };
         let is_particle = |number: u32| (number as usize) < count;
         let rows_of_table = self.pairs.rules.rows.species();
         let is_partner = |prediction: &Prediction| {
@@ -58,7 +59,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let are_found = |&number: &u32| bodies.get(number as usize).is_some();
         match () {
-            () if numbers.len() != count || images.len() != count || spins.len() != spinning => {
+            () if [numbers.len(), images.len(), spins.len()] != [count, count, spinning]
+                || [sizes.radii.len(), sizes.inverse_masses.len()] != [sized; 2] =>
+            {
                 Some("the number of particles")
             }
             () if !numbers.iter().all(are_found)

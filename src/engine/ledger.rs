@@ -39,7 +39,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 continue;
             }
             let body = &self.state.bodies[particle as usize];
-            let share = confinement.per_volume[usize::from(self.row(particle))] / self.inverse_mass(particle);
+            let share = self.per_volume(confinement, particle) / self.inverse_mass(particle);
             let gained = (body.velocity - before) * share;
             virial += gained.component_mul(&(body.position - confinement.middle));
             change += gained.component_mul(&(body.velocity + before));
@@ -55,7 +55,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn note_push(&mut self, particle: u32, axis: usize, is_upper: bool, impulse: f64) {
         let Some(confinement) = &self.sources.confinement else { return };
-        let per_area = confinement.per_area[usize::from(self.row(particle))][axis];
+        let per_area = self.per_area(confinement, particle, axis);
         self.counts.totals.wall_push[axis][usize::from(is_upper)].add(impulse * per_area);
     }
 }

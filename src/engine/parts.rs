@@ -17,6 +17,7 @@ use super::state::State;
 use super::{Invariant, InvariantBroken};
 use crate::Vector;
 use crate::model::ParticleId;
+use crate::model::SpeciesId;
 use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -184,6 +185,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn row(&self, particle: u32) -> u16 {
         if TABLE { self.state.rows[particle as usize] } else { 0 }
+    }
+
+    pub(super) fn species_of(&self, particle: u32) -> SpeciesId {
+        self.pairs.rules.rows.species()[usize::from(self.row(particle))]
     }
 
     #[inline]

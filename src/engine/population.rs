@@ -7,6 +7,7 @@ use super::event::CountedKind;
 use super::neighbours::candidates::Candidates;
 use super::observe::Observe;
 use super::parts::Engine;
+use super::sizes::Size;
 use super::snapshot::rotational_energy;
 use super::{Chosen, Overlap, SetStateError, Simulation};
 use crate::Vector;
@@ -115,6 +116,15 @@ impl Simulation {
         if !components().all(|component| component.abs() <= LARGEST) {
             return Err(SetStateError::NotFinite { particle });
         }
+        let allowed = with_engine!(&self.engine, engine => engine.pairs.rules.rows.diameters(new.species));
+        let is_allowed = match (&species.individual, new.diameter) {
+            (None, None) => true,
+            (Some(_), Some(diameter)) => allowed.contains(&diameter),
+            _ => false,
+        };
+        if !is_allowed {
+            return Err(SetStateError::Diameter { particle, smallest: *allowed.start(), largest: *allowed.end() });
+        }
         let space = &self.scene.space;
         let is_wrong = |axis: &usize| {
             let is_flat = space.boundary[*axis] == Boundary::Flat;
@@ -147,18 +157,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let now = self.clock.now;
         let present = |other: u32| {
             let (position, _) = self.state_at(other, now);
-            (self.name(other), self.pairs.rules.rows.species()[usize::from(self.row(other))], position)
+            (self.name(other), (self.species_of(other), self.radius(other)), position)
         };
         // A bond potential between two species limits the distance of every pair, so distant pairs can violate it.
         let has_bonds = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
         let is_near = !has_bonds && !self.images.slide();
         let mut near = Candidates::default();
-        let mut added: Vec<(ParticleId, SpeciesId, Vector)> = Vec::new();
+        let mut added: Vec<(ParticleId, (SpeciesId, f64), Vector)> = Vec::new();
         for (particle, name) in new.iter().zip(self.state.next_name..) {
             let particle_id = ParticleId(name);
             let (position, _) = self.wrapped(particle.position);
-            let row = self.pairs.rules.rows.row(particle.species);
-            let mut deepest = self.overlap_with_surfaces(row, &position, particle_id);
+            let row = self.pairs.rules.rows.row_of(particle);
+            let radius = 0.5 * scene.diameter(particle);
+            let mut deepest = self.overlap_with_surfaces((row, radius), &position, particle_id);
             let is_near = is_near && self.ranges.includes(row);
             if is_near {
                 self.neighbours.find_candidates_at(&position, row, &mut near);
@@ -166,9 +177,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             let found = if is_near { near.found().to_vec() } else { self.by_id().collect() };
             let others = found.into_iter().map(present).chain(added.iter().copied());
-            for (other, species, there) in others {
+            for (other, (species, its_radius), there) in others {
                 let Some(id) = scene.interaction_of(particle.species, species) else { continue };
-                let potential = &scene.interactions[id.0 as usize].potential;
+                let pair = [(particle.species, radius), (species, its_radius)];
+                let potential = scene.potential_between(id, pair);
                 if scene.species[particle.species.0 as usize].is_static()
                     && scene.species[species.0 as usize].is_static()
                 {
@@ -186,19 +198,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if deepest.is_some() {
                 return deepest;
             }
-            added.push((particle_id, particle.species, position));
+            added.push((particle_id, (particle.species, radius), position));
         }
         None
     }
 
-    /// Returns the deepest overlap with a surface of a particle at `position` with the table row `row`. Overlaps within
-    /// round-off are ignored.
-    pub(super) fn overlap_with_surfaces(&self, row: u16, position: &Vector, particle: ParticleId) -> Option<Overlap> {
-        let species = &self.pairs.rules.species[usize::from(row)];
-        if species.is_static() {
+    /// Returns the deepest overlap with a surface of a particle at `position` with a table row and a radius. Overlaps
+    /// within round-off are ignored.
+    pub(super) fn overlap_with_surfaces(
+        &self,
+        (row, radius): (u16, f64),
+        position: &Vector,
+        particle: ParticleId,
+    ) -> Option<Overlap> {
+        if self.pairs.rules.species[usize::from(row)].is_static() {
             return None;
         }
-        let (radius, mut deepest) = (species.radius, None::<Overlap>);
+        let mut deepest = None::<Overlap>;
         let unit = super::audit::unit_of_surface(radius);
         self.sources.surfaces.for_each_near((position, radius), row, self.time(), |surface, position| {
             let depth = -surface.shape.gap(position, radius) / unit;
@@ -215,7 +231,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Adapts the neighbour search if any of the new particles is the first of its species.
     fn include_species_of(&mut self, particles: &[Particle]) {
         let rows = &self.pairs.rules.rows;
-        let awake = particles.iter().map(|particle| rows.row(particle.species));
+        let awake = particles.iter().map(|particle| rows.row_of(particle));
         let all = awake.flat_map(|row| [row, if rows.has_sleep() { rows.asleep(row) } else { row }]);
         if self.ranges.include(all) {
             self.sort_anew();
@@ -227,22 +243,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn insert_particles(&mut self, scene: &Scene, particles: &[Particle]) {
         self.include_species_of(particles);
         let before = if TABLE { self.energy().pair } else { 0.0 };
+        let size = |particle: &Particle| Size::of(scene, particle);
+        let sizes: Vec<Size> = particles.iter().map(size).collect();
         let set_states = |engine: &mut Self, added| {
             if TABLE {
                 engine.set_states_of(scene, added);
             }
         };
-        let _ = self.enter(particles, (With::Program, None), &mut None, set_states);
+        let _ = self.enter((particles, &sizes), (With::Program, None), &mut None, set_states);
         if TABLE {
             self.note_pair_energy(before);
         }
     }
 
-    /// Inserts particles without checks, and calls `set_states` with their indices. Their energy, without the energy of
+    /// Inserts particles without checks, and calls `set_states` with their indices. Particles without an
+    /// entry in `sizes` have the size of their species. Their energy, without the energy of
     /// pairs, is added to the supplied energy. `how` is the origin of the particles and the kind of the counted event.
     pub(super) fn enter(
         &mut self,
-        particles: &[Particle],
+        (particles, sizes): (&[Particle], &[Size]),
         how: (With, Option<CountedKind>),
         observe: &mut Observe<'_>,
         set_states: impl FnOnce(&mut Self, Range<u32>),
@@ -254,7 +273,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mut record = Record::new(name, position, Vector::zeros(), now);
             record.images = Some(images);
             record.spin = self.pairs.rules.has_spins.then_some(particle.spin);
-            record.row = TABLE.then(|| self.pairs.rules.rows.row(particle.species));
+            record.row = TABLE.then(|| self.pairs.rules.rows.row_of(particle));
+            record.size = self.has_sizes().then(|| {
+                let of_species = self.size_of_row(self.pairs.rules.rows.row_of(particle));
+                sizes.get(records.len()).copied().unwrap_or(of_species)
+            });
             record.captured = TABLE.then(Vec::new);
             records.push(record);
         }

@@ -117,7 +117,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             for side in [Side::Positive, Side::Negative] {
                 let Some(seen) = steps.seen_from(captured.state, side) else { continue };
                 let horizon = prediction.contact_time - me.time;
-                if let Some(dt) = self.detect(me, captured.partner, &state, (seen.squared, side), horizon) {
+                let squared = self.squared_of_pair(seen.squared, [me.id, captured.partner]);
+                if let Some(dt) = self.detect(me, captured.partner, &state, (squared, side), horizon) {
                     self.offer(me, captured.partner, side, dt, prediction);
                 }
             }
@@ -157,10 +158,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if FALLING
             && TABLE
-            && let Some(squared) = self.pairs.rules.accelerated_squared(self.row(me.id))
+            && let Some(reaches) = self.pairs.rules.accelerated(self.row(me.id))
         {
             let others = &others[..length.next_multiple_of(MOST_LANES)];
-            self.predict_within_reach(me, wraps, others, squared, prediction);
+            self.predict_within_reach(me, wraps, others, &reaches, prediction);
         }
     }
 
@@ -173,7 +174,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             periods: &self.state.periods,
             wraps,
             acceleration: me.acceleration,
-            squared: self.pairs.rules.inertial_squared(row),
+            reaches: self.pairs.rules.inertial(row),
+            radii: &self.state.sizes.radii,
             has_one_row: self.ranges.has_one_row,
             rows: &self.state.rows,
         }
@@ -190,7 +192,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if !meeting.exists {
                 return;
             }
-            meeting.squared
+            self.squared_of_pair(meeting.squared, [me.id, other])
         } else {
             self.pairs.rules.meeting(0, 0).squared
         };

@@ -72,6 +72,21 @@ pub enum SetStateError {
         /// The species of this particle.
         species: SpeciesId,
     },
+    /// A new particle needs a diameter of its own, within the range of the particles of its species at the start; or its species
+    /// has one diameter for all particles.
+    #[error(
+        "particle {} has a wrong diameter, expected {}",
+        particle.0,
+        if smallest < largest { format!("one from {smallest} to {largest}") } else { format!("none, or {largest}") }
+    )]
+    Diameter {
+        /// The particle.
+        particle: ParticleId,
+        /// The smallest diameter of the species `[length]`.
+        smallest: f64,
+        /// The largest diameter of the species `[length]`.
+        largest: f64,
+    },
     /// A new particle has a spin, but no contact of the scene is rough.
     #[error("particle {} has a spin, expected none in a scene without rough contacts", particle.0)]
     NoSpins {

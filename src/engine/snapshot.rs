@@ -1,7 +1,6 @@
 //! Snapshots: positions, velocities and energies at one time.
 
 use super::hardware::prefetch::prefetch;
-use super::pairs::rules::SpeciesRules;
 use super::pairs::states::PairState;
 use super::parts::Engine;
 use super::state::State;
@@ -32,6 +31,8 @@ pub struct Snapshot {
     /// Spins `[1 / time]`, `N x 3`; empty if the scene has no spins.
     #[doc(alias = "angular velocity")]
     pub spins: Vec<Vector>,
+    /// Current diameters `[length]`, `N`; empty unless particles have diameters of their own.
+    pub diameters: Vec<f64>,
     /// Number of periods that each particle has travelled along each axis since the start. Unwrapped positions are
     /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` in a box with edges `L`.
     pub images: Vec<[i32; 3]>,
@@ -70,6 +71,8 @@ pub struct ParticleNow {
     pub spin: Vector,
     /// Number of periods travelled along each axis, as in [`Snapshot::images`].
     pub image: [i32; 3],
+    /// Current diameter of the particle `[length]`, if its species has individual diameters.
+    pub diameter: Option<f64>,
 }
 
 /// Energies of all particles at one time `[energy]`.
@@ -104,6 +107,12 @@ impl Energy {
 }
 
 impl Simulation {
+    /// Mass of a particle `[mass]`; infinite if its species is static.
+    #[must_use]
+    pub(crate) fn mass_of(&self, particle: &ParticleNow) -> f64 {
+        with_engine!(&self.engine, engine => engine.awake_rules(engine.number(particle.id)).inverse_mass.recip())
+    }
+
     /// Returns the current positions and velocities of all particles.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
@@ -148,6 +157,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions: Vec::with_capacity(count),
             velocities: Vec::with_capacity(count),
             spins: Vec::with_capacity(self.state.spins.len()),
+            diameters: Vec::new(),
             images: Vec::with_capacity(count),
             displacement: self.displacement().0,
             size: self.state.space.size,
@@ -163,6 +173,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if !self.state.spins.is_empty() {
                 snapshot.spins.push(particle.spin);
             }
+            if self.has_sizes() {
+                snapshot.diameters.push(2.0 * self.radius(self.number(particle.id)) * self.scale());
+            }
             Ok::<(), Infallible>(())
         });
         snapshot
@@ -170,13 +183,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn for_each_now<E>(&self, mut visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         let (_, periods) = self.displacement();
-        let species = self.pairs.rules.rows.species();
         for particle in self.by_id() {
             let (position, velocity) = self.state_at(particle, self.clock.now);
             let image = self.image_numbers(particle, periods);
-            let species = species[usize::from(self.row(particle))];
+            let species = self.species_of(particle);
             let spin = self.spin(particle);
-            visit(ParticleNow { id: self.name(particle), species, position, velocity, spin, image })?;
+            let diameter = self.own_diameter(particle);
+            visit(ParticleNow { id: self.name(particle), species, position, velocity, spin, image, diameter })?;
         }
         Ok(())
     }
@@ -245,18 +258,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn external_energies(&self, particle: u32, position: &Vector) -> impl Iterator<Item = f64> {
         let species = self.awake_rules(particle);
         let mass = species.inverse_mass.recip();
-        (0..3).filter(|&axis| species.acceleration[axis] != 0.0).map(move |axis| {
+        (0..3).filter(move |&axis| species.acceleration[axis] != 0.0).map(move |axis| {
             let image = self.state.images.of(particle)[axis];
             // Without periods, the image number is 0, and its product with the infinite period would be NaN.
             let unwrapped = position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
             -mass * species.acceleration[axis] * unwrapped
         })
-    }
-
-    /// Returns the rules of a particle as if it were awake.
-    pub(super) fn awake_rules(&self, particle: u32) -> &SpeciesRules {
-        let rules = &self.pairs.rules;
-        &rules.species[usize::from(rules.rows.awake(self.row(particle)))]
     }
 
     pub(super) fn energy_of_pair(&self, captured: &PairState) -> f64 {

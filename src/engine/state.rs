@@ -4,6 +4,7 @@ use super::array::Array;
 use super::images::travelled::Travelled;
 use super::order::along_curve;
 use super::pairs::rows::Rows;
+use super::sizes::Sizes;
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::Scene;
@@ -57,6 +58,7 @@ pub(super) struct State {
     pub images: Travelled,
     /// Spin of each particle `[1 / time]`; empty if the scene has no spins.
     pub spins: Array<Vector>,
+    pub sizes: Sizes,
     pub space: Space,
     /// Periods of the box, infinite along axes that are not periodic.
     pub periods: Vector,
@@ -86,9 +88,10 @@ impl State {
             moving: particles().filter(|p| !scene.species()[p.species.0 as usize].is_static()).count(),
             sorted: 0,
             numbers,
-            rows: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
+            rows: particles().filter(|_| has_table).map(|p| rows.row_of(p)).collect(),
             images: Travelled::new(names.len()),
             spins,
+            sizes: Sizes::of(scene, particles()),
             space: scene.space().clone(),
             periods: scene.space().periods(),
         }

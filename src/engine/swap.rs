@@ -1,4 +1,4 @@
-//! Swap moves: two particles exchange their species.
+//! Swap moves: two particles exchange their species and diameters.
 
 use super::contact::apply::With;
 use super::neighbours::Neighbours;
@@ -34,7 +34,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 pair.reverse();
             }
             moves.attempted += 1;
-            if self.row(pair[0]) == self.row(pair[1]) {
+            if self.are_alike(pair) {
                 moves.alike += 1;
             } else if !swap.allows(pair.map(|particle| self.diameter(particle))) {
                 moves.too_unlike += 1;
@@ -48,10 +48,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn diameter(&self, particle: u32) -> f64 {
-        2.0 * self.pairs.rules.species[usize::from(self.row(particle))].radius
+        2.0 * self.radius(particle)
     }
 
-    /// Whether a particle would overlap no particle and no surface if it had the species of `other`. The pair itself is
+    /// Whether an exchange of two particles would change nothing.
+    fn are_alike(&self, [a, b]: [u32; 2]) -> bool {
+        self.row(a) == self.row(b) && self.radius(a) == self.radius(b)
+    }
+
+    /// Whether a particle would overlap no particle and no surface if it had the species and the diameter of `other`. The pair itself is
     /// not tested, because its contact distance is the same after the exchange.
     fn has_room(&self, [particle, other]: [u32; 2], near: &mut Candidates) -> bool {
         let now = self.clock.now;
@@ -62,9 +67,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let meeting = self.pairs.rules.meeting(row, self.row(*third));
             let apart = position - self.state_at(*third, now).0;
             let nearest = self.nearest(apart, Vector::zeros(), now).0.position;
-            ![particle, other].contains(third) && meeting.exists && nearest.norm_squared() < meeting.squared
+            let squared = self.squared_of_pair(meeting.squared, [other, *third]);
+            ![particle, other].contains(third) && meeting.exists && nearest.norm_squared() < squared
         };
-        !near.found().iter().any(overlaps) && self.overlap_with_surfaces(row, &position, self.name(particle)).is_none()
+        !near.found().iter().any(overlaps)
+            && self.overlap_with_surfaces((row, self.radius(other)), &position, self.name(particle)).is_none()
     }
 
     /// Gives two particles new lists after a change of their rows. Cells do not depend on rows.
@@ -84,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Exchanges the species of two particles without checks.
+    /// Exchanges the species and diameters of two particles without checks.
     ///
     /// If another particle is predicted to meet one of the two, this contact becomes void. The other particle is
     /// predicted again when the contact is due.
@@ -99,6 +106,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let _ = self.end_motion(particle, &Vector::zeros(), (With::Program, None), &mut None);
         }
         self.state.rows.swap(pair[0] as usize, pair[1] as usize);
+        self.state.sizes.swap(pair);
         self.list_anew(pair);
         for (particle, velocity) in pair.into_iter().zip(velocities) {
             let _ = self.begin_motion(particle, velocity, (With::Program, None), &mut None);

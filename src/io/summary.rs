@@ -2,6 +2,7 @@
 
 mod system;
 
+use system::sizes;
 pub use system::{SpeciesSummary, System};
 
 use std::collections::BTreeMap;
@@ -15,7 +16,7 @@ use super::folder::SUMMARY;
 use super::rates::{Rate, rates};
 pub use super::thermo::Column;
 use crate::analysis::observables::Equilibrium;
-use crate::analysis::published::{PublishedValue, of_flows, of_system};
+use crate::analysis::published::{PublishedValue, of_flows, of_mixture, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::{InletCounts, Simulation};
 use crate::model::{Inlet, InputFile, Scene, Separated, Species, StagePlan, StageSwaps, Units, VolumeMoves};
@@ -400,6 +401,9 @@ fn published(
     let falls = |species: &Species| species.acceleration.norm();
     let gravity = gravity.map_or_else(|| scene.species.iter().map(falls).fold(0.0, f64::max), |gravity| gravity.norm());
     let mut published = of_system(scene, thermostat.as_ref(), &population, scale, temperature);
+    if published.is_empty() {
+        published = of_mixture(scene, &population, &sizes(simulation, scale), temperature);
+    }
     published.extend(of_flows(scene, &population, gravity));
     published
 }

@@ -42,6 +42,7 @@ pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 /// - `any_volume`: true if the volume of the box may change. A barostat requires this.
 /// - `any_number`: true if particles may enter and leave. Inlets and outlets require this.
 /// - `any_species`: true if particles may exchange their species. Swap moves require this.
+/// - `any_size`: true if particles of a species may have different diameters and masses.
 ///
 /// The order is the order of the fields in checkpoints.
 macro_rules! with_instruments {
@@ -49,79 +50,79 @@ macro_rules! with_instruments {
         $with! {
             /// Pressure tensor, compressibility factor and rates of events.
             pressure_tensor = pressure_tensor: Option<PressureTensor> {
-                positive: [interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true
+                positive: [interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true, any_size: true
             }
             /// Radial distribution function of each pair of species.
             radial_distribution = radial_distribution: Option<RadialDistribution> {
-                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true
+                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true, any_size: true
             }
             /// Static structure factor.
             structure_factor = structure_factor: Option<StructureFactor> {
-                positive: [interval, largest], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true
+                positive: [interval, largest], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true, any_size: true
             }
             /// Mean squared displacement, velocity autocorrelation and diffusion coefficient.
             diffusion = diffusion: Option<Diffusion> {
-                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false
+                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false, any_size: true
             }
             /// Shear and bulk viscosity and thermal conductivity.
             transport = transport: Option<Transport> {
-                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false
+                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false, any_size: true
             }
             /// Distributions of free paths and free times.
             free_paths = free_paths: Option<FreePaths> {
-                positive: [], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false
+                positive: [], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false, any_size: true
             }
             /// Distributions of speeds in time windows.
             speeds = speeds: Option<Speeds> {
-                positive: [window, largest, interval], bins: [bins], labels: [], at_one_time: false, any_volume: true, any_number: false, any_species: true
+                positive: [window, largest, interval], bins: [bins], labels: [], at_one_time: false, any_volume: true, any_number: false, any_species: true, any_size: false
             }
             /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
             chains = chains: Option<Chains> {
-                positive: [interval], bins: [bins], labels: [], at_one_time: true, any_volume: true, any_number: false, any_species: false
+                positive: [interval], bins: [bins], labels: [], at_one_time: true, any_volume: true, any_number: false, any_species: false, any_size: false
             }
             /// Bond-orientational order.
             bond_order = bond_order: Option<BondOrder> {
-                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true
+                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true, any_size: true
             }
             /// Density, velocity and temperature on grids.
             profile = profiles: Vec<Profile> {
-                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false, any_number: true, any_species: true
+                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: false
             }
             /// Stress and dissipated power on grids.
             stress = stresses: Vec<Stress> {
-                positive: [interval], bins: [], labels: [name], at_one_time: false, any_volume: false, any_number: true, any_species: true
+                positive: [interval], bins: [], labels: [name], at_one_time: false, any_volume: false, any_number: true, any_species: true, any_size: false
             }
             /// How well species are mixed, in the cells of a grid.
             mixing = mixings: Vec<Mixing> {
-                positive: [interval], bins: [], labels: [name], at_one_time: true, any_volume: false, any_number: true, any_species: true
+                positive: [interval], bins: [], labels: [name], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: true
             }
             /// Flow of particles through planes.
             flow = flows: Vec<Flow> {
-                positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false, any_number: false, any_species: false
+                positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false, any_number: false, any_species: false, any_size: true
             }
             /// Forces on walls and other surfaces.
             surface_forces = surface_forces: Option<SurfaceForces> {
-                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true
+                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true, any_size: true
             }
             /// Coordination numbers of particles in lasting contact.
             contacts = contacts: Option<Contacts> {
-                positive: [duration, interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: false
+                positive: [duration, interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: false, any_size: true
             }
             /// Centre of mass, and its inclination in a drum.
             centre_of_mass = centre_of_mass: Option<CentreOfMass> {
-                positive: [interval], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: true, any_species: true
+                positive: [interval], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: false
             }
             /// Times that particles spend between an inlet and an outlet.
             residence_times = residence_times: Option<ResidenceTimes> {
-                positive: [longest], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: false
+                positive: [longest], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: false, any_size: true
             }
             /// Self-intermediate scattering function, overlap and its fluctuations.
             relaxation = relaxation: Option<Relaxation> {
-                positive: [wave_number, overlap, interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true
+                positive: [wave_number, overlap, interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true, any_size: true
             }
             /// Contact stress of each particle, also in the frames of the trajectory.
             particle_stress = particle_stress: Option<ParticleStress> {
-                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true
+                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true, any_size: false
             }
         }
     };
@@ -136,6 +137,7 @@ pub(crate) struct InstrumentKind {
     pub any_volume: bool,
     pub any_number: bool,
     pub any_species: bool,
+    pub any_size: bool,
 }
 
 #[derive(Debug)]
@@ -150,13 +152,14 @@ pub(crate) struct Requested<'p> {
 }
 
 macro_rules! kind {
-    ($key:ident $at_one_time:literal $any_volume:literal $any_number:literal $any_species:literal) => {
+    ($key:ident $at_one_time:literal $any_volume:literal $any_number:literal $any_species:literal $any_size:literal) => {
         InstrumentKind {
             key: stringify!($key),
             at_one_time: $at_one_time,
             any_volume: $any_volume,
             any_number: $any_number,
             any_species: $any_species,
+            any_size: $any_size,
         }
     };
 }
@@ -165,7 +168,7 @@ macro_rules! measurement_plan {
     ($(
         $(#[$doc:meta])* $key:ident = $field:ident: $container:ident<$settings:ident> {
             positive: [$($positive:ident),*], bins: [$($bins:ident)?], labels: [$($name:ident $(, $species:ident)?)?],
-            at_one_time: $at_one_time:literal, any_volume: $any_volume:literal, any_number: $any_number:literal, any_species: $any_species:literal
+            at_one_time: $at_one_time:literal, any_volume: $any_volume:literal, any_number: $any_number:literal, any_species: $any_species:literal, any_size: $any_size:literal
         }
     )*) => {
         /// Instruments of a scene; none by default.
@@ -177,7 +180,7 @@ macro_rules! measurement_plan {
         }
 
         impl InstrumentKind {
-            pub const ALL: &[Self] = &[$(kind!($key $at_one_time $any_volume $any_number $any_species)),*];
+            pub const ALL: &[Self] = &[$(kind!($key $at_one_time $any_volume $any_number $any_species $any_size)),*];
         }
 
         impl MeasurementPlan {
@@ -186,7 +189,7 @@ macro_rules! measurement_plan {
                 $(all.extend(self.$field.iter().enumerate().map(|(index, it)| {
                     let name = [$(it.$name.as_str())?].first().copied();
                     Requested {
-                        kind: kind!($key $at_one_time $any_volume $any_number $any_species),
+                        kind: kind!($key $at_one_time $any_volume $any_number $any_species $any_size),
                         index: name.map(|_| index),
                         name,
                         species: <[&Option<String>]>::first(&[$($(&it.$species)?)?]).and_then(|species| species.as_ref()),

@@ -101,7 +101,7 @@ mod tests {
             scene = scene.bond(*pair, "link");
         }
         let scene = scene.build().unwrap();
-        let masses = scene.particles.iter().map(|it| scene.species[it.species.0 as usize].mass).collect();
+        let masses = scene.particles.iter().map(|it| scene.mass(it)).collect();
         let molecules = Molecules::of(&scene, masses);
         (scene, molecules)
     }

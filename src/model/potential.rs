@@ -1,5 +1,6 @@
 //! Pair potentials: step functions given by radii and energies.
 
+use super::scene::scaled_distance;
 use crate::model::error::PotentialError;
 use serde::{Deserialize, Serialize};
 
@@ -54,6 +55,13 @@ impl Potential {
             return Err(PotentialError::Outside { energy: energies[0] });
         }
         Ok(Self { radii, energies })
+    }
+
+    /// Returns the potential of a pair of particles whose radii have the sum `of_pair`, see [`scaled_distance`]. The energies
+    /// stay the same.
+    pub(crate) fn scaled(&self, of_species: f64, of_pair: f64) -> Self {
+        let radii = self.radii.iter().map(|radius| scaled_distance(*radius, of_species, of_pair));
+        Self { radii: radii.collect(), energies: self.energies.clone() }
     }
 
     pub(crate) fn grow(&mut self, factor: f64) {

@@ -1,6 +1,7 @@
 //! A scene: everything that determines a trajectory, in reduced units.
 
 use crate::model::{ContactLaw, TcRule};
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
@@ -8,8 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::predecessor::LastState;
 use super::space::Boundary;
 use super::{
-    AuditPlan, ExchangePlan, Inlet, InputFile, LivePlan, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan,
-    SceneSurface, Separated, Sleep, Space, SpeciesPairs, StaticSurface, SurfaceLaw, Units,
+    AuditPlan, ExchangePlan, IndividualDiameters, Inlet, InputFile, LivePlan, MassRule, MeasurementPlan, OutputPlan,
+    Potential, Predecessor, RunPlan, SceneSurface, Separated, Sleep, Space, SpeciesPairs, StaticSurface, SurfaceLaw,
+    Units,
 };
 use crate::Vector;
 
@@ -53,19 +55,45 @@ pub struct Species {
     pub acceleration: Vector,
     /// Moment of inertia `[mass length^2]`; `None` for a uniform sphere, or for a uniform disk in two dimensions.
     pub moment_of_inertia: Option<f64>,
+    /// Set if each particle has a [diameter](Particle::diameter) of its own. Then the mass, the moment of inertia and the
+    /// interactions of the species are those of particles with the diameter of the species. Distances scale with the mean
+    /// diameter of a pair.
+    pub individual: Option<IndividualDiameters>,
 }
 
 impl Species {
     /// Creates a uniform species without acceleration. An infinite mass makes it static.
     #[must_use]
     pub fn new(name: &str, mass: f64, diameter: f64) -> Self {
-        Self { name: name.to_owned(), mass, diameter, acceleration: Vector::zeros(), moment_of_inertia: None }
+        let (acceleration, moment_of_inertia) = (Vector::zeros(), None);
+        Self { name: name.to_owned(), mass, diameter, acceleration, moment_of_inertia, individual: None }
     }
 
     /// Whether particles of this species never move, like a surface or a pivot.
     #[must_use]
     pub fn is_static(&self) -> bool {
         self.mass.is_infinite()
+    }
+
+    /// Returns the species with the diameter, mass and moment of inertia of a particle with a diameter of its own, in a space
+    /// of the given number of dimensions. A given moment of inertia is proportional to `m d^2`.
+    #[must_use]
+    pub fn with_diameter(&self, diameter: f64, dimensions: usize) -> Self {
+        let ratio = diameter / self.diameter;
+        let mass = match self.individual.as_ref().map(|individual| individual.masses) {
+            Some(MassRule::Volume) => {
+                self.mass * own_volume(diameter, dimensions) / own_volume(self.diameter, dimensions)
+            }
+            _ => self.mass,
+        };
+        let moment_of_inertia = self.moment_of_inertia.map(|moment| moment * (mass / self.mass) * ratio * ratio);
+        Self { diameter, mass, moment_of_inertia, ..self.clone() }
+    }
+
+    /// Whether the masses of the particles follow from their own diameters.
+    #[must_use]
+    pub fn has_different_masses(&self) -> bool {
+        self.individual.as_ref().is_some_and(|individual| individual.masses == MassRule::Volume)
     }
 
     /// `1 / mass`, exactly 0 for a static species.
@@ -126,13 +154,21 @@ pub struct Particle {
     /// Spin: angular velocity about the centre `[1 / time]`. Only rough contacts change the spin.
     #[doc(alias = "angular velocity")]
     pub spin: Vector,
+    /// Diameter `[length]`, if the particles of the species have diameters of their own; otherwise `None`.
+    pub diameter: Option<f64>,
 }
 
 impl Particle {
     /// Creates a particle without spin.
     #[must_use]
     pub fn new(species: SpeciesId, position: Vector, velocity: Vector) -> Self {
-        Self { species, position, velocity, spin: Vector::zeros() }
+        Self { species, position, velocity, spin: Vector::zeros(), diameter: None }
+    }
+
+    /// Sets the diameter `[length]`, for a species whose particles have diameters of their own.
+    #[must_use]
+    pub fn diameter(self, diameter: f64) -> Self {
+        Self { diameter: Some(diameter), ..self }
     }
 
     /// Sets the spin `[1 / time]`.
@@ -283,6 +319,7 @@ impl Scene {
 
     pub(crate) fn grow(&mut self, factor: f64) {
         self.species.iter_mut().for_each(|species| species.diameter *= factor);
+        self.particles.iter_mut().filter_map(|particle| particle.diameter.as_mut()).for_each(|own| *own *= factor);
         self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
     }
 
@@ -364,10 +401,7 @@ impl Scene {
     #[must_use]
     pub fn packing_fraction(&self) -> f64 {
         let dimensions = self.space.dimensions();
-        let volume = |particle: &Particle| {
-            let diameter = self.species[particle.species.0 as usize].diameter;
-            own_volume(diameter, dimensions)
-        };
+        let volume = |particle: &Particle| own_volume(self.diameter(particle), dimensions);
         self.particles.iter().map(volume).sum::<f64>() / self.space.volume()
     }
 
@@ -384,12 +418,27 @@ impl Scene {
     /// Largest distance `[length]` at which two particles, or a particle and a wall, interact. Bonds are ignored.
     #[must_use]
     pub fn longest_range(&self) -> f64 {
-        let potentials = self.table.iter().map(|(_, id)| self.interactions[id.0 as usize].potential.range());
-        let diameters = self.species.iter().filter(|s| !s.is_static()).map(|s| s.diameter);
-        potentials.chain(diameters).fold(0.0, f64::max)
+        let sizes = self.diameters_of_species();
+        let moving = self.species.iter().zip(&sizes).filter(|(species, _)| !species.is_static());
+        moving.map(|(_, sizes)| sizes.largest).fold(self.longest_range_of_pairs(), f64::max)
     }
 
-    /// Largest distance `[length]` at which uncaptured pairs of two species interact; negative if they never do.
+    /// Largest distance at which two particles interact `[length]`. Bonds are ignored.
+    pub(crate) fn longest_range_of_pairs(&self) -> f64 {
+        let sizes = self.diameters_of_species();
+        let range = |([a, b], id): ([usize; 2], InteractionId)| {
+            let range = self.interactions[id.0 as usize].potential.range();
+            if !self.has_individual_diameters() {
+                return range;
+            }
+            let sum = |of: &dyn Fn(usize) -> f64| 0.5 * (of(a) + of(b));
+            scaled_distance(range, sum(&|k| self.species[k].diameter), sum(&|k| sizes[k].largest))
+        };
+        self.table.iter().map(range).fold(0.0, f64::max)
+    }
+
+    /// Largest distance `[length]` at which uncaptured pairs of two species interact, if the
+    /// particles have the diameters of their species; negative if they never do.
     #[must_use]
     pub fn range(&self, a: SpeciesId, b: SpeciesId) -> f64 {
         let is_static = |id: SpeciesId| self.species[id.0 as usize].is_static();
@@ -399,11 +448,115 @@ impl Scene {
         }
     }
 
+    /// Returns an interaction's potential for two particles, given by their species and radii `[length]`.
+    pub(crate) fn potential_between(
+        &self,
+        id: InteractionId,
+        [(a, of_a), (b, of_b)]: [(SpeciesId, f64); 2],
+    ) -> Cow<'_, Potential> {
+        let potential = &self.interactions[id.0 as usize].potential;
+        if !self.has_individual_diameters() {
+            return Cow::Borrowed(potential);
+        }
+        let [one, other] = [a, b].map(|id| 0.5 * self.species[id.0 as usize].diameter);
+        Cow::Owned(potential.scaled(one + other, of_a + of_b))
+    }
+
+    /// Like [`Self::range`], for particles of given radii `[length]`.
+    pub(crate) fn range_with(&self, (a, of_a): (SpeciesId, f64), (b, of_b): (SpeciesId, f64)) -> f64 {
+        let range = self.range(a, b);
+        if range < 0.0 || !self.has_individual_diameters() {
+            return range;
+        }
+        let [one, other] = [a, b].map(|id| 0.5 * self.species[id.0 as usize].diameter);
+        scaled_distance(range, one + other, of_a + of_b)
+    }
+
+    /// Whether the particles of any species have diameters of their own.
+    #[must_use]
+    pub fn has_individual_diameters(&self) -> bool {
+        self.species.iter().any(|species| species.individual.is_some())
+    }
+
+    /// Whether a particle never moves.
+    pub(crate) fn is_static(&self, particle: &Particle) -> bool {
+        self.species[particle.species.0 as usize].is_static()
+    }
+
+    /// Species of a particle, with the diameter, mass and moment of inertia of the particle.
+    pub(crate) fn own_species(&self, particle: &Particle) -> Cow<'_, Species> {
+        let species = &self.species[particle.species.0 as usize];
+        match particle.diameter {
+            Some(diameter) => Cow::Owned(species.with_diameter(diameter, self.space.dimensions())),
+            None => Cow::Borrowed(species),
+        }
+    }
+
+    /// Diameter of a particle `[length]`: its own, or that of its species.
+    pub(crate) fn diameter(&self, particle: &Particle) -> f64 {
+        particle.diameter.unwrap_or(self.species[particle.species.0 as usize].diameter)
+    }
+
+    /// Mass of a particle `[mass]`; infinite if it is static.
+    pub(crate) fn mass(&self, particle: &Particle) -> f64 {
+        mass_of(particle, &self.species, self.space.dimensions())
+    }
+
     /// The species of a particle.
     #[must_use]
     pub fn species_of(&self, particle: ParticleId) -> &Species {
         &self.species[self.particles[particle.0 as usize].species.0 as usize]
     }
+}
+
+/// Mass of a particle in a space of the given number of dimensions `[mass]`; infinite if it is static.
+pub(crate) fn mass_of(particle: &Particle, species: &[Species], dimensions: usize) -> f64 {
+    let species = &species[particle.species.0 as usize];
+    particle.diameter.map_or(species.mass, |diameter| species.with_diameter(diameter, dimensions).mass)
+}
+
+/// Diameters of the particles of each species.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Diameters {
+    /// The smallest diameter `[length]`.
+    pub smallest: f64,
+    /// The largest diameter `[length]`.
+    pub largest: f64,
+}
+
+/// Returns the range of the diameters of each species. Particles are given by their species and their own diameters.
+pub(crate) fn ranges_of_diameters(
+    species: &[Species],
+    particles: impl Iterator<Item = (SpeciesId, f64)>,
+) -> Vec<Diameters> {
+    let own = |species: &Species| Diameters { smallest: species.diameter, largest: species.diameter };
+    let mut all: Vec<Diameters> = species.iter().map(own).collect();
+    let mut is_new = vec![true; all.len()];
+    for (species, diameter) in particles {
+        let range = &mut all[species.0 as usize];
+        if std::mem::take(&mut is_new[species.0 as usize]) {
+            *range = Diameters { smallest: diameter, largest: diameter };
+        }
+        range.smallest = range.smallest.min(diameter);
+        range.largest = range.largest.max(diameter);
+    }
+    all
+}
+
+impl Scene {
+    /// Returns the range of the diameters of each species. It is that of the particles at the start if they have diameters
+    /// of their own.
+    pub(crate) fn diameters_of_species(&self) -> Vec<Diameters> {
+        let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
+        ranges_of_diameters(&self.species, own)
+    }
+}
+
+/// Distance of a discontinuity of two particles `[length]`. `distance` belongs to the diameters of their species, whose radii
+/// have the sum `of_species`, and `of_pair` is the sum of the radii of the two particles.
+#[inline]
+pub(crate) fn scaled_distance(distance: f64, of_species: f64, of_pair: f64) -> f64 {
+    distance / of_species * of_pair
 }
 
 /// Volume of a sphere, area of a disk or length of a rod with the given diameter, `[length^D]` in `D` dimensions.

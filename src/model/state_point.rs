@@ -18,9 +18,13 @@ impl StatePoint {
     }
 
     pub fn of(scene: &Scene, population: &[usize]) -> Self {
+        let is_sized = scene.has_individual_diameters();
         let species = |id: usize| {
             let species = &scene.species[id];
+            let own = scene.particles.iter().filter(|particle| particle.species.0 as usize == id);
+            let own: f64 = if is_sized { own.filter_map(|particle| particle.diameter).sum() } else { 0.0 };
             let state = Self(population[id] as u64).with(&[species.mass, species.diameter]);
+            let state = if own > 0.0 { state.with(&[own]) } else { state };
             state.with(species.acceleration.as_slice()).with(species.moment_of_inertia.as_slice())
         };
         let interaction = |id: usize| {

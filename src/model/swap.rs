@@ -1,4 +1,4 @@
-//! Settings and statistics of swap moves, which exchange the species of two particles.
+//! Settings and statistics of swap moves, which exchange the diameters of two particles.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,8 +6,8 @@ use super::limits::is_positive;
 
 /// Monte Carlo moves of a mixture of hard spheres, at regular times between the events.
 ///
-/// A move picks two different moving particles at random and exchanges their species, that is, their diameters and
-/// masses. It is accepted if this causes no overlap. Positions do not change. If the masses are equal, velocities do
+/// A move picks two different moving particles at random and exchanges their species, or their own
+/// diameters: in both cases, their diameters and masses. It is accepted if this causes no overlap. Positions do not change. If the masses are equal, velocities do
 /// not change either. Otherwise, velocities are exchanged together with the masses, so that momentum and energy are
 /// constant. Moves are symmetric, so they do not change averages in equilibrium. A. Ninarello, L. Berthier and D.
 /// Coslovich, Phys. Rev. X 7, 021039 (2017), [doi:10.1103/PhysRevX.7.021039](https://doi.org/10.1103/PhysRevX.7.021039).
@@ -60,11 +60,11 @@ impl Swap {
 pub struct SwapMoves {
     /// Number of moves.
     pub attempted: u64,
-    /// Number of moves between particles of one species, which change nothing.
+    /// Number of moves between equal particles, which change nothing.
     pub alike: u64,
     /// Number of moves that were rejected because of the ratio of the diameters.
     pub too_unlike: u64,
-    /// Number of accepted moves of particles of different species.
+    /// Number of accepted moves of unlike particles.
     pub accepted: u64,
 }
 

@@ -6,7 +6,7 @@ use crate::model::Region;
 use crate::model::random::Random;
 use crate::model::space::{Boundary, Space, minimum_image};
 use crate::prepare::NoPlace;
-use crate::prepare::packing::occupancy::Occupancy;
+use crate::prepare::packing::occupancy::{Kind, Occupancy};
 
 const CHAIN_ATTEMPTS: usize = 2_000;
 
@@ -22,7 +22,7 @@ pub(crate) struct Links {
     pub length: usize,
     pub spacing: f64,
     pub radius: f64,
-    pub species: u32,
+    pub kind: Kind,
     /// Contact distance of two particles of a chain that are not neighbours `[length]`.
     pub contact: f64,
 }
@@ -48,7 +48,7 @@ pub(crate) fn grow_all(
 fn grow(links: &Links, occupancy: &mut Occupancy<'_>, random: &mut Random) -> Option<Vec<Vector>> {
     let chain = (0..CHAIN_ATTEMPTS).find_map(|_| try_to_grow(links, occupancy, random))?;
     for position in &chain {
-        occupancy.take(*position, links.species);
+        occupancy.take(*position, links.kind);
     }
     Some(chain)
 }
@@ -65,7 +65,7 @@ fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) ->
                 Some(last) => space.wrapped(last + random.direction(space) * links.spacing),
             };
             let is_free = is_inside(&position, links.radius, space)
-                && occupancy.is_free(&position, links.species)
+                && occupancy.is_free(&position, &links.kind)
                 && !meets_itself(&chain, &position, links.contact, space);
             is_free.then_some(position)
         })?;
@@ -92,6 +92,7 @@ fn is_inside(position: &Vector, radius: f64, space: &Space) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::SpeciesId;
     use crate::model::random::Purpose;
     use crate::prepare::packing::occupancy::Contacts;
 
@@ -99,7 +100,7 @@ mod tests {
         let space = Space::periodic_cube(length);
         let mut contacts = Contacts::new(1);
         contacts.set(0, 0, 1.0);
-        let links = Links { length: 10, spacing: 1.1, radius: 0.5, species: 0, contact: 1.0 };
+        let links = Links { length: 10, spacing: 1.1, radius: 0.5, kind: Kind::of_species(SpeciesId(0)), contact: 1.0 };
         let mut random = Random::new(2, Purpose::Placement, 0);
         grow_all(&links, count, &mut Occupancy::new(&space, &contacts, 100), &mut random)
     }

@@ -41,9 +41,28 @@ pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(Specie
     numbers.into_iter().map(|(species, number)| (species, number as f64)).collect()
 }
 
-pub(crate) fn mean_volume(shares: &[(SpeciesId, f64)], species: &[Species], dimensions: usize) -> f64 {
+/// Mean volume of a particle. If diameters are individual, they divide their distribution among `count` particles; without
+/// `count`, among very many.
+pub(crate) fn mean_volume(
+    shares: &[(SpeciesId, f64)],
+    count: Option<u64>,
+    species: &[Species],
+    dimensions: usize,
+) -> f64 {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
-    shares.iter().map(|(id, share)| share / total * own_volume(species[id.0 as usize].diameter, dimensions)).sum()
+    let volume = |diameter| own_volume(diameter, dimensions);
+    let of_species = |species: &Species, share: f64| {
+        let Some(distribution) = species.individual.as_ref().and_then(|individual| individual.distribution.as_ref())
+        else {
+            return volume(species.diameter);
+        };
+        let particles = count.map(|count| trunc_to_usize((share * count as f64).round()).max(1));
+        particles.map_or_else(
+            || distribution.mean_of(volume),
+            |count| distribution.divided(count).into_iter().map(volume).sum::<f64>() / count as f64,
+        )
+    };
+    shares.iter().map(|(id, share)| share / total * of_species(&species[id.0 as usize], share / total)).sum()
 }
 
 /// The largest packing fraction: `pi / (3 sqrt 2)` for equal spheres, and `pi / (2 sqrt 3)` for equal disks. In

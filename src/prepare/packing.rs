@@ -6,16 +6,16 @@ pub(crate) mod occupancy;
 
 use self::compression::Compression;
 use self::insertion::{insert, no_room};
-use self::occupancy::{Contacts, Occupancy};
+use self::occupancy::{Contacts, Kind, Occupancy};
 use crate::Vector;
 use crate::model::FillRegion;
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
-use crate::model::{Space, Species, SpeciesId};
+use crate::model::{Space, Species};
 use crate::prepare::NoPlace;
 
 pub(crate) struct RandomFill<'a> {
-    pub kinds: &'a [SpeciesId],
+    pub kinds: &'a [Kind],
     pub species: &'a [Species],
     pub contacts: &'a Contacts,
     pub space: &'a Space,
@@ -49,19 +49,19 @@ impl RandomFill<'_> {
         }
     }
 
-    fn sizes(&self) -> impl ExactSizeIterator<Item = (f64, u32)> {
-        self.kinds.iter().map(|kind| (0.5 * self.diameter(*kind), kind.0))
+    fn sizes(&self) -> impl ExactSizeIterator<Item = (f64, Kind)> {
+        self.kinds.iter().map(|kind| (0.5 * self.diameter(kind), *kind))
     }
 
-    fn diameter(&self, kind: SpeciesId) -> f64 {
-        self.species[kind.0 as usize].diameter
+    fn diameter(&self, kind: &Kind) -> f64 {
+        kind.diameter_among(self.species)
     }
 
     /// Returns `None` unless the box is periodic and contains only these particles, all of them moving.
     fn compression(&self) -> Option<Compression<'_>> {
-        let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
+        let is_moving = self.kinds.iter().all(|kind| !self.species[kind.index()].is_static());
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {
-            let volumes = self.kinds.iter().map(|kind| own_volume(self.diameter(*kind), self.space.dimensions()));
+            let volumes = self.kinds.iter().map(|kind| own_volume(self.diameter(kind), self.space.dimensions()));
             let packing_fraction = volumes.sum::<f64>() / self.space.volume();
             Compression { fill: self, packing_fraction }
         })
@@ -71,12 +71,12 @@ impl RandomFill<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Particle, Region};
+    use crate::model::{Particle, Region, SpeciesId};
     use crate::prepare::packing::occupancy::first_overlap;
 
     fn fill(count: usize, packing_fraction: f64, has_box: bool) -> Result<Vec<Vector>, NoPlace> {
         let species = [Species::new("A", 1.0, 1.0)];
-        let kinds = vec![SpeciesId(0); count];
+        let kinds = vec![Kind::of_species(SpeciesId(0)); count];
         let space = Space::periodic_cube(libm::cbrt(count as f64 * own_volume(1.0, 3) / packing_fraction));
         let mut contacts = Contacts::new(1);
         contacts.set(0, 0, 1.0);

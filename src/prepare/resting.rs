@@ -8,6 +8,7 @@ use crate::base::numbers::id;
 use crate::engine::CellList;
 use crate::engine::surfaces::{Surface, Surfaces};
 use crate::model::{ParticleId, Scene, SpeciesId, SurfaceLaw};
+use crate::prepare::packing::occupancy::Kind;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Ground {
@@ -40,7 +41,7 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
         if species.is_static() || species.acceleration == Vector::zeros() {
             continue;
         }
-        let radius = 0.5 * species.diameter;
+        let radius = 0.5 * scene.diameter(particle);
         let row = u16::try_from(particle.species.0).unwrap_or(u16::MAX);
         let around = radius * (1.0 + ROUNDING);
         surfaces.for_each_near((&particle.position, around), row, surfaces.start_time(), |surface, position| {
@@ -62,18 +63,13 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
 }
 
 fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
-    let species = |number: u32| {
-        let of = scene.particles[number as usize].species;
-        (of, &scene.species[of.0 as usize])
-    };
-    let contact = |a: SpeciesId, b: SpeciesId| {
-        let interaction = scene.interaction_of(a, b).map(|it| &scene.interactions[it.0 as usize]);
-        interaction.and_then(|it| it.potential.core()).unwrap_or(0.0)
-    };
+    let contacts = scene.contacts();
+    let particle = |number: u32| &scene.particles[number as usize];
+    let largest = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
     let all = || (0..).zip(&scene.species).map(|(row, species)| (SpeciesId(row), species));
     let statics = || all().filter(|(_, species)| species.is_static());
     let falling = || all().filter(|(_, species)| !species.is_static() && species.acceleration != Vector::zeros());
-    let longest = statics().flat_map(|(a, _)| falling().map(move |(b, _)| contact(a, b))).fold(0.0, f64::max);
+    let longest = statics().flat_map(|(a, _)| falling().map(move |(b, _)| largest(a, b))).fold(0.0, f64::max);
     let range = longest * (1.0 + ROUNDING);
     if longest == 0.0 || range > CellList::largest_range(&scene.space) {
         return;
@@ -81,18 +77,18 @@ fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     let points = (0..).zip(&scene.particles).map(|(number, particle)| (number, particle.position));
     let cells = CellList::new(&scene.space, scene.displacement, range, points);
     cells.for_each_pair(|a, b, separation, squared| {
-        let ((of_a, a_species), (of_b, b_species)) = (species(a), species(b));
-        if a_species.is_static() == b_species.is_static() {
+        let [is_a_static, is_b_static] = [a, b].map(|number| scene.is_static(particle(number)));
+        if is_a_static == is_b_static {
             return;
         }
-        let contact = contact(of_a, of_b);
+        let contact = contacts.between(&Kind::of(particle(a)), &Kind::of(particle(b)));
         let places = [a, b].map(|it| scene.particles[it as usize].position.amax());
         let rounding = ROUNDING * (places[0] + places[1] + 2.0 * scene.space.farthest_side() + contact);
         let distance = squared.sqrt();
         if contact == 0.0 || (distance - contact).abs() > rounding {
             return;
         }
-        let (mover, fixed, sign) = if a_species.is_static() { (b, a, -1.0) } else { (a, b, 1.0) };
+        let (mover, fixed, sign) = if is_a_static { (b, a, -1.0) } else { (a, b, 1.0) };
         let normal = separation * (sign / distance);
         note(scene, &mut found[mover as usize], mover as usize, &normal, || Ground::Particle(ParticleId(fixed)));
     });
@@ -108,7 +104,7 @@ fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vect
     }
     let speed = particle.velocity.dot(normal).abs();
     let bounce = 2.0 * speed / acceleration;
-    let shortest = OF_FALL * (species.diameter / acceleration).sqrt();
+    let shortest = OF_FALL * (scene.diameter(particle) / acceleration).sqrt();
     if bounce < shortest && found.as_ref().is_none_or(|other| bounce < other.bounce) {
         *found = Some(Resting { particle: ParticleId(id(number)), ground: ground(), bounce });
     }

@@ -9,9 +9,10 @@
 use crate::Vector;
 use crate::engine::CellList;
 use crate::engine::surfaces::{Surface, Surfaces};
+use crate::model::scene::mass_of;
 use crate::model::space::nearest_image;
 use crate::model::{Particle, Separated, Space, Species};
-use crate::prepare::packing::occupancy::{Contacts, ROUNDING, rounding};
+use crate::prepare::packing::occupancy::{Contacts, Kind, ROUNDING, rounding};
 
 pub(crate) struct Separation<'a> {
     pub space: &'a Space,
@@ -123,10 +124,10 @@ impl Separation<'_> {
         let side = self.space.farthest_side();
         cells.for_each_pair(|a, b, _, squared| {
             let both = [a, b].map(|id| &particles[id as usize]);
-            let [first, second] = both.map(|particle| particle.species.0 as usize);
-            let contact = self.contacts.get(first, second);
+            let contact = self.contacts.between(&Kind::of(both[0]), &Kind::of(both[1]));
             // Light particles move farther than heavy ones, and static particles stay.
-            let weights = [first, second].map(|species| self.species[species].inverse_mass());
+            let dimensions = self.space.dimensions();
+            let weights = both.map(|particle| mass_of(particle, self.species, dimensions).recip());
             let reach = contact + 2.0 * self.limit;
             if contact > 0.0 && squared < reach * reach && weights[0] + weights[1] > 0.0 {
                 let rounding = rounding(both.map(|particle| &particle.position), side, contact);
@@ -160,7 +161,7 @@ impl Separation<'_> {
         if species.is_static() {
             return None;
         }
-        let radius = 0.5 * species.diameter;
+        let radius = 0.5 * particle.diameter.unwrap_or(species.diameter);
         let row = u16::try_from(particle.species.0).unwrap_or(u16::MAX);
         let mut deepest: Option<(f64, Vector)> = None;
         self.surfaces.for_each_near(

@@ -26,7 +26,7 @@ const HOLE_TO_CONTACT: f64 = 0.65;
 pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &Contacts) -> f64 {
     // The species with the shortest contact distance would leak first.
     let moving = (0..species.len()).filter(|&other| !species[other].is_static());
-    let contacts = moving.map(|other| contacts.get(other, surface.0 as usize)).filter(|contact| *contact > 0.0);
+    let contacts = moving.map(|other| contacts.smallest(other, surface.0 as usize)).filter(|contact| *contact > 0.0);
     default_spacing(contacts.reduce(f64::min).unwrap_or(species[surface.0 as usize].diameter))
 }
 

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use crate::Vector;
 use crate::model::random::{Purpose, Random};
+use crate::model::scene::mass_of;
 use crate::model::space::{Boundary, Space};
 use crate::model::{Particle, Scene, Species};
 
@@ -77,14 +78,14 @@ pub(crate) fn set_velocities(groups: &[Drawn], scene: &mut Scene) {
     }
 }
 
-fn mass(particle: &Particle, species: &[Species]) -> f64 {
-    species[particle.species.0 as usize].mass
+fn mass(particle: &Particle, (species, dimensions): (&[Species], usize)) -> f64 {
+    mass_of(particle, species, dimensions)
 }
 
 /// Draws independent normal components of variance `T / m`, zero along flat axes. Static particles stay at rest.
 fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperature: f64, random: &mut Random) {
     for particle in particles {
-        let m = mass(particle, species);
+        let m = mass(particle, (species, space.dimensions()));
         if m.is_finite() {
             particle.velocity = random.normal_vector(space) * (temperature / m).sqrt();
         }
@@ -99,7 +100,9 @@ fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperat
 /// dimension.
 fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, speed: f64, random: &mut Random) {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); species.len()];
-    for (index, particle) in particles.iter().enumerate().filter(|(_, particle)| mass(particle, species).is_finite()) {
+    for (index, particle) in
+        particles.iter().enumerate().filter(|(_, particle)| !species[particle.species.0 as usize].is_static())
+    {
         members[particle.species.0 as usize].push(index);
     }
     for mut indices in members {
@@ -143,10 +146,11 @@ fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
 /// momentum. A single particle keeps its momentum and has `f = D`.
 fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Species], cloud: &Cloud) {
     let moving = || members.iter().cloned().flatten();
+    let mass = |particle: &Particle| mass(particle, (species, cloud.dimensions));
     let (mut momentum, mut total_mass, mut count) = (Vector::zeros(), 0.0, 0_usize);
-    for particle in moving().map(|id| &particles[id]).filter(|particle| mass(particle, species).is_finite()) {
-        momentum += particle.velocity * mass(particle, species);
-        total_mass += mass(particle, species);
+    for particle in moving().map(|id| &particles[id]).filter(|particle| mass(particle).is_finite()) {
+        momentum += particle.velocity * mass(particle);
+        total_mass += mass(particle);
         count += 1;
     }
     let mut degrees = cloud.dimensions * count;
@@ -159,7 +163,7 @@ fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Speci
     }
     let mut twice_kinetic = 0.0;
     for id in moving() {
-        let m = mass(&particles[id], species);
+        let m = mass(&particles[id]);
         if m.is_finite() {
             particles[id].velocity -= drift;
             twice_kinetic += m * particles[id].velocity.norm_squared();
@@ -168,7 +172,7 @@ fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Speci
     if twice_kinetic > 0.0 {
         let scale = (cloud.temperature * degrees as f64 / twice_kinetic).sqrt();
         for id in moving() {
-            if mass(&particles[id], species).is_finite() {
+            if mass(&particles[id]).is_finite() {
                 particles[id].velocity *= scale;
             }
         }
@@ -220,7 +224,7 @@ mod tests {
         let mut particles: Vec<Particle> =
             kinds.map(|kind| Particle::new(SpeciesId(id(kind)), space.lower, Vector::zeros())).collect();
         equal_speeds(&mut particles, &species, &space, 1.3, &mut Random::new(seed, Purpose::Velocities, 0));
-        particles.iter().map(|particle| (mass(particle, &species), particle.velocity)).collect()
+        particles.iter().map(|particle| (mass(particle, (&species, 3)), particle.velocity)).collect()
     }
 
     #[test]

@@ -268,11 +268,10 @@ fn relative(error: f64, scale: f64) -> f64 {
 
 /// `sum m |v|`.
 fn sum_of_momenta(simulation: &Simulation) -> f64 {
-    let species = &simulation.scene().species;
     let mut sum = 0.0;
     let Ok(()) = simulation.for_each_now(|particle| {
-        let species = &species[particle.species.0 as usize];
-        sum += if species.is_static() { 0.0 } else { species.mass } * particle.velocity.norm();
+        let mass = simulation.mass_of(&particle);
+        sum += if mass.is_finite() { mass } else { 0.0 } * particle.velocity.norm();
         Ok::<(), Infallible>(())
     });
     sum

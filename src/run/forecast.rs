@@ -189,13 +189,12 @@ impl Pace {
     }
 
     fn of(scene: &Scene) -> Self {
-        let species = |id: crate::model::SpeciesId| &scene.species[id.0 as usize];
-        let moving = || scene.particles.iter().filter(|particle| !species(particle.species).is_static());
+        let moving = || scene.particles.iter().filter(|particle| !scene.is_static(particle));
         let count = moving().count().max(1) as f64;
         let dimensions = scene.space.dimensions();
         let squared = moving().map(|particle| particle.velocity.norm_squared()).sum::<f64>() / count;
-        let mass = moving().map(|particle| species(particle.species).mass).sum::<f64>() / count;
-        let diameter = moving().map(|particle| species(particle.species).diameter).sum::<f64>() / count;
+        let mass = moving().map(|particle| scene.mass(particle)).sum::<f64>() / count;
+        let diameter = moving().map(|particle| scene.diameter(particle)).sum::<f64>() / count;
         let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
         let temperature = thermostats.map(|it| match it {
             Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. } => temperature,

@@ -264,7 +264,12 @@ impl RunState {
 /// fall from rest. At most the time of [`MANY_COLLISIONS`] Andersen collisions. Infinite if nothing moves.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
-    let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
+    let ranges = scene.diameters_of_species();
+    let of_smallest = scene.species.iter().zip(&ranges).map(|(species, range)| {
+        let is_individual = species.individual.is_some();
+        if is_individual { species.with_diameter(range.smallest, scene.space.dimensions()).mass } else { species.mass }
+    });
+    let lightest = of_smallest.fold(f64::INFINITY, f64::min);
     let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
     let (mut hottest, mut collisions) =
         (scene.wall_temperatures.iter().flatten().flatten().copied().fold(0.0, f64::max), 0.0_f64);

@@ -33,7 +33,7 @@ pub enum Unreached {
         stage: String,
         /// Expected number of accepted moves, divided by the number of moves of unlike particles.
         acceptance: f64,
-        /// Whether all pairs of different species exceed the largest ratio of diameters.
+        /// Whether all pairs of unlike particles exceed the largest ratio of diameters.
         is_forbidden: bool,
     },
 }
@@ -126,6 +126,35 @@ fn rare_swaps(scene: &Scene, stages: &[(Stage, Settings)]) -> Vec<Unreached> {
     rare
 }
 
+/// Number of particles with about the same diameter.
+struct Size {
+    diameter: f64,
+    count: f64,
+    is_static: bool,
+}
+
+/// Largest number of diameters of a species in estimates. If particles have diameters of their own, similar diameters are
+/// taken together.
+const MOST_SIZES: usize = 64;
+
+fn sizes_of(scene: &Scene, counts: &[f64]) -> Vec<Size> {
+    let mut sizes = Vec::new();
+    for (index, (species, &count)) in scene.species.iter().zip(counts).enumerate().filter(|(_, (_, n))| **n > 0.0) {
+        let own = scene.particles.iter().filter(|particle| particle.species.0 as usize == index);
+        let mut own: Vec<f64> = own.filter_map(|particle| particle.diameter).collect();
+        if own.is_empty() {
+            sizes.push(Size { diameter: species.diameter, count, is_static: species.is_static() });
+            continue;
+        }
+        own.sort_unstable_by(f64::total_cmp);
+        for some in own.chunks(own.len().div_ceil(MOST_SIZES)) {
+            let count = some.len() as f64;
+            sizes.push(Size { diameter: some.iter().sum::<f64>() / count, count, is_static: false });
+        }
+    }
+    sizes
+}
+
 /// Returns the expected number of accepted swap moves, divided by the number of moves of unlike particles. The estimate
 /// comes from scaled-particle theory. Diameters are multiplied by `grown`. `None` if contact distances are not the mean
 /// diameters, because the theory does not cover this case.
@@ -143,15 +172,13 @@ fn expected_acceptance(scene: &Scene, swap: &Swap, grown: f64) -> Option<f64> {
         return None;
     }
     let volume = scene.space.volume();
-    let species = || scene.species.iter().zip(&counts).filter(|(_, count)| **count > 0.0);
+    let sizes = sizes_of(scene, &counts);
     let mixture = HardMixture::new(
         scene.space.dimensions(),
-        species().map(|(species, count)| [grown * species.diameter, count / volume]),
+        sizes.iter().map(|size| [grown * size.diameter, size.count / volume]),
     )?;
-    let moving: Vec<[f64; 2]> = species()
-        .filter(|(species, _)| !species.is_static())
-        .map(|(species, count)| [grown * species.diameter, *count])
-        .collect();
+    let moving: Vec<[f64; 2]> =
+        sizes.iter().filter(|size| !size.is_static).map(|size| [grown * size.diameter, size.count]).collect();
     let (mut accepted, mut all) = (0.0, 0.0);
     for (k, [first, of_first]) in moving.iter().enumerate() {
         for [second, of_second] in &moving[..k] {
@@ -184,7 +211,7 @@ mod tests {
     #[test]
     fn rare_swaps_are_reported_with_the_packing_fraction_of_their_stage() {
         let text = include_str!("../../configs/glass_former.toml")
-            .replace("upper = 1.613, classes = 32", "upper = 6.0, classes = 2");
+            .replace("upper = 1.613 }\ndiameters = \"individual\"", "upper = 6.0, classes = 2 }");
         let of = |text: &str| {
             let scene = Scene::from_toml(text, "scene.toml").unwrap();
             unreached(&scene).into_iter().filter(|it| matches!(it, Unreached::Swaps { .. })).collect::<Vec<_>>()

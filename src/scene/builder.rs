@@ -6,8 +6,8 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::space::{Boundary, Space};
 use crate::model::{
-    AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, ParticleId, RunPlan, SceneParts, Sleep, SpeciesId,
-    TcRule, Units,
+    AuditPlan, ExchangePlan, LivePlan, MeasurementPlan, OutputPlan, Particle, ParticleId, RunPlan, SceneParts, Sleep,
+    SpeciesId, TcRule, Units,
 };
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
@@ -215,20 +215,31 @@ impl SceneBuilder {
 
     /// Adds a particle.
     pub fn particle(mut self, species: &str, position: Vector, velocity: Vector) -> Self {
-        self.push("particle", Group::Listed(Listed::one(species, position, velocity, Vector::zeros())));
+        self.push("particle", Group::Listed(Listed::one(species, Particle::new(SpeciesId(0), position, velocity))));
         self
     }
 
     /// Adds a particle with a spin, the angular velocity about its centre `[1 / time]`.
     pub fn spinning_particle(mut self, species: &str, position: Vector, velocity: Vector, spin: Vector) -> Self {
-        self.push("particle", Group::Listed(Listed::one(species, position, velocity, spin)));
+        self.push(
+            "particle",
+            Group::Listed(Listed::one(species, Particle::new(SpeciesId(0), position, velocity).spin(spin))),
+        );
+        self
+    }
+
+    /// Adds a particle with a diameter of its own `[length]`, of a species with
+    /// [individual diameters](SpeciesDraft::individual_diameters).
+    pub fn sized_particle(mut self, species: &str, diameter: f64, position: Vector, velocity: Vector) -> Self {
+        let particle = Particle::new(SpeciesId(0), position, velocity).diameter(diameter);
+        self.push("particle", Group::Listed(Listed::one(species, particle)));
         self
     }
 
     /// Adds a particle and returns its id. After a fill or surface with an unknown number of particles, the id is
     /// unknown, and [`Self::build`] returns an error.
     pub fn insert_particle(&mut self, species: &str, position: Vector, velocity: Vector) -> ParticleId {
-        self.insert("particle", Group::Listed(Listed::one(species, position, velocity, Vector::zeros())))
+        self.insert("particle", Group::Listed(Listed::one(species, Particle::new(SpeciesId(0), position, velocity))))
     }
 
     /// Adds many particles. Without a box, the count and the density of the only fill determine the box.

@@ -225,6 +225,10 @@ const ROUGH: Feature = feature(
     ],
     roughness,
 );
+const SIZES: Feature = feature("individual diameters", &["species.diameters"], |it| {
+    let index = it.start.interactions.species.iter().position(|species| species.individual.is_some())?;
+    given_at(true, || ConfigPath::entry("species", index).key("diameters"))
+});
 const SPINS: Feature = feature("particles with spins", &["particle.spin"], |it| {
     given(it.start.groups.particles.iter().any(|particle| particle.spin != Vector::zeros()))
 });
@@ -304,12 +308,23 @@ const PRESSURE_TENSOR: Feature =
     key(&["measure.pressure_tensor"], |it| given(it.parts.measure.pressure_tensor.is_some()));
 const STRUCTURE_FACTOR: Feature =
     key(&["measure.structure_factor"], |it| given(it.parts.measure.structure_factor.is_some()));
+const RADIAL: Feature =
+    key(&["measure.radial_distribution"], |it| given(it.parts.measure.radial_distribution.is_some()));
+const SIZES_BETWEEN_WALLS: Feature = feature("individual diameters between walls", &[], |it| {
+    let is_walled = (0..3).any(|axis| it.start.space.walls(axis) > 0);
+    given(is_walled && (SIZES.found)(it).is_some())
+});
 const MIXING: Feature = feature("a [[measure.mixing]]", &["measure.mixing"], |it| {
     given_at(!it.parts.measure.mixings.is_empty(), || ConfigPath::root().key("measure").key("mixing").index(0))
 });
 const ONE_MOVING_SPECIES: Feature = feature("fewer than two moving species", &[], |it| {
     let species = &it.start.interactions.species;
     given(species.iter().filter(|species| !species.is_static()).count() < 2)
+});
+const ALIKE: Feature = feature("particles that are all alike", &[], |it| {
+    let species = &it.start.interactions.species;
+    let moving = || species.iter().filter(|species| !species.is_static());
+    given(moving().count() < 2 && moving().all(|species| species.individual.is_none()))
 });
 const STRESS: Feature = feature("a [[measure.stress]]", &["measure.stress"], |it| {
     given_at(!it.parts.measure.stresses.is_empty(), || ConfigPath::root().key("measure").key("stress").index(0))
@@ -422,6 +437,7 @@ const ONLY_TRAJECTORIES: &str = "it writes only trajectories and a row for each 
 const HARD_SPHERES: &str =
     "only hard spheres without bonds, in a periodic box without gravity, static particles or shear";
 const PLAIN_SHEAR: &str = "no shear_rate, or a periodic box without gravity or static particles";
+const EQUAL: &str = "it supports only species whose particles are equal";
 const CONSTANT_SIZE: &str = "surfaces need particles of constant size in a box without shear";
 const ANDERSEN: &str = "a thermostat of the kind \"andersen\" in the same table";
 const OF_MOVES: &str = "it gives the temperature of the volume moves";
@@ -482,7 +498,7 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(BAROSTAT, NO_THERMOSTAT, "without a thermostat", ANDERSEN, OF_MOVES),
     row(BAROSTAT, INLET, "", ABSENT, "its ensemble has a constant number of particles"),
     row(SWAP, EXCHANGE, "", ABSENT, "its replicas exchange their temperatures only"),
-    row(SWAP, ONE_MOVING_SPECIES, "with fewer than two moving species", "two moving species", "particles of one species have nothing to exchange"),
+    row(SWAP, ALIKE, "with particles that are all alike", "two moving species, or individual diameters", "equal particles have nothing to exchange"),
     row(SWAP, WELLS, "with wells, shoulders or bonds", "only hard spheres without bonds", "an exchange would change their energy"),
     row(SWAP, GRAVITY, "with gravity", ABSENT, "an exchange of masses would change the potential energy"),
     row(SWAP, SHEAR, "in a sheared box", ABSENT, "a sheared system has no equilibrium"),
@@ -493,6 +509,12 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(SWAP, INVALID_START, "with allow_invalid_start", "a start without overlaps", "swap moves are tested for overlaps of the exchanged particles only"),
     row(SWAP, GROWTH, "together with grow", "only one of them", "swap moves need constant diameters"),
     row(SWAP, FLOW, "", ABSENT, "its ensemble has a constant number of particles"),
+    row(SIZES, EXCHANGE, "", ABSENT, EQUAL),
+    row(SIZES, BAROSTAT, "", ABSENT, EQUAL),
+    row(SIZES, INLET, "", ABSENT, EQUAL),
+    row(SIZES, SLEEP, "", ABSENT, EQUAL),
+    row(SIZES, BONDS, "", ABSENT, EQUAL),
+    row(RADIAL, SIZES_BETWEEN_WALLS, "", ABSENT, "the space that a particle can reach depends on its diameter"),
     row(FLOW, BONDS, "with bonds", ABSENT, "a bonded particle cannot leave alone"),
     row(FLOW, RESCALING, "with a thermostat that scales velocities", ABSENT, "the temperature of a flow is not measured"),
     row(FLOW, AUTOMATIC, "with an automatic equilibration", "to be absent, or a given equilibration_time", "the rates of a flow do not show whether a silo is still filling"),

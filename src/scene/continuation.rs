@@ -298,13 +298,19 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
         }
         // All species with particles were found above, so the default is never used.
         let species = of_run.get(now.species.0 as usize).copied().flatten().unwrap_or(SpeciesId(0));
-        left.particles.push(Particle::new(species, position, now.velocity).spin(now.spin));
+        let particle = Particle { diameter: now.diameter, ..Particle::new(species, position, now.velocity) };
+        left.particles.push(particle.spin(now.spin));
         left.images.push(image);
         left.ids.push(now.id);
         Ok::<(), Infallible>(())
     });
     for particle in &mut left.particles {
         let species = &species[particle.species.0 as usize];
+        if species.individual.is_some() != particle.diameter.is_some() {
+            let word = if particle.diameter.is_some() { "with" } else { "without" };
+            let value = format!("a run {word} individual diameters of `{}`", species.name);
+            return refuse(at_start(), value, format!("a scene {word} them, too"));
+        }
         if particle.velocity != Vector::zeros() {
             motion(species, &particle.velocity, &at_start())?;
         }

@@ -103,7 +103,17 @@ fn add_start(
         return Err(origin.wrong(0, problem.to_owned()));
     }
     let place = |position: Vector| given.map_or(position, |given| given.placed(position, &space));
-    let particle = |it: &FrameParticle| Particle::new(it.species, place(it.position), it.velocity);
+    // A radius is the particle's own if the species has individual diameters. Otherwise it must be that of the species.
+    let is_individual = |name: &str| {
+        let named = scene.species.iter().find(|species| species.name == name);
+        start.has_radii && named.is_some_and(|species| species.individual.is_some())
+    };
+    let are_individual: Vec<bool> = frame.species.iter().map(|species| is_individual(&species.name)).collect();
+    let particle = |it: &FrameParticle| {
+        let is_sized = are_individual.get(it.species.0 as usize) == Some(&true);
+        let diameter = is_sized.then_some(2.0 * it.radius);
+        Particle { diameter, ..Particle::new(it.species, place(it.position), it.velocity) }
+    };
     let listed = Group::Listed(Listed {
         names: frame.species.iter().map(|species| species.name.clone()).collect(),
         particles: frame.particles.iter().map(particle).collect(),

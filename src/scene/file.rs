@@ -40,6 +40,7 @@ use crate::base::whole;
 use crate::model::Format;
 use crate::scene::names::{SCENE, UNIT, WORD, WORDS};
 use crate::scene::parse::TC_RULES;
+use crate::scene::parse::diameter::{INDIVIDUAL, MASSES};
 use crate::scene::parse::plan::AUTOMATIC;
 use crate::scene::schema::words;
 
@@ -201,9 +202,16 @@ pub(crate) struct SpeciesFile {
     pub name: String,
     /// Diameter or distribution of diameters `[length]`.
     pub diameter: DiameterFile,
-    /// Mass `[mass]`, required for moving species. If diameters are distributed, this is the mass at the mean diameter.
+    /// With `individual`, each particle has a diameter of its own. Without this key, a distribution is divided into classes.
+    #[schemars(extend("enum" = [INDIVIDUAL]))]
+    pub diameters: Option<String>,
+    /// Mass `[mass]`, required for moving species. If diameters are distributed, this is the mass at the mean diameter. If
+    /// they are individual and `diameter` is a number, it is the mass at this diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
+    /// Masses of particles with individual diameters: proportional to the volume, or constant.
+    #[schemars(extend("enum" = words(&MASSES), "default" = "volume"))]
+    pub masses: Option<String>,
     /// Material of the species. It determines the contact laws of the species, except where an interaction has its own.
     pub material: Option<String>,
     /// Whether the particles of the species never move.

@@ -8,6 +8,7 @@ use crate::model::space::Space;
 use crate::model::{Species, SpeciesId};
 use crate::prepare::composition::{edges, largest_packing_fraction, mean_volume, realised, whole_numbers};
 use crate::prepare::lattice::{self, Sites};
+use crate::prepare::packing::occupancy::Kind;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
@@ -27,6 +28,8 @@ const ROUNDING: f64 = 1e-12;
 /// A fill with a known number of particles of each species.
 pub(crate) struct Filling {
     shares: Vec<(SpeciesId, usize)>,
+    /// The particles, sorted by species and diameter.
+    pub kinds: Vec<Kind>,
     pub region: FillRegion,
 }
 
@@ -34,7 +37,9 @@ impl Filling {
     pub(crate) fn new(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<Self, SceneError> {
         let count = index(Self::count(fill, placing, at)?);
         let shares = shares(fill, placing.species, at)?;
-        let filling = Self { shares: whole_numbers(&shares, count), region: region(fill, placing.space, at)? };
+        let shares = whole_numbers(&shares, count);
+        let kinds = kinds(&shares, placing.species, at)?;
+        let filling = Self { shares, kinds, region: region(fill, placing.space, at)? };
         let largest = filling.largest(placing.species);
         if !filling.region.has_room(0.5 * largest) {
             let kind = SceneErrorKind::RegionTooSmall { diameter: largest };
@@ -55,12 +60,19 @@ impl Filling {
         }
         let region = region(fill, space, at)?;
         let shares = shares(fill, species, at)?;
+        if fill.as_many_as_fit && shares.iter().any(|(id, _)| species[id.0 as usize].individual.is_some()) {
+            return refuse(
+                at.key("as_many_as_fit"),
+                true,
+                "a number of particles: it determines how their individual diameters divide the distribution",
+            );
+        }
         let count = match (fill.count, fill.amount) {
             (Some(0), _) => return refuse(at.key("count"), 0, "at least 1"),
             (Some(count), _) => count,
             (None, Some(amount)) => {
                 let volume = region.volume(space);
-                let count = (volume / volume_per_particle(amount, &shares, species, space, at)?).round();
+                let count = (volume / volume_per_particle((amount, None), &shares, species, space, at)?).round();
                 if count < 1.0 {
                     return refuse(
                         at.key(key_of(amount)),
@@ -77,10 +89,6 @@ impl Filling {
         };
         affordable(count, at)?;
         Ok(count)
-    }
-
-    pub(crate) fn kinds(&self) -> Vec<SpeciesId> {
-        self.shares.iter().flat_map(|&(species, count)| std::iter::repeat_n(species, count)).collect()
     }
 
     pub(crate) fn species(&self) -> impl Iterator<Item = SpeciesId> + '_ {
@@ -121,7 +129,7 @@ impl Filling {
     }
 
     fn largest(&self, species: &[Species]) -> f64 {
-        self.species().map(|kind| species[kind.0 as usize].diameter).fold(0.0, f64::max)
+        self.kinds.iter().map(|kind| kind.diameter_among(species)).fold(0.0, f64::max)
     }
 
     fn longest_contact(&self, placing: &Placing<'_>) -> f64 {
@@ -130,6 +138,27 @@ impl Filling {
         let here = placing.contacts.iter().filter(|([a, b], _)| is_here[*a] && is_here[*b]);
         here.map(|(_, contact)| contact).fold(0.0, f64::max)
     }
+}
+
+/// Returns the particles of a fill. Individual diameters divide their distribution.
+fn kinds(shares: &[(SpeciesId, usize)], species: &[Species], at: &ConfigPath) -> Result<Vec<Kind>, SceneError> {
+    let (mut kinds, at) = (Vec::new(), at.key("species"));
+    for &(id, count) in shares {
+        let Species { name, individual, .. } = &species[id.0 as usize];
+        let Some(individual) = individual else {
+            kinds.extend(std::iter::repeat_n(Kind::of_species(id), count));
+            continue;
+        };
+        let Some(distribution) = &individual.distribution else {
+            let value = format!("`{name}`, which has individual diameters");
+            let expected = "a species whose `diameter` is a distribution, which the particles of a fill divide";
+            return refuse(at, value, expected);
+        };
+        for diameter in distribution.divided(count) {
+            kinds.push(Kind { species: id, diameter: Some(positive(diameter, at.clone())?) });
+        }
+    }
+    Ok(kinds)
 }
 
 fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
@@ -190,7 +219,7 @@ fn key_of(amount: Amount) -> &'static str {
 }
 
 fn volume_per_particle(
-    amount: Amount,
+    (amount, count): (Amount, Option<u64>),
     shares: &[(SpeciesId, f64)],
     species: &[Species],
     space: &Space,
@@ -201,11 +230,12 @@ fn volume_per_particle(
         Amount::PackingFraction(fraction) => {
             let at = at.key("packing_fraction");
             positive(fraction, at.clone())?;
-            let limit = largest_packing_fraction(space.dimensions(), shares.len());
+            let individual = shares.iter().filter(|(id, _)| species[id.0 as usize].individual.is_some()).count();
+            let limit = largest_packing_fraction(space.dimensions(), shares.len() + individual);
             if fraction > limit {
                 return Err(SceneError::new(at, SceneErrorKind::PackingFraction { value: fraction, limit }));
             }
-            Ok(mean_volume(shares, species, space.dimensions()) / fraction)
+            Ok(mean_volume(shares, count, species, space.dimensions()) / fraction)
         }
     }
 }
@@ -231,7 +261,8 @@ impl SceneBuilder {
         };
         affordable(count, at)?;
         let shares = shares(fill, species, at)?;
-        let volume = count as f64 * volume_per_particle(amount, &realised(shares, count), species, space, at)?;
+        let volume =
+            count as f64 * volume_per_particle((amount, Some(count)), &realised(shares, count), species, space, at)?;
         Ok(edges(volume, space))
     }
 }

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use crate::Vector;
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{Scene, SpeciesId};
+use crate::model::{Scene, Species, SpeciesId};
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{WriteError, write_frame};
 use crate::trajectory::frame::FrameParticle;
@@ -23,7 +23,8 @@ pub struct GivenParticles {
     pub frame: Frame,
     /// Whether the frame has a box, which the scene uses if it has no size.
     pub has_box: bool,
-    /// Whether the frame has radii. They must equal the radii of the species.
+    /// Whether the frame has radii. They must equal the radii of the species, unless the particles of the species have
+    /// diameters of their own.
     pub has_radii: bool,
     /// Whether the positions have only x and y. The z axis must then be flat.
     pub is_plane: bool,
@@ -60,7 +61,10 @@ impl GivenParticles {
             self.frame.species.iter().map(|it| known.get(it.name.as_str()).copied().unwrap_or(u32::MAX)).collect();
         let in_scene = |particle: &FrameParticle| {
             let number = numbers.get(particle.species.0 as usize).copied().unwrap_or(u32::MAX);
-            let radius = scene.species.get(number as usize).map_or(0.0, |species| 0.5 * species.diameter);
+            let of_species = |species: &Species| {
+                if species.individual.is_some() { particle.radius } else { 0.5 * species.diameter }
+            };
+            let radius = scene.species.get(number as usize).map_or(0.0, of_species);
             let position = self.placed(particle.position, &scene.space);
             FrameParticle { species: SpeciesId(number), position, radius, ..*particle }
         };
@@ -92,11 +96,19 @@ impl GivenParticles {
         let frame = &self.frame;
         let name = |number: usize| frame.species.get(number).map_or("", |species| species.name.as_str());
         let mut text = String::with_capacity(160 * frame.particles.len());
-        for FrameParticle { species, position, velocity, .. } in &frame.particles {
+        let is_individual = |number: usize| {
+            let named = scene.species.iter().find(|species| species.name == name(number));
+            named.is_some_and(|species| species.individual.is_some())
+        };
+        for FrameParticle { species, position, velocity, radius, .. } in &frame.particles {
             let position = self.placed(*position, &scene.space);
             let (position, velocity) = (position.as_slice(), velocity.as_slice());
+            let is_sized = is_individual(species.0 as usize);
             let species = Value::from(name(species.0 as usize));
             text += &format!("\n[[particle]]\nspecies = {species}\nposition = {position:?}\nvelocity = {velocity:?}\n");
+            if is_sized {
+                text += &format!("diameter = {:?}\n", 2.0 * radius);
+            }
         }
         if frame.bonds.is_empty() {
             return text;

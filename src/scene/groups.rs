@@ -9,7 +9,8 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::surfaces::Surfaces;
 use crate::model::StaticSurface;
-use crate::model::limits::LARGEST;
+use crate::model::limits::{LARGEST, is_positive};
+use crate::model::scene::{Diameters, ranges_of_diameters};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Bond, Inlet, Particle, ParticleId, Species, SpeciesId};
 use crate::prepare::velocity::Drawn;
@@ -40,6 +41,11 @@ impl Groups {
         let mut placing = Placing { scene, species, space, contacts: &contacts, surfaces, layouts: Vec::new() };
         let mut parts: Vec<Vec<Particle>> = vec![Vec::new(); scene.groups.len()];
         placing.check_amounts()?;
+        let sized;
+        if species.iter().any(|species| species.individual.is_some()) {
+            sized = contacts.clone().among(species, placing.ranges_of_diameters()?);
+            placing.contacts = &sized;
+        }
         let mut total = 0;
         for at_random in [false, true] {
             let mut occupancy = None;
@@ -103,6 +109,12 @@ impl Groups {
         Ok(groups)
     }
 
+    /// Returns the range of the diameters of each species.
+    pub(crate) fn ranges_of_diameters(&self, species: &[Species]) -> Vec<Diameters> {
+        let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
+        ranges_of_diameters(species, own)
+    }
+
     pub(crate) fn counts(&self, species: usize) -> Vec<usize> {
         let mut counts = vec![0; species];
         for particle in &self.particles {
@@ -155,13 +167,15 @@ fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) 
 }
 
 fn is_right(particle: &Particle, species: &Species, space: &Space) -> bool {
-    let Particle { position, velocity, spin, .. } = particle;
+    let Particle { position, velocity, spin, diameter, .. } = particle;
+    let is_sized = species.individual.is_some() == diameter.is_some() && diameter.is_none_or(is_positive);
     let is_on_flat =
         |k: usize| space.boundary[k] != Boundary::Flat || (position[k] == space.lower[k] && velocity[k] == 0.0);
     let turns = |k: usize| spin[k] == 0.0 || (!species.is_static() && space.turns_about(k));
     position.iter().chain(velocity.iter()).chain(spin.iter()).all(|x| x.abs() <= LARGEST)
         && (0..3).all(|k| is_on_flat(k) && turns(k))
         && (!species.is_static() || *velocity == Vector::zeros())
+        && is_sized
 }
 
 fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at: &ConfigPath) -> SceneError {
@@ -177,7 +191,8 @@ fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at
         on_flat_axes(&particle.position, &space.lower, space, &position)?;
         on_flat_axes(&particle.velocity, &Vector::zeros(), space, &velocity)?;
         motion(&species[id.0 as usize], &particle.velocity, &velocity)?;
-        limits::spin(&particle.spin, &species[id.0 as usize], space, &place(["spin", "spins"]))
+        limits::spin(&particle.spin, &species[id.0 as usize], space, &place(["spin", "spins"]))?;
+        limits::diameter(particle.diameter, &species[id.0 as usize], place(["diameter", "diameters"]), at)
     };
     checked().err().unwrap_or_else(|| SceneError::new(at.clone(), SceneErrorKind::value("wrong", "a particle")))
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use crate::base::numbers::id;
 use crate::model::error::PotentialError;
+use crate::model::scene::{Diameters, scaled_distance};
 use crate::model::species_pairs::SpeciesPairs;
 use crate::model::{Interaction, InteractionId, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
@@ -182,9 +183,17 @@ impl<'a> Interactions<'a> {
         &self.list
     }
 
-    pub(crate) fn longest_range(&self, can_meet: impl Fn(usize, usize) -> bool) -> f64 {
-        let meeting = self.table.iter().filter(|([a, b], _)| can_meet(*a, *b));
-        meeting.filter_map(|(_, id)| Some(self.get(id?).potential.range())).fold(0.0, f64::max)
+    /// Returns the longest range of the interactions of species that can meet. `diameters` are the diameters of the
+    /// particles of each species.
+    pub(crate) fn longest_range(&self, diameters: &[Diameters], can_meet: impl Fn(usize, usize) -> bool) -> f64 {
+        let is_sized = self.species.iter().any(|species| species.individual.is_some());
+        let range = |([a, b], id): ([usize; 2], Option<InteractionId>)| {
+            let range = self.get(id?).potential.range();
+            let of_species = 0.5 * (self.species[a].diameter + self.species[b].diameter);
+            let of_pair = 0.5 * (diameters[a].largest + diameters[b].largest);
+            Some(if is_sized { scaled_distance(range, of_species, of_pair) } else { range })
+        };
+        self.table.iter().filter(|([a, b], _)| can_meet(*a, *b)).filter_map(range).fold(0.0, f64::max)
     }
 
     /// Rejects a scene in which two species can meet without an interaction. `counts` are the particles of each

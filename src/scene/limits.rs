@@ -8,7 +8,7 @@ use crate::model::limits::{LARGEST, is_positive};
 use crate::model::space::{Boundary, Space};
 use crate::model::{ContactLaw, Restitution, Roughness, Species};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 
 /// Memory per particle in a simulation `[bytes]`. Hard spheres at a packing fraction of 0.5 need up to 560 bytes.
 const BYTES_PER_PARTICLE: u64 = 600;
@@ -139,6 +139,27 @@ pub(crate) fn spin(spin: &Vector, species: &Species, space: &Space, at: &ConfigP
         None => Ok(()),
         Some(k) if species.is_static() => refuse(at.index(k), shortest(spin[k]), "0: static particles do not turn"),
         Some(k) => refuse(at.index(k), shortest(spin[k]), "0, because particles turn about a flat axis only"),
+    }
+}
+
+/// Checks the own diameter of a particle. `at` is the config path of the diameter, and `of` that of the particle.
+pub(crate) fn diameter(
+    given: Option<f64>,
+    species: &Species,
+    at: ConfigPath,
+    of: &ConfigPath,
+) -> Result<(), SceneError> {
+    match (given, &species.individual) {
+        (Some(diameter), Some(_)) => positive(diameter, at).map(drop),
+        (None, None) => Ok(()),
+        (None, Some(_)) => {
+            let why = format!("the species `{}` has individual diameters", species.name);
+            Err(missing(of, "diameter", why))
+        }
+        (Some(diameter), None) => {
+            let expected = format!("no diameter: the species `{}` has none of its own for each particle", species.name);
+            refuse(at, shortest(diameter), expected)
+        }
     }
 }
 

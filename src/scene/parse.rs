@@ -22,7 +22,7 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 
 use crate::Vector;
-use crate::model::{AuditPlan, Format, InputFile, OutputPlan, Sleep, TcRule, Units};
+use crate::model::{AuditPlan, Format, InputFile, OutputPlan, Particle, Sleep, SpeciesId, TcRule, Units};
 use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
@@ -171,7 +171,9 @@ pub(crate) fn parts(
     }
     for particle in file.particle {
         let [position, velocity, spin] = [particle.position, particle.velocity, particle.spin].map(vector);
-        scene.push("particle", Group::Listed(Listed::one(&particle.species, position, velocity, spin)));
+        let own =
+            Particle { diameter: particle.diameter, ..Particle::new(SpeciesId(0), position, velocity).spin(spin) };
+        scene.push("particle", Group::Listed(Listed::one(&particle.species, own)));
     }
     // A coordinate file may give the box only if there is no fill.
     let frames = Frames { given, files: &file.file, directory, space: &space, may_give_box: file.fill.is_empty() };
@@ -250,14 +252,30 @@ fn parse_output(output: OutputFile, directory: &Path) -> Result<(OutputPlan, Vec
 
 /// Parses a species. Also returns the size classes if the diameter has a distribution.
 fn parse_species(species: SpeciesFile, at: &ConfigPath) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
-    let SpeciesFile { name, diameter, mass, is_static, acceleration, moment_of_inertia, material: _ } = species;
+    let SpeciesFile {
+        name,
+        diameter,
+        diameters,
+        mass,
+        masses,
+        is_static,
+        acceleration,
+        moment_of_inertia,
+        material: _,
+    } = species;
+    let is_individual = diameters.is_some();
+    let individual = diameter::parse_individual(diameters, masses, &diameter, at)?;
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
+        DiameterFile::Distribution(_) if is_individual => {
+            let distribution = individual.as_ref().and_then(|individual| individual.distribution.as_ref());
+            (distribution.map_or(0.0, |distribution| distribution.mean_of(|diameter| diameter)), None)
+        }
         // The classes replace this species, so its own diameter is never used.
-        DiameterFile::Distribution(file) => (0.0, Some(diameter::parse_distribution(file, &at.key("diameter"))?)),
+        DiameterFile::Distribution(file) => (0.0, Some(diameter::parse_classes(file, &at.key("diameter"))?)),
     };
     let acceleration = acceleration.map(vector);
-    let draft = SpeciesDraft { name, mass, diameter, is_static, acceleration, moment_of_inertia };
+    let draft = SpeciesDraft { name, mass, diameter, is_static, acceleration, moment_of_inertia, individual };
     draft.check_mass(at)?;
     Ok((draft, classes))
 }

@@ -7,7 +7,7 @@ use crate::model::FillRegion;
 use crate::model::Region;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
-use crate::model::{ContactLaw, Particle, Restitution, Species, SpeciesId};
+use crate::model::{ContactLaw, DiameterDistribution, IndividualDiameters, MassRule, Particle, Restitution, Species};
 pub use crate::prepare::lattice::Lattice;
 pub use crate::prepare::surface::Surface;
 use crate::scene::config_path::ConfigPath;
@@ -234,6 +234,8 @@ pub struct SpeciesDraft {
     pub(crate) acceleration: Option<Vector>,
     /// Moment of inertia; `None` for a uniform sphere or disk.
     pub(crate) moment_of_inertia: Option<f64>,
+    /// Set if each particle has a diameter of its own.
+    pub(crate) individual: Option<IndividualDiameters>,
 }
 
 impl SpeciesDraft {
@@ -247,6 +249,7 @@ impl SpeciesDraft {
             is_static: false,
             acceleration: None,
             moment_of_inertia: None,
+            individual: None,
         }
     }
 
@@ -275,6 +278,43 @@ impl SpeciesDraft {
         Self { moment_of_inertia: Some(moment), ..self }
     }
 
+    /// Gives each particle a diameter of its own, see [`SceneBuilder::sized_particle`] and [`Self::distributed`]. The mass
+    /// and the diameter of the species belong together: a particle with this diameter has this mass.
+    ///
+    /// [`SceneBuilder::sized_particle`]: crate::scene::SceneBuilder::sized_particle
+    #[must_use]
+    pub fn individual_diameters(self, masses: MassRule) -> Self {
+        let distribution = self.individual.and_then(|individual| individual.distribution);
+        Self { individual: Some(IndividualDiameters { masses, distribution }), ..self }
+    }
+
+    /// Gives each particle a diameter of its own. In a fill, the diameters have a distribution. The diameter of the species
+    /// becomes the mean of the distribution.
+    ///
+    /// ```
+    /// use carom::model::DiameterDistribution;
+    /// use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
+    ///
+    /// let distribution = DiameterDistribution::Lognormal { mean: 1.0, deviation: 0.2 };
+    /// let scene = SceneBuilder::new("beads")
+    ///     .species(SpeciesDraft::new("bead").mass(1.0).distributed(distribution))
+    ///     .interaction(InteractionDraft::new(Model::HardSphere).between("bead", "bead"))
+    ///     .fill(Fill::new(Arrangement::Random, "bead").count(100).packing_fraction(0.2))
+    ///     .temperature(1.0)
+    ///     .build()?;
+    /// let diameters: Vec<f64> = scene.particles().iter().filter_map(|particle| particle.diameter).collect();
+    /// assert!((diameters.iter().sum::<f64>() / 100.0 - 1.0).abs() < 1e-12);
+    /// assert!((scene.packing_fraction() - 0.2).abs() < 1e-12);
+    /// # Ok::<(), carom::scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn distributed(self, distribution: DiameterDistribution) -> Self {
+        let masses = self.individual.map_or(MassRule::Volume, |individual| individual.masses);
+        let diameter = distribution.mean_of(|diameter| diameter);
+        let individual = Some(IndividualDiameters { masses, distribution: Some(distribution) });
+        Self { individual, diameter, ..self }
+    }
+
     /// Makes all particles of the species static.
     #[must_use]
     pub fn fixed(self) -> Self {
@@ -289,7 +329,14 @@ impl SpeciesDraft {
             is_static: species.is_static(),
             acceleration: Some(species.acceleration),
             moment_of_inertia: species.moment_of_inertia,
+            individual: species.individual.clone(),
         }
+    }
+
+    /// Mass of a particle with a diameter of its own, divided by the mass of the species.
+    pub(crate) fn ratio_of_masses(&self, diameter: f64, dimensions: usize) -> f64 {
+        let species = Species { individual: self.individual.clone(), ..Species::new("", 1.0, self.diameter) };
+        species.with_diameter(diameter, dimensions).mass
     }
 
     pub(crate) fn check_mass(&self, at: &ConfigPath) -> Result<(), SceneError> {
@@ -387,8 +434,7 @@ pub(crate) struct Listed {
 }
 
 impl Listed {
-    pub fn one(species: &str, position: Vector, velocity: Vector, spin: Vector) -> Self {
-        let particle = Particle::new(SpeciesId(0), position, velocity).spin(spin);
+    pub fn one(species: &str, particle: Particle) -> Self {
         Self { names: vec![species.to_owned()], particles: vec![particle], are_rows: false }
     }
 

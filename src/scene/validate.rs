@@ -93,7 +93,8 @@ impl SceneBuilder {
         units::check_units(&self.parts.units)?;
         compatibility::check(self, start)?;
         recirculation::check_recirculation(start, &self.parts)?;
-        self.parts.check_shear(&start.space, start.interactions.longest_range(|_, _| true))?;
+        let diameters = start.groups.ranges_of_diameters(species);
+        self.parts.check_shear(&start.space, start.interactions.longest_range(&diameters, |_, _| true))?;
         self.parts.check_measure(&start.space, species)?;
         self.check_displacement()
     }
@@ -123,6 +124,7 @@ impl SceneBuilder {
         plan::settle_thermostats(&mut scene)?;
         barostat::check_barostats(&scene)?;
         swap::check_output(&scene)?;
+        swap::check_sizes(&scene)?;
         inlets::check_instruments(&scene)?;
         self.check_equilibrium(&scene)?;
         Ok(scene)
@@ -218,7 +220,8 @@ impl SceneBuilder {
             let mass = draft.mass.map_or(Ok(f64::INFINITY), |mass| positive(mass, at.key("mass")))?;
             positive_if_given(draft.moment_of_inertia, at.key("moment_of_inertia"))?;
             let uniform = Species::new(&draft.name, mass, draft.diameter);
-            species.push(Species { moment_of_inertia: draft.moment_of_inertia, ..uniform });
+            let individual = draft.individual.clone();
+            species.push(Species { moment_of_inertia: draft.moment_of_inertia, individual, ..uniform });
         }
         Ok(species)
     }

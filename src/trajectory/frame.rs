@@ -136,7 +136,7 @@ impl Frame {
             species: particle.species,
             position: particle.position,
             velocity: particle.velocity,
-            radius: 0.5 * scene.species_of(ParticleId(id)).diameter,
+            radius: 0.5 * scene.diameter(particle),
         };
         Self {
             particles: (0..).zip(&scene.particles).map(particle).collect(),
@@ -159,7 +159,8 @@ impl Frame {
                 .map(|species| FrameSpecies {
                     name: species.name.clone(),
                     is_static: species.is_static(),
-                    mass: Some(species.mass),
+                    // Masses that differ from particle to particle follow from the radii.
+                    mass: if species.has_different_masses() { None } else { Some(species.mass) },
                 })
                 .collect(),
             particles: Vec::new(),

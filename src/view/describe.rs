@@ -119,6 +119,8 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
         "all particles are hard spheres of one species"
     } else if scene.species.iter().any(Species::is_static) {
         "some particles are static"
+    } else if scene.has_individual_diameters() {
+        "particles have individual diameters"
     } else if scene.species.len() > 1 {
         "there are several species"
     } else if !scene.bonds.is_empty() {
@@ -203,7 +205,11 @@ pub fn interactions(scene: &Scene) -> Vec<String> {
                 continue;
             }
             let what = match scene.interaction_of(SpeciesId(id(a)), SpeciesId(id(b))) {
-                Some(id) => interaction(&scene.interactions[id.0 as usize]),
+                Some(id) => {
+                    let is_individual = [a, b].iter().any(|index| species(*index).individual.is_some());
+                    let scaled = if is_individual { "; distances scale with the radii of the pair" } else { "" };
+                    interaction(&scene.interactions[id.0 as usize]) + scaled
+                }
                 None => "pass through each other".to_owned(),
             };
             lines.push(format!("{} and {}: {what}", species(a).name, species(b).name));

@@ -6,7 +6,8 @@ use crate::analysis::instruments::{SystemDescription, shortened_cutoffs};
 use crate::analysis::observables::ApplicableObservables;
 use crate::base::text::digits;
 use crate::engine::EngineChoice;
-use crate::model::{InputFile, Scene, Until};
+use crate::model::scene::own_volume;
+use crate::model::{InputFile, Particle, Scene, Until};
 use crate::prepare::resting::{Ground, resting};
 use crate::run::{self, Burden, Unreached};
 
@@ -149,7 +150,7 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
             "no swap moves in the stage `{stage}` will be accepted, because all ratios of diameters are above swap.largest_ratio"
         ),
         Unreached::Swaps { stage, acceptance, .. } => format!(
-            "only about {acceptance:.0e} of the swap moves between different species in the stage `{stage}` will be accepted: use more similar diameters, or add sizes in between"
+            "only about {acceptance:.0e} of the swap moves between unlike particles in the stage `{stage}` will be accepted: use more similar diameters, or add sizes in between"
         ),
     };
     run::unreached(scene).into_iter().map(told).collect()
@@ -216,17 +217,10 @@ fn density(scene: &Scene) -> Option<String> {
     }
     let volume = scene.space().volume();
     let dimensions = scene.space().dimensions();
-    let body = |diameter: f64| match dimensions {
-        1 => diameter,
-        2 => std::f64::consts::FRAC_PI_4 * diameter * diameter,
-        _ => std::f64::consts::PI / 6.0 * diameter * diameter * diameter,
-    };
-    let moving = || {
-        let all = scene.particles().iter().map(|particle| (particle, &scene.species()[particle.species.0 as usize]));
-        all.filter(|(_, species)| !species.is_static())
-    };
+    let moving = || scene.particles.iter().filter(|particle| !scene.is_static(particle));
+    let body = |particle: &Particle| own_volume(scene.diameter(particle), dimensions);
     let number_density = moving().count() as f64 / volume;
-    let packing_fraction = moving().map(|(_, species)| body(species.diameter)).sum::<f64>() / volume;
+    let packing_fraction = moving().map(body).sum::<f64>() / volume;
     let temperature =
         temperature(scene).map_or_else(String::new, |now| format!(", temperature {} at the start", digits(now)));
     let (number_density, packing_fraction) = (digits(number_density), digits(packing_fraction));
@@ -238,11 +232,11 @@ fn temperature(scene: &Scene) -> Option<f64> {
     let mut kinetic = 0.0;
     let mut momentum = Vector::zeros();
     for particle in scene.particles() {
-        let species = &scene.species()[particle.species.0 as usize];
-        if !species.is_static() {
-            let velocity = particle.velocity - scene.streaming_velocity(&particle.position);
-            kinetic += 0.5 * species.mass * velocity.norm_squared();
-            momentum += velocity * species.mass;
+        if !scene.is_static(particle) {
+            let (mass, velocity) =
+                (scene.mass(particle), particle.velocity - scene.streaming_velocity(&particle.position));
+            kinetic += 0.5 * mass * velocity.norm_squared();
+            momentum += velocity * mass;
         }
     }
     ApplicableObservables::of(scene).temperature(kinetic, &momentum)
@@ -254,8 +248,7 @@ fn few_digits(scene: &Scene) -> Vec<String> {
     const ROUNDINGS: f64 = 32.0;
     const MOST: f64 = 1e-8;
     let mut warnings = Vec::new();
-    let used = || scene.particles().iter().map(|particle| &scene.species()[particle.species.0 as usize]);
-    let smallest = used().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
+    let smallest = scene.particles.iter().map(|particle| scene.diameter(particle)).fold(f64::INFINITY, f64::min);
     let farthest = scene.space().lower.amax().max(scene.space().upper().amax());
     let lost = ROUNDINGS * f64::EPSILON * farthest / smallest;
     if smallest.is_finite() && lost > MOST {
@@ -272,9 +265,8 @@ fn few_digits(scene: &Scene) -> Vec<String> {
     let kinetic = scene
         .particles()
         .iter()
-        .map(|particle| (&scene.species()[particle.species.0 as usize], particle.velocity.norm_squared()))
-        .filter(|(species, _)| !species.is_static())
-        .map(|(species, squared)| 0.5 * species.mass * squared)
+        .filter(|particle| !scene.is_static(particle))
+        .map(|particle| 0.5 * scene.mass(particle) * particle.velocity.norm_squared())
         .fold(0.0, f64::max);
     let lost = f64::EPSILON * deepest / kinetic;
     if kinetic > 0.0 && lost > MOST {

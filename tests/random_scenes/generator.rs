@@ -70,8 +70,39 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
     let mut dice = Dice::new(seed ^ 0x00f0_71c7);
     let text = if dice.chance(0.35) { roughened(&text, &mut dice, dimensions) } else { text };
+    let mut dice = Dice::new(seed ^ 0xd1a3_e7e5);
+    let text = if dice.chance(0.2) && !text.contains("[[bond]]") { sized(&text, &mut dice) } else { text };
     let mut dice = Dice::new(seed ^ 0x0e0f_0001);
     if dice.chance(0.3) { varied(&text, &mut dice) } else { text }
+}
+
+/// Gives the particles of some species diameters of their own, which are at most those of the species.
+fn sized(text: &str, dice: &mut Dice) -> String {
+    let (mut sized, mut name, mut of) = (String::new(), String::new(), Vec::new());
+    let narrowest = dice.pick(&[0.9, 0.6, 0.2]);
+    for line in text.lines() {
+        let _ = writeln!(sized, "{line}");
+        if let Some(given) = line.strip_prefix("name = ") {
+            name = given.to_owned();
+        }
+        let Some(diameter) = line.strip_prefix("diameter = ").and_then(|diameter| diameter.parse::<f64>().ok()) else {
+            if line.starts_with("position = ") && is_particle(&sized) {
+                let kind = sized.lines().rev().find_map(|line| line.strip_prefix("species = "));
+                let found = of.iter().find(|(name, _)| Some(name) == kind.map(str::to_owned).as_ref());
+                let own = found.map(|(_, diameter): &(String, f64)| diameter * dice.between(narrowest, 1.0));
+                if let Some(own) = own {
+                    let _ = writeln!(sized, "diameter = {own:?}");
+                }
+            }
+            continue;
+        };
+        if sized.rfind("[[").is_some_and(|at| sized[at..].starts_with("[[species]]")) && dice.chance(0.8) {
+            let masses = dice.pick(&["volume", "constant"]);
+            let _ = writeln!(sized, "diameters = \"individual\"\nmasses = \"{masses}\"");
+            of.push((name.clone(), diameter));
+        }
+    }
+    sized
 }
 
 /// Restitutions that depend on the speed.

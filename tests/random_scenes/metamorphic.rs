@@ -182,6 +182,7 @@ fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
         particle.position *= length;
         particle.velocity *= speed;
         particle.spin /= time;
+        particle.diameter = particle.diameter.map(|diameter| diameter * length);
     }
     scaled.contact_time = scaled.contact_time.map(|t| t * time);
     scaled.run.limit.time = scaled.run.limit.time.map(|t| t * time);

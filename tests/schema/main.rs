@@ -268,6 +268,8 @@ fn reader_and_schema_accept_the_same_words() {
         ("live.colour", "'?'"),
         ("live.slider.0.scale", "'?'"),
         ("species.0.diameter", "{ distribution = '?' }"),
+        ("species.0.diameters", "'?'"),
+        ("species", "[{ name = 'A', mass = 1.0, diameter = 1.0, diameters = 'individual', masses = '?' }]"),
         ("exchange", "{ temperatures = [1.0, 2.0], interval = 1.0, rate = 1.0, ensemble = '?' }"),
     ] {
         let error = base.with(key, value).unwrap_err();

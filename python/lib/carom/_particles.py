@@ -25,7 +25,7 @@ __all__ = [
     "state_of",
 ]
 
-_KEYS = ("species", "positions", "velocities", "bonds", "bond")
+_KEYS = ("species", "positions", "velocities", "diameters", "bonds", "bond")
 
 #: Smaller skews, relative to an edge, are round-off of single precision.
 _SKEW = 1e-6
@@ -58,15 +58,21 @@ def given_of_arrays(particles: Mapping[str, Any], names: Names) -> _carom.Given:
     if velocities is not None:
         velocities = _rows("particles: velocities", velocities, positions.shape[1:], len(positions))
     species_names, species = _species("particles: species", particles["species"], len(positions), names)
+    diameters = particles.get("diameters")
+    if diameters is not None:
+        diameters = np.asarray(diameters, dtype=np.float64)
+        if diameters.shape != (len(positions),):
+            raise ValueError(f"particles: expected diameters of shape ({len(positions)},), found {diameters.shape}")
     bonds = particles.get("bonds")
     frame = _frame(
         positions=_in_space(positions),
         velocities=None if velocities is None else _in_space(velocities),
         species_names=species_names,
         species=species,
+        radii=None if diameters is None else 0.5 * diameters,
         bonds=None if bonds is None else _pairs("particles: bonds", bonds, len(positions)),
     )
-    return _given("particles", frame, _bond(particles.get("bond")), (False, False, is_plane))
+    return _given("particles", frame, _bond(particles.get("bond")), (False, diameters is not None, is_plane))
 
 
 def given_of_frame(frame: Frame, bond: str | None) -> _carom.Given:

@@ -67,7 +67,8 @@ class Scene:
         Particles in addition to the particles of the source. They are not converted to text. The keys are
         ``positions`` of the shape (n, 3), or (n, 2) if z is flat `[length]`; ``species``, either one name for
         all particles, or for each particle the name or the index of its species in the source; ``velocities``
-        of the same shape as the positions `[length / time]`, zero by default; ``bonds`` of the shape (m, 2),
+        of the same shape as the positions `[length / time]`, zero by default; ``diameters`` of the shape (n,)
+        `[length]`, for species with individual diameters; ``bonds`` of the shape (m, 2),
         pairs of row indices; and ``bond``, the name of the interaction that holds these bonds. The ids of the
         particles follow the ids of ``[[particle]]``. Positions beyond a periodic side are wrapped into the
         box.
@@ -156,7 +157,7 @@ class Scene:
         The cell and its periodic axes become the box, unless the source gives the box a size or has a
         ``[[fill]]``. Axes that are flat in the source have no extent. If the atoms have their own masses and
         radii (``atoms.arrays["masses"]`` and ``["radii"]``), these must equal the masses and radii of the
-        species.
+        species. Species with individual diameters take the radii of the atoms.
 
         Parameters
         ----------
@@ -208,7 +209,7 @@ class Scene:
         HOOMD-blue and Carom write such files. The scene takes the box of the file, unless the source gives
         the box a size or has a ``[[fill]]``. The box is periodic, except along axes that Carom has marked
         otherwise in the file, and flat along z in two dimensions. Masses and diameters in the file must equal
-        the masses and diameters of the species. GSD files have single precision, so spheres in contact may
+        the masses and diameters of the species. Species with individual diameters take those of the file. GSD files have single precision, so spheres in contact may
         overlap because of rounding. With ``separate_overlaps``, the scene moves such spheres apart.
 
         Parameters
@@ -498,8 +499,13 @@ class Scene:
         return fixed(np.array([mass for _, mass, _ in self._core.species_table()]))
 
     @property
+    def _frame_masses(self) -> NDArray[np.float64]:
+        """Masses of the species in frames: unknown (NaN) if particles of one species have different masses."""
+        return fixed(np.full(len(self.masses), np.nan)) if self._core.has_different_masses() else self.masses
+
+    @property
     def diameters(self) -> NDArray[np.float64]:
-        """Initial diameter of each species `[length]`.
+        """Initial diameter of each species `[length]`; the mean if diameters are individual.
 
         Examples
         --------

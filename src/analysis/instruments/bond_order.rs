@@ -60,7 +60,7 @@ fn symbol(system: &SystemDescription) -> Option<&'static str> {
 }
 
 fn cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> f64 {
-    let diameters = system.moving.iter().map(|&id| system.diameters[system.species[id as usize] as usize]);
+    let diameters = system.moving.iter().map(|&id| system.diameter_of(id));
     let cutoff = plan.cutoff.unwrap_or_else(|| 1.4 * diameters.fold(0.0, f64::max));
     cutoff.min(CellList::largest_range(&system.space))
 }

@@ -34,7 +34,7 @@ fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid
     }
     let (mut diameters, mut volume) = (0.0, 0.0);
     for &id in &system.moving {
-        let diameter = system.diameters[system.species[id as usize] as usize];
+        let diameter = system.diameter_of(id);
         diameters += diameter;
         volume += match dimensions {
             1 => diameter,

@@ -272,6 +272,10 @@ fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f
 }
 
 fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Shell> {
+    if !system.own_diameters.is_empty() {
+        // Without a common contact distance, there is no contact value.
+        return None;
+    }
     match (&first.species[..], &second.species[..]) {
         (&[a], &[b]) => system.cores.get(a, b).map(|core| Shell::new(core, system.steps_outside_cores.get(a, b))),
         _ => None,

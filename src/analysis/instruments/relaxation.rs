@@ -57,7 +57,7 @@ struct Origin {
 impl Relaxation {
     pub fn new(plan: &plan::Relaxation, setup: &Setup<'_>) -> Self {
         let (system, duration) = (setup.system, setup.duration);
-        let diameters = system.moving.iter().map(|&id| system.diameters[system.species[id as usize] as usize]);
+        let diameters = system.moving.iter().map(|&id| system.diameter_of(id));
         let mean = diameters.sum::<f64>() / system.moving.len().max(1) as f64;
         let mean = if mean > 0.0 { mean } else { 1.0 };
         let free_time = mean_free_time(system, &setup.sample).map(|time| FREE_TIMES * time);

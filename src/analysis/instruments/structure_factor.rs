@@ -42,7 +42,7 @@ impl StructureFactor {
     pub fn new(plan: &plan::StructureFactor, setup: &Setup<'_>) -> Self {
         let system = setup.system;
         let count = system.moving.len().max(1) as f64;
-        let diameter = system.moving.iter().map(|&id| system.diameters[system.species[id as usize] as usize]);
+        let diameter = system.moving.iter().map(|&id| system.diameter_of(id));
         let diameter = diameter.fold(0.0, f64::max);
         let default = if diameter > 0.0 { 6.0 * PI / diameter } else { f64::INFINITY };
         let per_shell = (MOST_PRODUCTS / count / vectors::MOST_SHELLS).clamp(FEWEST_VECTORS, MOST_VECTORS);

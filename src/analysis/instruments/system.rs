@@ -8,7 +8,7 @@ use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{
-    Bond, ContactLaw, InteractionId, ParticleId, Scene, SceneSurface, SpeciesId, SpeciesPairs, SurfaceLaw,
+    Bond, ContactLaw, InteractionId, Particle, ParticleId, Scene, SceneSurface, SpeciesId, SpeciesPairs, SurfaceLaw,
     SurfaceShape, Units,
 };
 use std::convert::Infallible;
@@ -30,6 +30,8 @@ pub struct SystemDescription {
     pub species_names: Vec<String>,
     /// Diameters of the species `[length]`.
     pub diameters: Vec<f64>,
+    /// Diameter of each particle `[length]`; empty unless particles have diameters of their own. Swap moves change it.
+    pub own_diameters: Vec<f64>,
     /// Species of each particle, as an index into the names. Swap moves change it.
     pub species: Vec<u32>,
     /// Masses `[mass]`; infinite for static particles.
@@ -92,6 +94,37 @@ pub struct DescribedSurface {
     pub area: Option<f64>,
 }
 
+/// Properties of a particle.
+struct Described {
+    species: u32,
+    mass: f64,
+    diameter: f64,
+}
+
+impl Described {
+    fn of(scene: &Scene, particle: &Particle) -> Self {
+        Self { species: particle.species.0, mass: scene.mass(particle), diameter: scene.diameter(particle) }
+    }
+}
+
+fn described_now(simulation: &Simulation) -> Vec<Described> {
+    let (scene, mut all) = (simulation.scene(), Vec::new());
+    let Ok(()) = simulation.for_each_now(|now| {
+        let particle = Particle::new(now.species, now.position, now.velocity);
+        all.push(Described::of(scene, &Particle { diameter: now.diameter, ..particle }));
+        Ok::<(), Infallible>(())
+    });
+    all
+}
+
+/// Diameters of the particles; none unless they have their own.
+fn own_diameters(scene: &Scene, particles: &[Described]) -> Vec<f64> {
+    if !scene.has_individual_diameters() {
+        return Vec::new();
+    }
+    particles.iter().map(|particle| particle.diameter).collect()
+}
+
 fn described(scene: &Scene) -> Vec<DescribedSurface> {
     let sides = [0, 1, 2].into_iter().flat_map(|axis| [(axis, 0), (axis, 1)]);
     let walls =
@@ -126,36 +159,31 @@ impl SystemDescription {
     /// Describes the system of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
-        let species = scene.particles.iter().map(|particle| particle.species.0).collect();
-        Self::with(scene, species, &ApplicableObservables::of(scene))
+        let particle = |particle: &Particle| Described::of(scene, particle);
+        let particles = scene.particles.iter().map(particle).collect();
+        Self::with(scene, particles, &ApplicableObservables::of(scene))
     }
 
     /// Uses the current particles, because the simulation may have dropped the initial state.
     pub(crate) fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
-        let mut species = Vec::new();
-        let Ok(()) = simulation.for_each_now(|particle| {
-            species.push(particle.species.0);
-            Ok::<(), Infallible>(())
-        });
-        Self::with(simulation.scene(), species, applicable)
+        Self::with(simulation.scene(), described_now(simulation), applicable)
     }
 
-    /// Updates the species and the masses of the particles after they have exchanged their species.
+    /// Updates the species, masses and diameters of the particles after they have exchanged them.
     pub(crate) fn take_species(&mut self, simulation: &Simulation) {
-        self.species.clear();
-        let Ok(()) = simulation.for_each_now(|particle| {
-            self.species.push(particle.species.0);
-            Ok::<(), Infallible>(())
-        });
-        self.masses = self.species.iter().map(|&species| self.species_masses[species as usize]).collect();
+        let particles = described_now(simulation);
+        self.species = particles.iter().map(|particle| particle.species).collect();
+        self.masses = particles.iter().map(|particle| particle.mass).collect();
+        self.own_diameters = own_diameters(simulation.scene(), &particles);
     }
 
-    fn with(scene: &Scene, species: Vec<u32>, applicable: &ApplicableObservables) -> Self {
+    fn with(scene: &Scene, particles: Vec<Described>, applicable: &ApplicableObservables) -> Self {
+        let species: Vec<u32> = particles.iter().map(|particle| particle.species).collect();
         let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
         let lengths =
             |bond: &Bond| [potential(&bond.interaction).core().unwrap_or(0.0), potential(&bond.interaction).range()];
         let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
+        let masses: Vec<f64> = particles.iter().map(|particle| particle.mass).collect();
         let steps_outside_cores = steps_outside_cores(scene, &species);
         let is_soft = |boundary: &Boundary| boundary.contact_laws().iter().flatten().any(ContactLaw::dissipates);
         Self {
@@ -163,6 +191,7 @@ impl SystemDescription {
             space: scene.space.clone(),
             species_names: scene.species.iter().map(|species| species.name.clone()).collect(),
             diameters: scene.species.iter().map(|species| species.diameter).collect(),
+            own_diameters: own_diameters(scene, &particles),
             crowding: scene
                 .species
                 .iter()
@@ -234,7 +263,16 @@ impl SystemDescription {
     }
 
     pub(super) fn crowding_of(&self, id: u32) -> f64 {
+        if let Some(diameter) = self.own_diameters.get(id as usize) {
+            return self.space.volume() / self.space.accessible_volume(*diameter);
+        }
         self.crowding[self.species[id as usize] as usize]
+    }
+
+    /// Diameter of a particle `[length]`.
+    pub(super) fn diameter_of(&self, id: u32) -> f64 {
+        let own = self.own_diameters.get(id as usize).copied();
+        own.unwrap_or_else(|| self.diameters[self.species[id as usize] as usize])
     }
 
     pub(super) fn moving_mass(&self) -> f64 {
@@ -294,6 +332,7 @@ impl SystemDescription {
             space,
             species_names: vec!["A".to_owned()],
             diameters: vec![1.0],
+            own_diameters: Vec::new(),
             crowding: vec![1.0],
             species: vec![0; count as usize],
             masses: vec![1.0; count as usize],

@@ -87,7 +87,7 @@ impl ApplicableObservables {
         let all = 0..scene.particles.len();
         let is_moving = |index: usize| !species_of(index).is_static();
         let moving = all.clone().filter(|&index| is_moving(index)).count();
-        let mass = |index: usize| if is_moving(index) { species_of(index).mass } else { 0.0 };
+        let mass = |index: usize| if is_moving(index) { scene.mass(&scene.particles[index]) } else { 0.0 };
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_surfaces = !scene.surfaces.is_empty();
         let has_walls = (0..3).any(|axis| scene.space.walls(axis) > 0);
@@ -97,7 +97,7 @@ impl ApplicableObservables {
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
         let has_static = moving < scene.particles.len();
-        let is_reached = |index: usize| scene.space.accessible_volume(species_of(index).diameter) > 0.0;
+        let is_reached = |index: usize| scene.space.accessible_volume(scene.diameter(&scene.particles[index])) > 0.0;
         let has_room = all.clone().filter(|&index| is_moving(index)).all(is_reached);
         // Rough walls also exert tangential forces, which the virial of the particles leaves out.
         let has_smooth_walls = has_walls && !has_surfaces && !scene.has_rough_walls();
@@ -260,7 +260,8 @@ impl ApplicableObservables {
         let (mut moment, mut mass, mut moving) = (0.0, 0.0, Vec::new());
         let up = self.up.unwrap_or_default();
         let Ok(()) = simulation.for_each_now(|particle| {
-            let own = self.masses[particle.species.0 as usize];
+            let is_static = self.masses[particle.species.0 as usize] == 0.0;
+            let own = if is_static { 0.0 } else { simulation.mass_of(&particle) };
             if own > 0.0 {
                 let image = particle.image;
                 let travelled =

@@ -42,9 +42,8 @@ impl Isobaric {
 
 /// Total volume of the moving particles of a scene `[length^D]`.
 pub(super) fn filled(scene: &Scene) -> f64 {
-    let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
-    let moving = species.filter(|species| !species.is_static());
-    moving.map(|species| own_volume(species.diameter, scene.space.dimensions())).sum()
+    let moving = scene.particles.iter().filter(|particle| !scene.is_static(particle));
+    moving.map(|particle| own_volume(scene.diameter(particle), scene.space.dimensions())).sum()
 }
 
 /// Time integrals from the first sample to the latest one. Between samples the volume is constant.

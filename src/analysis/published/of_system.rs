@@ -118,6 +118,7 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
         && interaction.law.roughness.is_none()
         && interaction.potential.core() == Some(species.diameter)
         && !species.is_static()
+        && species.individual.is_none()
         && species.acceleration == Vector::zeros()
         && scene.bonds.is_empty()
         && scene.contact_time.is_none()
@@ -223,7 +224,7 @@ impl Hard {
     }
 }
 
-fn published(quantity: &str, value: f64, label: &str, source: &str) -> PublishedValue {
+pub(super) fn published(quantity: &str, value: f64, label: &str, source: &str) -> PublishedValue {
     let [quantity, label, source] = [quantity, label, source].map(str::to_owned);
     PublishedValue { quantity, value, finite_size: 0.0, label, source }
 }

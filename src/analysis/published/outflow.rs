@@ -38,7 +38,7 @@ pub fn beverloo(number_density: f64, gravity: f64, outlet: Outlet, grain: f64) -
     4.0 / PI * DISCHARGE * number_density * area * (gravity * width).sqrt()
 }
 
-/// Rates through the outlets of a scene, for all moving species. `population` is the number of grains of each species.
+/// Rates through the outlets of a scene, for all moving species. None if grains have diameters of their own. `population` is the number of grains of each species.
 pub fn of_flows(scene: &Scene, population: &[usize], gravity: f64) -> Vec<PublishedValue> {
     let grains: Vec<(&Species, f64)> = scene
         .species
@@ -47,6 +47,9 @@ pub fn of_flows(scene: &Scene, population: &[usize], gravity: f64) -> Vec<Publis
         .filter(|(species, _)| !species.is_static())
         .map(|(species, count)| (species, *count as f64))
         .collect();
+    if grains.iter().any(|(species, _)| species.individual.is_some()) {
+        return Vec::new();
+    }
     let sum = |of: fn(&Species) -> f64| grains.iter().map(|(species, count)| count * of(species)).sum::<f64>();
     let count = sum(|_| 1.0);
     let density = FLOWING * count / sum(|species| own_volume(species.diameter, 3));

@@ -45,6 +45,26 @@ impl HardMixture {
         -libm::log(free) + diameter * (linear + diameter * (square + diameter * cube))
     }
 
+    /// The packing fraction.
+    #[must_use]
+    pub fn packing_fraction(&self) -> f64 {
+        self.moments[self.dimensions]
+    }
+
+    /// Compressibility factor `Z = P / (n T)` of a fluid of hard spheres; `None` in fewer than three dimensions.
+    ///
+    /// `Z = 1 / f + 3 x_1 x_2 / (x_0 f^2) + (3 - x_3) x_2^3 / (x_0 f^3)` with `f = 1 - x_3`. For equal spheres, this is
+    /// the equation of Carnahan and Starling. T. Boublik, J. Chem. Phys. 53, 471 (1970),
+    /// [doi:10.1063/1.1673824](https://doi.org/10.1063/1.1673824); G. A. Mansoori, N. F. Carnahan, K. E. Starling and T.
+    /// W. Leland, J. Chem. Phys. 54, 1523 (1971), [doi:10.1063/1.1675048](https://doi.org/10.1063/1.1675048).
+    #[must_use]
+    pub fn compressibility_factor(&self) -> Option<f64> {
+        let [x0, x1, x2, x3] = self.moments;
+        let free = 1.0 - x3;
+        let factor = 1.0 / free + (3.0 * x1 * x2 + (3.0 - x3) * x2 * x2 * x2 / free) / (x0 * free * free);
+        (self.dimensions == 3 && x0 > 0.0).then_some(factor)
+    }
+
     /// The pressure multiplied by `v / T`.
     fn pressure(&self) -> f64 {
         let [x0, x1, x2, _] = self.moments;
@@ -98,5 +118,33 @@ mod tests {
         assert!((rods.acceptance_of_exchange([0.7, 1.0]) - libm::exp(-0.3 * pressure)).abs() < 1e-14);
         assert_eq!(HardMixture::new(1, [[1.0, 1.0]].into_iter()), None);
         assert_eq!(HardMixture::new(0, std::iter::empty()), None);
+    }
+
+    #[test]
+    fn equal_spheres_have_the_equation_of_carnahan_and_starling() {
+        for phi in [0.0_f64, 0.1, 0.3, 0.49] {
+            let density = phi / own_volume(1.3, 3);
+            // Half of the spheres are counted in a second entry of the same diameter.
+            let halves = [[1.3, 0.5 * density], [1.3, 0.5 * density]];
+            let mixture = HardMixture::new(3, halves.into_iter()).unwrap();
+            let Some(factor) = mixture.compressibility_factor() else {
+                assert_eq!(phi, 0.0);
+                continue;
+            };
+            assert!((factor / crate::analysis::published::carnahan_starling(phi) - 1.0).abs() < 1e-14);
+        }
+    }
+
+    /// The second virial coefficient of additive spheres is `2 pi / 3 <((d_1 + d_2) / 2)^3>`.
+    #[test]
+    fn a_dilute_mixture_has_the_exact_second_virial_coefficient() {
+        let (small, large, density) = (0.7_f64, 1.9_f64, 1e-7);
+        let mixture = HardMixture::new(3, [[small, 0.75 * density], [large, 0.25 * density]].into_iter()).unwrap();
+        let cube = |a: f64, b: f64| (0.5 * (a + b)).powi(3);
+        let mean = 0.5625 * cube(small, small) + 0.375 * cube(small, large) + 0.0625 * cube(large, large);
+        let expected = 2.0 * std::f64::consts::PI / 3.0 * mean;
+        let found = (mixture.compressibility_factor().unwrap() - 1.0) / density;
+        assert!((found / expected - 1.0).abs() < 1e-5, "{found} {expected}");
+        assert_eq!(HardMixture::new(2, [[1.0, 0.1]].into_iter()).unwrap().compressibility_factor(), None);
     }
 }

@@ -11,8 +11,8 @@ use crate::model::{ContactLaw, Interaction, ParticleId, Species, SurfaceLaw};
 impl Reference {
     pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side) -> Option<Event> {
         let (interaction, state) = *self.pairs.get(&(i, j))?;
-        let Interaction { ref potential, law, .. } = *self.interaction(interaction);
-        let seen = seen(potential, state, side)?;
+        let Interaction { potential, law, .. } = self.interaction(interaction, [i, j]);
+        let seen = seen(&potential, state, side)?;
         let apart = self.nearest_image(i, j);
         let (velocity, acceleration) = self.relative_motion(i, j);
         // Two particles at the same point have no line of centres. The relative velocity defines the normal instead.

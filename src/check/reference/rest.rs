@@ -99,7 +99,7 @@ impl Reference {
             let Some(interaction) = self.scene.table.get(a, b).filter(|_| j != i && self.is_present[j as usize]) else {
                 return false;
             };
-            let range = self.interaction(interaction).potential.range();
+            let range = self.interaction(interaction, [i, j]).potential.range();
             let apart = self.nearest(sleepers.places[i as usize] - self.positions[j as usize]);
             apart.norm() <= range + sleepers.plan.distance
         };

@@ -2,7 +2,7 @@
 
 use super::Reference;
 use crate::Vector;
-use crate::model::{ParticleId, Roughness};
+use crate::model::Roughness;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rub {
@@ -34,7 +34,7 @@ pub(super) struct Rubbed {
 
 impl Reference {
     pub(super) fn angular_momentum(&self, i: u32, spin: &Vector) -> Vector {
-        let inverse = self.scene.species_of(ParticleId(i)).inverse_inertia(self.scene.space.dimensions());
+        let inverse = self.own[i as usize].inverse_inertia(self.scene.space.dimensions());
         if inverse > 0.0 { spin / inverse } else { Vector::zeros() }
     }
 

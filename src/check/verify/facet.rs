@@ -32,7 +32,8 @@ pub(super) struct Facet {
 }
 
 pub(super) fn facets(scene: &Scene, periods: &Vector) -> Vec<Facet> {
-    let radius = 0.5 * scene.species.iter().map(|species| species.diameter).fold(0.0, f64::max);
+    let diameters = scene.diameters_of_species();
+    let radius = 0.5 * diameters.iter().map(|range| range.largest).fold(0.0, f64::max);
     let all = features(&scene.surfaces).into_iter();
     all.flat_map(|feature| images(feature, &scene.space, periods, radius)).map(Facet::of).collect()
 }

@@ -8,6 +8,7 @@ use crate::model::space::{Boundary, Face};
 use crate::model::{
     ContactLaw, Interaction, InteractionId, ParticleId, Scene, Species, SpeciesId, SurfaceLaw, SurfaceVelocity,
 };
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 #[derive(Debug, Clone, Copy)]
@@ -64,8 +65,8 @@ pub(super) struct World {
 
 impl World {
     pub fn new(scene: &Scene, start_time: f64) -> Self {
-        let species: Vec<&Species> =
-            (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();
+        let species: Vec<Cow<'_, Species>> =
+            scene.particles.iter().map(|particle| scene.own_species(particle)).collect();
         let bonds = scene.bonds.iter().map(|bond| {
             let [a, b] = bond.pair.map(|id| id.0);
             ((a.min(b), a.max(b)), bond.interaction)
@@ -88,7 +89,7 @@ impl World {
             periods,
             shortest_period: scene.space.periods().min(),
             diagonal: if scene.space.is_fully_periodic() { scene.space.size.norm() } else { f64::INFINITY },
-            longest_range: potentials.clone().map(|potential| potential.range()).fold(0.0, f64::max),
+            longest_range: scene.longest_range_of_pairs(),
             longest_length: scene.longest_range(),
             farthest_wall: walls(scene).iter().map(|wall| wall.at.abs()).fold(0.0, f64::max),
             has_states: potentials.clone().any(|potential| *potential.accessible_states().end() > 0),
@@ -142,12 +143,17 @@ impl World {
     }
 
     pub fn wake(&mut self, i: u32) {
-        let (at, species) = (i as usize, self.scene.species_of(ParticleId(i)));
-        self.inverse_masses[at] = species.inverse_mass();
-        self.inverse_inertias[at] = species.inverse_inertia(self.scene.space.dimensions());
-        self.accelerations[at] = self.gravity.unwrap_or(species.acceleration);
+        let (at, species) = (i as usize, self.species_of(i));
+        let acceleration = species.acceleration;
+        let inverses = (species.inverse_mass(), species.inverse_inertia(self.scene.space.dimensions()));
+        (self.inverse_masses[at], self.inverse_inertias[at]) = inverses;
+        self.accelerations[at] = self.gravity.unwrap_or(acceleration);
         let place = self.moving.partition_point(|&other| other < i);
         self.moving.insert(place, i);
+    }
+
+    fn species_of(&self, i: u32) -> Cow<'_, Species> {
+        self.scene.own_species(&self.scene.particles[i as usize])
     }
 
     pub fn is_asleep(&self, i: u32) -> bool {
@@ -173,14 +179,20 @@ impl World {
     }
 
     pub fn radius(&self, i: u32) -> f64 {
-        0.5 * self.scene.species_of(ParticleId(i)).diameter
+        0.5 * self.scene.diameter(&self.scene.particles[i as usize])
     }
 
-    pub fn interaction(&self, i: u32, j: u32) -> Option<&Interaction> {
+    /// The interaction of two particles, with the distances of their own diameters.
+    pub fn interaction(&self, i: u32, j: u32) -> Option<Cow<'_, Interaction>> {
         let bond = if self.bonds.is_empty() { None } else { self.bonds.get(&(i.min(j), i.max(j))).copied() };
         let species = |i: u32| self.scene.particles[i as usize].species;
         let id = bond.or_else(|| self.scene.interaction_of(species(i), species(j)))?;
-        self.scene.interactions.get(id.0 as usize)
+        let interaction = self.scene.interactions.get(id.0 as usize)?;
+        if !self.scene.has_individual_diameters() {
+            return Some(Cow::Borrowed(interaction));
+        }
+        let potential = self.scene.potential_between(id, [i, j].map(|k| (species(k), self.radius(k)))).into_owned();
+        Some(Cow::Owned(Interaction { potential, ..interaction.clone() }))
     }
 
     pub fn is_bonded(&self, i: u32, j: u32) -> bool {

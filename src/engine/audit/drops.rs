@@ -68,7 +68,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
             let placed = *engine.sources.surfaces.get(prediction.partner_events)?;
             let at = engine.touching(i, &placed, time);
             let (number, shape) = (placed.number, placed.shape);
-            let unit = unit_of_surface(engine.pairs.rules.species[usize::from(engine.row(i))].radius);
+            let unit = unit_of_surface(engine.radius(i));
             let speed = shape.normal(&at.position).dot(&at.velocity).abs();
             Some(Passing {
                 who: [i, i],

@@ -21,6 +21,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 rows: state.rows.permuted(order),
                 images: state.images.permuted(order),
                 spins: state.spins.permuted(order),
+                sizes: state.sizes.permuted(order),
                 space: state.space.clone(),
                 periods: state.periods,
             },

@@ -8,6 +8,7 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::pairs::states::PairState;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::{Prediction, absent};
+use crate::engine::sizes::Size;
 use crate::engine::sources::rest::Watched;
 use crate::engine::state::Body;
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,8 @@ pub(in crate::engine) struct Record {
     pub images: Option<[i32; 3]>,
     /// Spin of the particle `[1 / time]`; `None` if the scene has no spins.
     pub spin: Option<Vector>,
+    /// Radius and mass; `None` if no particles have diameters of their own.
+    pub size: Option<Size>,
     /// Time of the last contact in the TC model, counted from the epoch; `None` without this model.
     pub last_contact: Option<f64>,
     /// Number of contacts with thermal surfaces; `None` if there are no such surfaces.
@@ -48,6 +51,7 @@ impl Record {
             row: None,
             images: None,
             spin: None,
+            size: None,
             last_contact: None,
             surface_contacts: None,
             watched: None,

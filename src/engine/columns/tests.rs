@@ -14,11 +14,11 @@ use crate::engine::parts::Engine;
 use crate::engine::predict::batch::tests::falling;
 use crate::engine::prediction::{Contact, Prediction};
 use crate::engine::snapshot::Snapshot;
-use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
-use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
+use crate::model::{DiameterDistribution, Scene};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -203,6 +203,14 @@ fn results_do_not_depend_on_memory_order_buckets_or_copying() {
     is_the_same_in_any_order::<false, false>("lists", &spheres(hard(), 0.45, 256).build().unwrap());
     is_the_same_in_any_order::<false, false>("small box", &spheres(hard(), 0.1, 4).build().unwrap());
     is_the_same_in_any_order::<false, true>("mixture", &mixture().build().unwrap());
+    let individual = SceneBuilder::new("individual")
+        .species(
+            SpeciesDraft::new("A").mass(0.7).distributed(DiameterDistribution::Lognormal { mean: 1.0, deviation: 0.3 }),
+        )
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Arrangement::Random, "A").count(256).packing_fraction(0.35))
+        .temperature(1.3);
+    is_the_same_in_any_order::<false, true>("individual diameters", &individual.build().unwrap());
     is_the_same_in_any_order::<false, true>("at once", &at_once());
     is_the_same_in_any_order::<false, true>("static spheres", &against_static_spheres());
     is_the_same_in_any_order::<true, true>("falling", &falling());

@@ -152,7 +152,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The heavier particle gets the share `w / (w_i + w_j)`, where `w` is its inverse mass. The lighter particle gets
     /// the remainder. If both shares were rounded, their sum would have the same error in every event, as if the
     /// restitution were `1 +- eps`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
         let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
         let less = change * (wi.min(wj) / (wi + wj));

@@ -115,19 +115,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.apply(&Change { after, impulse, torques, supplied, dissipated, ..change }, observe)
     }
 
-    #[inline]
-    pub(in crate::engine) fn radius(&self, particle: u32) -> f64 {
-        self.pairs.rules.species[usize::from(self.row(particle))].radius
-    }
-
     /// Returns the spin of a particle; zero if the scene has no spins.
     #[inline]
     pub(in crate::engine) fn spin(&self, particle: u32) -> Vector {
         self.state.spins.get(particle as usize).copied().unwrap_or_default()
-    }
-
-    #[inline]
-    pub(in crate::engine) fn inverse_inertia(&self, particle: u32) -> f64 {
-        self.pairs.rules.species[usize::from(self.row(particle))].inverse_inertia
     }
 }

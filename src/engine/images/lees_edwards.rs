@@ -143,7 +143,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         self.stream(particle, time);
         let up = if face.is_upper { 1.0 } else { -1.0 };
-        let inverse_mass = self.pairs.rules.species[usize::from(self.row(particle))].inverse_mass;
+        let inverse_mass = self.inverse_mass(particle);
         let body = &mut self.state.bodies[particle as usize];
         let before = body.velocity[FLOW];
         body.position[GRADIENT] -= up * self.state.periods[GRADIENT];

@@ -57,7 +57,7 @@ impl Search {
             // Verlet lists do not support the sliding images of sheared boxes.
             return Self::Cells;
         }
-        let particles = || scene.particles.iter().map(|particle| (particle.position, rows.row(particle.species)));
+        let particles = || scene.particles.iter().map(|particle| (particle.position, rows.row_of(particle)));
         Self::choose(&scene.space, (ranges, 1.0), particles, None)
     }
 

@@ -1,5 +1,6 @@
 //! Interaction distances that the neighbour search has to cover.
 
+use crate::engine::pairs::rows::Rows;
 use crate::model::{Scene, SpeciesId};
 use serde::{Deserialize, Serialize};
 
@@ -41,9 +42,10 @@ struct Kind {
 }
 
 impl Ranges {
-    /// Returns the ranges for the species of the table rows.
+    /// Returns the ranges for the table rows.
     #[must_use]
-    pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
+    pub fn of(scene: &Scene, rows: &Rows) -> Self {
+        let (species, radii) = (rows.species(), rows.radii());
         let occurring = scene.occurring_species();
         // The second half of the rows is for sleeping particles.
         let awake = if scene.sleep().is_some() { species.len() / 2 } else { species.len() };
@@ -52,12 +54,13 @@ impl Ranges {
             Kind {
                 occurs: occurring[id.0 as usize],
                 moves: row < awake && !species.is_static(),
-                diameter: if species.is_static() { 0.0 } else { species.diameter },
+                diameter: if species.is_static() { 0.0 } else { 2.0 * radii[row] },
             }
         };
+        let all = || species.iter().copied().zip(radii.iter().copied());
         let bonds = scene.bonds().iter().map(|bond| &scene.interactions()[bond.interaction.0 as usize].potential);
         let mut ranges = Self {
-            between: species.iter().flat_map(|&a| species.iter().map(move |&b| scene.range(a, b))).collect(),
+            between: all().flat_map(|a| all().map(move |b| scene.range_with(a, b))).collect(),
             longest: 0.0,
             of_cells: 0.0,
             may_be_overstretched: scene.allow_invalid_start(),

@@ -1,21 +1,36 @@
-//! Which species have a row in the tables of the event loop.
+//! The rows of the tables of the event loop: species, and ranges of diameters of a species.
+
+use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Scene, SpeciesId};
+use crate::model::scene::Diameters;
+use crate::model::{Particle, Scene, SpeciesId};
 
 /// With more species than this, only species with particles have a row. The tables are square, and are read for every
 /// pair.
 const FEW: usize = 256;
 
+/// If the particles of a species have diameters of their own, each row has diameters that differ by at most this factor. The
+/// neighbour search uses the largest diameter of a row.
+const ALIKE: f64 = 1.12;
+
+/// Largest number of rows of a species. If diameters differ by a larger factor, each row has a wider range.
+const MOST_ROWS: i32 = 48;
+
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
     /// The species of each row. If grains may sleep, each species has a second row, for its sleeping particles. The
-    /// second rows follow the first rows in the same order.
+    /// second rows follow the first rows in the same order. A species whose particles have diameters of their own has
+    /// several rows, from small to large particles.
     species: Vec<SpeciesId>,
+    /// The largest radius of the particles of each row `[length]`.
+    radii: Vec<f64>,
+    /// The range of diameters of each species.
+    diameters: Vec<Diameters>,
     /// Number of rows for particles that are awake.
     awake: u16,
-    /// The table row of each species; 0 for species without a row.
+    /// The first table row of each species; 0 for species without a row.
     rows: Vec<u16>,
 }
 
@@ -24,18 +39,23 @@ impl Rows {
     pub fn of(scene: &Scene) -> Self {
         let count = scene.species.len();
         let has_row = if count <= FEW { vec![true; count] } else { scene.occurring_species() };
-        let mut species: Vec<_> =
-            (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)).collect();
+        let ranges = scene.diameters_of_species();
+        let (mut species, mut radii) = (Vec::new(), Vec::new());
         let mut rows = vec![0; count];
-        // Row numbers cannot overflow, because scenes with more rows were rejected.
-        for (row, species) in (0..=u16::MAX).zip(&species) {
-            rows[species.0 as usize] = row;
+        for id in (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)) {
+            // Row numbers cannot overflow, because scenes with more rows were rejected.
+            rows[id.0 as usize] = u16::try_from(species.len()).unwrap_or(u16::MAX);
+            for radius in largest_radii(&ranges[id.0 as usize]) {
+                species.push(id);
+                radii.push(radius);
+            }
         }
         let awake = u16::try_from(species.len()).unwrap_or(u16::MAX);
         if scene.sleep.is_some() {
             species.extend_from_within(..);
+            radii.extend_from_within(..);
         }
-        Self { species, awake, rows }
+        Self { species, radii, diameters: ranges, awake, rows }
     }
 
     /// The row of the sleeping particles of the same species.
@@ -62,9 +82,33 @@ impl Rows {
         self.species.len() > usize::from(self.awake)
     }
 
+    /// The first row of a species.
     #[must_use]
     pub fn row(&self, species: SpeciesId) -> u16 {
         self.rows[species.0 as usize]
+    }
+
+    /// The row of a particle that is awake. A particle that is larger than all others of its species has the last row.
+    #[must_use]
+    pub fn row_of(&self, particle: &Particle) -> u16 {
+        let first = self.row(particle.species);
+        let Some(diameter) = particle.diameter else { return first };
+        let all = usize::from(first)..usize::from(self.awake);
+        let own = self.species[all.clone()].partition_point(|species| *species == particle.species);
+        let smaller = self.radii[all][..own].partition_point(|radius| *radius < 0.5 * diameter);
+        first + u16::try_from(smaller.min(own.saturating_sub(1))).unwrap_or(0)
+    }
+
+    /// The smallest and the largest diameter of the particles of a species `[length]`.
+    #[must_use]
+    pub fn diameters(&self, species: SpeciesId) -> RangeInclusive<f64> {
+        self.diameters.get(species.0 as usize).map_or(0.0..=0.0, |range| range.smallest..=range.largest)
+    }
+
+    /// The largest radius of the particles of each row `[length]`.
+    #[must_use]
+    pub fn radii(&self) -> &[f64] {
+        &self.radii
     }
 
     #[must_use]
@@ -76,6 +120,7 @@ impl Rows {
     pub fn are_sound(&self) -> bool {
         let awake = usize::from(self.awake);
         (self.species.len() == awake || self.species.len() == 2 * awake)
+            && self.radii.len() == self.species.len()
             && self.rows.iter().all(|row| usize::from(*row) < awake.max(1))
     }
 
@@ -83,4 +128,18 @@ impl Rows {
     pub fn species(&self) -> &[SpeciesId] {
         &self.species
     }
+}
+
+/// Divides a range of diameters into rows. Returns the largest radius of each row, in ascending order.
+fn largest_radii(range: &Diameters) -> Vec<f64> {
+    let (width, mut radii) = (libm::log(range.largest / range.smallest), Vec::new());
+    // A species without a diameter has one row.
+    if width > 0.0 && width.is_finite() {
+        let wanted = (width / libm::log(ALIKE)).ceil();
+        let count = (1..MOST_ROWS).find(|count| f64::from(*count) >= wanted).unwrap_or(MOST_ROWS);
+        let of_row = |row: i32| 0.5 * range.smallest * libm::exp(width * f64::from(row) / f64::from(count));
+        radii.extend((1..count).map(of_row));
+    }
+    radii.push(0.5 * range.largest);
+    radii
 }

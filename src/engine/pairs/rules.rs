@@ -124,6 +124,8 @@ pub struct SpeciesRules {
     pub acceleration: Vector,
     /// Inverse moment of inertia; 0 for a static species `[1 / (mass length^2)]`.
     pub inverse_inertia: f64,
+    /// Whether the particles of the species have diameters of their own.
+    pub is_individual: bool,
 }
 
 impl SpeciesRules {
@@ -133,6 +135,7 @@ impl SpeciesRules {
             radius: 0.5 * species.diameter,
             acceleration: species.acceleration,
             inverse_inertia: species.inverse_inertia(dimensions),
+            is_individual: species.individual.is_some(),
         }
     }
 
@@ -148,6 +151,31 @@ impl SpeciesRules {
     }
 }
 
+/// The distances at which a particle meets uncaptured particles of each table row.
+#[derive(Debug, Clone, Copy)]
+pub struct Reaches<'a> {
+    /// Squared contact distances `[length^2]`. Negative infinity excludes pairs.
+    pub squared: &'a [f64],
+    /// The same for particles with diameters of their own; `None` if there are no such particles.
+    pub slopes: Option<&'a Slopes>,
+}
+
+/// Contact distances of a particle with particles of each table row, divided by the sum of the two radii.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Slopes {
+    /// For each table row; negative for excluded pairs.
+    pub of_rows: Vec<f64>,
+    /// The slope of all pairs, if they have the same one.
+    pub common: Option<f64>,
+}
+
+impl Slopes {
+    fn new(of_rows: Vec<f64>) -> Self {
+        let first = of_rows.first().copied().filter(|first| *first >= 0.0);
+        Self { common: first.filter(|first| of_rows.iter().all(|slope| slope == first)), of_rows }
+    }
+}
+
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rules {
     pub rows: Rows,
@@ -158,10 +186,14 @@ pub struct Rules {
     meetings: Vec<Meeting>,
     inertial: Vec<f64>,
     accelerated: Vec<f64>,
+    /// Like `inertial` and `accelerated`, for each table row. Empty unless particles have diameters of their own.
+    slopes: [Vec<Slopes>; 2],
     /// For each table row, whether any pair has a relative acceleration.
     is_met_accelerated: Vec<bool>,
     /// Whether the particles have spins.
     pub has_spins: bool,
+    /// Whether particles have diameters of their own.
+    pub has_sizes: bool,
 }
 
 impl Rules {
@@ -175,6 +207,10 @@ impl Rules {
         self.rows.are_sound()
             && lengths == [rows; 2]
             && squares == [rows * rows; 3]
+            && self.slopes.iter().all(|slopes| {
+                slopes.len() == if self.has_sizes { rows } else { 0 }
+                    && slopes.iter().all(|slopes| slopes.of_rows.len() == rows)
+            })
             && self.steps.iter().all(|steps| steps.states().is_some())
             && self.meetings.iter().all(|meeting| !meeting.exists || states(meeting.interaction).is_some())
             && pairs.all(|pair| states(pair.interaction).is_some_and(|states| usize::from(pair.state) < states))
@@ -208,7 +244,7 @@ impl Rules {
                 }
             })
             .collect();
-        let inertial = meetings.iter().map(|meeting| meeting.inertial_squared()).collect();
+        let inertial: Vec<f64> = meetings.iter().map(|meeting| meeting.inertial_squared()).collect();
         let accelerated =
             meetings.iter().zip(species.iter().cycle()).map(|(meeting, second)| match meeting {
                 Meeting { exists: true, is_accelerated: true, squared, .. } => {
@@ -220,29 +256,41 @@ impl Rules {
         let some = |squared: &[f64]| squared.iter().any(|squared| *squared >= 0.0);
         let is_met_accelerated = accelerated.chunks(species.len().max(1)).map(some).collect();
         let steps = scene.interactions.iter().map(Steps::new).collect();
-        let has_spins = scene.has_spins();
-        Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings, has_spins }
+        let (has_spins, has_sizes) = (scene.has_spins(), scene.has_individual_diameters());
+        let slopes =
+            if has_sizes { [&inertial, &accelerated].map(|all| slopes(all, &species)) } else { Default::default() };
+        Self { rows, inertial, accelerated, slopes, is_met_accelerated, species, steps, meetings, has_spins, has_sizes }
     }
 
-    /// Returns the squared distances at which a particle of a given species meets uncaptured particles of each species
-    /// `[length^2]`. Negative infinity excludes pairs that never meet, or have a relative acceleration.
+    /// Returns the distances at which a particle of a given row meets uncaptured particles of each row. Pairs that never meet
+    /// are excluded, and pairs with a relative acceleration.
     #[inline]
     #[must_use]
-    pub fn inertial_squared(&self, species: u16) -> &[f64] {
-        let first = usize::from(species) * self.species.len();
-        &self.inertial[first..first + self.species.len()]
+    pub fn inertial(&self, row: u16) -> Reaches<'_> {
+        self.reaches(row, &self.inertial, &self.slopes[0])
     }
 
-    /// Like [`Self::inertial_squared`], for pairs with a relative acceleration. Returns `None` if there are no such
-    /// pairs.
+    /// Like [`Self::inertial`], for pairs with a relative acceleration. Returns `None` if there are no such pairs.
     ///
-    /// The result is the squared range if the other species has no acceleration, and infinity if it has one. Negative
-    /// infinity excludes pairs that never meet, or have no relative acceleration.
+    /// The result is the range if the other species has no acceleration, and infinity if it has one. Pairs that never meet
+    /// are excluded, and pairs without a relative acceleration.
     #[inline]
     #[must_use]
-    pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {
-        let first = usize::from(species) * self.species.len();
-        self.is_met_accelerated[usize::from(species)].then(|| &self.accelerated[first..first + self.species.len()])
+    pub fn accelerated(&self, row: u16) -> Option<Reaches<'_>> {
+        self.is_met_accelerated[usize::from(row)].then(|| self.reaches(row, &self.accelerated, &self.slopes[1]))
+    }
+
+    /// Sum of the radii of two species, by table row `[length]`.
+    #[inline]
+    #[must_use]
+    pub fn radii_of(&self, a: u16, b: u16) -> f64 {
+        self.species[usize::from(a)].radius + self.species[usize::from(b)].radius
+    }
+
+    #[inline]
+    fn reaches<'a>(&self, row: u16, squared: &'a [f64], slopes: &'a [Slopes]) -> Reaches<'a> {
+        let first = usize::from(row) * self.species.len();
+        Reaches { squared: &squared[first..first + self.species.len()], slopes: slopes.get(usize::from(row)) }
     }
 
     #[inline]
@@ -250,4 +298,15 @@ impl Rules {
     pub fn meeting(&self, a: u16, b: u16) -> &Meeting {
         &self.meetings[usize::from(a) * self.species.len() + usize::from(b)]
     }
+}
+
+/// Returns the distance of each pair of rows divided by the sum of the radii of the two species; -1 for excluded pairs.
+fn slopes(squared: &[f64], species: &[SpeciesRules]) -> Vec<Slopes> {
+    let of_row = |(a, squared): (&SpeciesRules, &[f64])| {
+        let slope = |(&squared, b): (&f64, &SpeciesRules)| {
+            if squared < 0.0 { -1.0 } else { squared.sqrt() / (a.radius + b.radius) }
+        };
+        Slopes::new(squared.iter().zip(species).map(slope).collect())
+    };
+    species.iter().zip(squared.chunks(species.len().max(1))).map(of_row).collect()
 }

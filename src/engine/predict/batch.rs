@@ -5,10 +5,11 @@ use crate::Vector;
 use crate::engine::array::Array;
 use crate::engine::images::lanes::nearest;
 use crate::engine::neighbours::cells::NO_PARTICLE;
-use crate::engine::pairs::rules::Rules;
+use crate::engine::pairs::rules::{Reaches, Rules};
 use crate::engine::pairs::states::PairState;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
+use crate::model::scene::scaled_distance;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Simd, Work, negative, positive};
 use crate::physics::overlap::Side;
 
@@ -24,9 +25,11 @@ pub(in crate::engine) struct Batch<'a> {
     pub wraps: bool,
     /// Acceleration of `me`. All particles of the batch accelerate equally.
     pub acceleration: Vector,
-    /// Squared contact distance of `me` with the particles of each table row `[length^2]`. It is negative infinity if
-    /// there is no contact, or if the contact cannot be predicted in a batch.
-    pub squared: &'a [f64],
+    /// Contact distances of `me` with the particles of each table row. Contacts that cannot be predicted in a batch are
+    /// excluded.
+    pub reaches: Reaches<'a>,
+    /// Radii of all particles `[length]`; empty unless particles have diameters of their own.
+    pub radii: &'a Array<f64>,
     /// Whether all particles have the same table row.
     pub has_one_row: bool,
     /// Table rows of all particles. Unused if there is only one species.
@@ -54,7 +57,10 @@ impl Batch<'_> {
         before: f64,
     ) -> Earliest {
         let width = if length > 4 { self.width } else { self.width.at_most_four() };
-        width.run(EarliestContact::<FALLING, TABLE> { batch: self, me, others, length, before })
+        if TABLE && self.has_sizes() {
+            return width.run(EarliestContact::<FALLING, TABLE, true> { batch: self, me, others, length, before });
+        }
+        width.run(EarliestContact::<FALLING, TABLE, false> { batch: self, me, others, length, before })
     }
 
     /// Finds the earliest event of `me` with its captured partners. `prediction` is replaced if this event is earlier.
@@ -67,7 +73,11 @@ impl Batch<'_> {
         rules: &Rules,
         prediction: &mut Prediction,
     ) {
-        self.width.run(EarliestOfCaptured::<FALLING> { batch: self, me, captured, rules, prediction });
+        if self.has_sizes() {
+            self.width.run(EarliestOfCaptured::<FALLING, true> { batch: self, me, captured, rules, prediction });
+        } else {
+            self.width.run(EarliestOfCaptured::<FALLING, false> { batch: self, me, captured, rules, prediction });
+        }
     }
 
     #[inline(always)]
@@ -77,6 +87,39 @@ impl Batch<'_> {
 
     fn name(&self, particle: u32) -> u32 {
         self.bodies[particle as usize].name
+    }
+
+    /// Whether particles have diameters of their own. Lanes are compiled for both cases, because a branch in their loops would
+    /// cost time.
+    #[inline]
+    pub fn has_sizes(&self) -> bool {
+        !self.radii.is_empty()
+    }
+
+    /// Returns the squared contact distances of `me` with some particles `[length^2]`; negative infinity for excluded pairs.
+    #[inline(always)]
+    pub fn squares<F: Lanes, const SIZED: bool>(&self, me: &Streamed, reaches: &Reaches<'_>, ids: &[u32]) -> F {
+        if SIZED {
+            return self.squares_of_sizes(me, reaches, ids);
+        }
+        F::each(&std::array::from_fn::<f64, MOST_LANES, _>(|k| reaches.squared[self.row_of(ids[k % F::COUNT])]))
+    }
+
+    /// Like [`Self::squares`], for particles with diameters of their own. The operations are those of
+    /// [`scaled_distance`](crate::model::scene::scaled_distance).
+    #[inline(always)]
+    fn squares_of_sizes<F: Lanes>(&self, me: &Streamed, reaches: &Reaches<'_>, ids: &[u32]) -> F {
+        let Some(slopes) = reaches.slopes else { return F::all(f64::NEG_INFINITY) };
+        let own = F::all(self.radii[me.id as usize]);
+        let radii = F::each(&std::array::from_fn::<f64, MOST_LANES, _>(|k| self.radii[ids[k % F::COUNT] as usize]));
+        if let Some(slope) = slopes.common {
+            let distance = F::all(slope).mul(own.add(radii));
+            return distance.mul(distance);
+        }
+        let slope = |k: usize| slopes.of_rows[self.row_of(ids[k % F::COUNT])];
+        let slope = F::each(&std::array::from_fn::<f64, MOST_LANES, _>(slope));
+        let distance = slope.mul(own.add(radii));
+        slope.if_less(F::all(0.0), F::all(f64::NEG_INFINITY), distance.mul(distance))
     }
 
     /// Returns the position and velocity of `me` relative to each of several particles.
@@ -104,7 +147,7 @@ impl Batch<'_> {
     }
 }
 
-struct EarliestContact<'a, const FALLING: bool, const TABLE: bool> {
+struct EarliestContact<'a, const FALLING: bool, const TABLE: bool, const SIZED: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
@@ -112,7 +155,7 @@ struct EarliestContact<'a, const FALLING: bool, const TABLE: bool> {
     before: f64,
 }
 
-impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLING, TABLE> {
+impl<const FALLING: bool, const TABLE: bool, const SIZED: bool> Work for EarliestContact<'_, FALLING, TABLE, SIZED> {
     type Output = Earliest;
 
     #[inline(always)]
@@ -126,12 +169,13 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
             let mut least = F::all(f64::INFINITY);
             // A branch on a single lane would often be mispredicted, so there is no branch until all lanes are done.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
-                let squared = if is_mixture {
-                    let squared: [f64; MOST_LANES] =
-                        std::array::from_fn(|k| batch.squared[usize::from(batch.rows[ids[k % F::COUNT] as usize])]);
-                    F::each(&squared)
+                let squared = if SIZED {
+                    batch.squares_of_sizes(me, &batch.reaches, ids)
+                } else if is_mixture {
+                    let squared = |k| batch.reaches.squared[usize::from(batch.rows[ids[k % F::COUNT] as usize])];
+                    F::each(&std::array::from_fn::<f64, MOST_LANES, _>(squared))
                 } else {
-                    F::all(batch.squared[own])
+                    F::all(batch.reaches.squared[own])
                 };
                 if FALLING && TABLE && squared.at_most(0.0) == (1 << F::COUNT) - 1 {
                     // No contact can be predicted, for example of a falling grain with a static particle.
@@ -161,7 +205,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
     }
 }
 
-struct EarliestOfCaptured<'a, const FALLING: bool> {
+struct EarliestOfCaptured<'a, const FALLING: bool, const SIZED: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     captured: &'a [PairState],
@@ -169,7 +213,7 @@ struct EarliestOfCaptured<'a, const FALLING: bool> {
     prediction: &'a mut Prediction,
 }
 
-impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
+impl<const FALLING: bool, const SIZED: bool> Work for EarliestOfCaptured<'_, FALLING, SIZED> {
     type Output = ();
 
     #[inline(always)]
@@ -191,6 +235,15 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
                     }
                     let edges = steps[usize::from(captured.interaction)].edges(captured.state);
                     (inner[k], outer[k]) = (edges.inner, edges.outer);
+                    if SIZED {
+                        let [own, other] = [me.id, captured.partner].map(|id| batch.radii[id as usize]);
+                        let of_species = rules.radii_of(row(me.id), row(captured.partner));
+                        let of_pair = |squared: f64| {
+                            let distance = scaled_distance(squared.sqrt(), of_species, own + other);
+                            if squared < 0.0 { squared } else { distance * distance }
+                        };
+                        (inner[k], outer[k]) = (of_pair(edges.inner), of_pair(edges.outer));
+                    }
                 }
                 let (r, v) = batch.seen_from::<F, FALLING>(me, &ids[..F::COUNT]);
                 let (squared, b, v2) = (dot(&r, &r), dot(&v, &r), dot(&v, &v));

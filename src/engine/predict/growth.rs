@@ -5,7 +5,7 @@ use super::batch::{Batch, dot};
 use crate::engine::distances::growth::GrowingDiameters;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
-use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
+use crate::physics::detection::lanes::{Lanes, Work};
 
 const TOGETHER: usize = 32;
 
@@ -15,7 +15,7 @@ const SLACK: f64 = 1e-9;
 /// Relative uncertainty of contact times. It is larger than [`SLACK`], because of cancellation.
 const SLACK_OF_TIMES: f64 = 1e-6;
 
-struct GrowingContacts<'a> {
+struct GrowingContacts<'a, const SIZED: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
@@ -24,7 +24,7 @@ struct GrowingContacts<'a> {
     horizon: f64,
 }
 
-impl Work for GrowingContacts<'_> {
+impl<const SIZED: bool> Work for GrowingContacts<'_, SIZED> {
     type Output = u32;
 
     #[inline(always)]
@@ -34,8 +34,7 @@ impl Work for GrowingContacts<'_> {
         let mut due = [f64::INFINITY; TOGETHER];
         let (mut least, mut unsure) = (F::all(horizon), 0);
         for (at, (due, ids)) in due.chunks_exact_mut(F::COUNT).zip(others.chunks_exact(F::COUNT)).enumerate() {
-            let squared: [f64; MOST_LANES] = std::array::from_fn(|k| batch.squared[batch.row_of(ids[k % F::COUNT])]);
-            let squared = F::each(&squared);
+            let squared: F = batch.squares::<F, SIZED>(me, &batch.reaches, ids);
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let distance = squared.sqrt();
             let (contact, speed) = (distance.mul(F::all(scale)), distance.mul(F::all(rate)));
@@ -75,7 +74,11 @@ impl Batch<'_> {
     /// includes the true first contact. `others` has at most [`TOGETHER`] entries.
     #[inline]
     fn growing_contacts(&self, me: &Streamed, others: &[u32], growth: [f64; 2], horizon: f64) -> u32 {
-        self.width.run(GrowingContacts { batch: self, me, others, growth, horizon })
+        if self.has_sizes() {
+            self.width.run(GrowingContacts::<true> { batch: self, me, others, growth, horizon })
+        } else {
+            self.width.run(GrowingContacts::<false> { batch: self, me, others, growth, horizon })
+        }
     }
 }
 

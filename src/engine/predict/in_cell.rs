@@ -124,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (nearest, _) = self.relative(me, other);
             let squared = if TABLE {
                 let meeting = self.pairs.rules.meeting(self.row(me.id), self.row(other));
-                if meeting.exists { meeting.squared } else { continue }
+                if meeting.exists { self.squared_of_pair(meeting.squared, [me.id, other]) } else { continue }
             } else {
                 self.pairs.rules.meeting(0, 0).squared
             };

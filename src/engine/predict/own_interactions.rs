@@ -24,15 +24,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for captured in self.pairs.states.of(me.id).iter().filter(|captured| captured.state == 0) {
             let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
             let Some(seen) = steps.seen_from(captured.state, Side::Positive) else { continue };
+            let squared = self.squared_of_pair(seen.squared, [me.id, captured.partner]);
             let (nearest, _) = self.relative(me, captured.partner);
             let acceleration = me.acceleration - self.acceleration(captured.partner);
             for image in around(2).flat_map(|z| around(1).flat_map(move |y| around(0).map(move |x| [x, y, z]))) {
                 let state = self.image_of(&nearest, image, me.time);
                 let horizon = prediction.due_time() - me.time;
-                if is_out_of_reach(&state, &acceleration, seen.squared, horizon) {
+                if is_out_of_reach(&state, &acceleration, squared, horizon) {
                     continue;
                 }
-                if let Some(dt) = self.detect(me, captured.partner, &state, (seen.squared, Side::Positive), horizon) {
+                if let Some(dt) = self.detect(me, captured.partner, &state, (squared, Side::Positive), horizon) {
                     self.offer(me, captured.partner, Side::Positive, dt, prediction);
                 }
             }

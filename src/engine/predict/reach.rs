@@ -4,6 +4,7 @@
 use super::batch::{Batch, dot};
 use super::{SLACK, Streamed};
 use crate::engine::images::lanes::{Sliding, are_apart, nearest_sheared, squared_distance_to_others};
+use crate::engine::pairs::rules::Reaches;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
@@ -14,53 +15,46 @@ fn select<F: Lanes>(others: &[u32], is_selected: impl Fn(&[u32]) -> u32) -> u32 
     in_lanes.fold(0, |bits, (at, ids)| bits | is_selected(ids) << (at * F::COUNT))
 }
 
-#[inline(always)]
-fn contact_distances<F: Lanes>(batch: &Batch<'_>, squared: &[f64], ids: &[u32]) -> F {
-    let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.row_of(ids[k % F::COUNT])]);
-    F::each(&squared).sqrt()
-}
-
 /// Returns `squared - reach^2`, with a margin for round-off.
 #[inline(always)]
 fn beyond<F: Lanes>(squared: F, reach: F) -> F {
     squared.sub(reach.mul(reach).mul(F::all(SLACK)))
 }
 
-struct WithinReach<'a> {
+struct WithinReach<'a, const SIZED: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Squared contact distance with each species `[length^2]`. Infinity selects every pair, and negative infinity
-    /// selects none.
-    squared: &'a [f64],
+    /// Contact distances with each table row. Infinity selects every pair, and excluded pairs are not selected.
+    reaches: &'a Reaches<'a>,
     horizon: f64,
 }
 
-impl Work for WithinReach<'_> {
+impl<const SIZED: bool> Work for WithinReach<'_, SIZED> {
     type Output = u32;
 
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
-        let Self { batch, me, others, squared, horizon } = self;
+        let Self { batch, me, others, reaches, horizon } = self;
         let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
         select::<F>(others, |ids| {
             // Accelerated partners have an infinite contact distance, so they are always selected. A negative infinite
-            // `squared` makes the reach NaN, so the comparison is false.
+            // square makes the reach NaN, so the comparison is false.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let path = dot(&v, &v).sqrt().add(gained).mul(F::all(horizon));
-            beyond(dot(&r, &r), contact_distances::<F>(batch, squared, ids).add(path)).at_most(0.0)
+            beyond(dot(&r, &r), batch.squares::<F, SIZED>(me, reaches, ids).sqrt().add(path)).at_most(0.0)
         })
     }
 }
 
-struct AnotherImage<'a, const FALLING: bool> {
+struct AnotherImage<'a, const FALLING: bool, const SIZED: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
     horizon: f64,
 }
 
-impl<const FALLING: bool> Work for AnotherImage<'_, FALLING> {
+impl<const FALLING: bool, const SIZED: bool> Work for AnotherImage<'_, FALLING, SIZED> {
     type Output = u32;
 
     #[inline(always)]
@@ -70,7 +64,8 @@ impl<const FALLING: bool> Work for AnotherImage<'_, FALLING> {
             let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
             let further = squared_distance_to_others(&r, batch.periods);
             let path = dot(&v, &v).sqrt().mul(F::all(horizon));
-            beyond(dot(&r, &r).add(further), contact_distances::<F>(batch, batch.squared, ids).add(path)).at_most(0.0)
+            beyond(dot(&r, &r).add(further), batch.squares::<F, SIZED>(me, &batch.reaches, ids).sqrt().add(path))
+                .at_most(0.0)
         })
     }
 }
@@ -92,7 +87,7 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
     }
 }
 
-struct AcrossSlidingSides<'a, const FALLING: bool> {
+struct AcrossSlidingSides<'a, const FALLING: bool, const SIZED: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
@@ -100,7 +95,7 @@ struct AcrossSlidingSides<'a, const FALLING: bool> {
     horizon: f64,
 }
 
-impl<const FALLING: bool> Work for AcrossSlidingSides<'_, FALLING> {
+impl<const FALLING: bool, const SIZED: bool> Work for AcrossSlidingSides<'_, FALLING, SIZED> {
     type Output = u32;
 
     #[inline(always)]
@@ -110,7 +105,7 @@ impl<const FALLING: bool> Work for AcrossSlidingSides<'_, FALLING> {
             let (mut r, mut v) = batch.seen_from::<F, FALLING>(me, ids);
             nearest_sheared(&mut r, &mut v, batch.periods, &sliding);
             let path = dot(&v, &v).sqrt().mul(F::all(horizon));
-            beyond(dot(&r, &r), contact_distances::<F>(batch, batch.squared, ids).add(path)).at_most(0.0)
+            beyond(dot(&r, &r), batch.squares::<F, SIZED>(me, &batch.reaches, ids).sqrt().add(path)).at_most(0.0)
         })
     }
 }
@@ -131,20 +126,32 @@ impl Batch<'_> {
         sliding: Sliding,
         horizon: f64,
     ) -> u32 {
-        self.width.run(AcrossSlidingSides::<FALLING> { batch: self, me, others, sliding, horizon })
+        if self.has_sizes() {
+            self.width.run(AcrossSlidingSides::<FALLING, true> { batch: self, me, others, sliding, horizon })
+        } else {
+            self.width.run(AcrossSlidingSides::<FALLING, false> { batch: self, me, others, sliding, horizon })
+        }
     }
 
     /// Like [`Self::within_reach_across`], for contacts in images other than the nearest image.
     #[inline]
     fn within_reach_of_another_image<const FALLING: bool>(&self, me: &Streamed, others: &[u32], horizon: f64) -> u32 {
-        self.width.run(AnotherImage::<FALLING> { batch: self, me, others, horizon })
+        if self.has_sizes() {
+            self.width.run(AnotherImage::<FALLING, true> { batch: self, me, others, horizon })
+        } else {
+            self.width.run(AnotherImage::<FALLING, false> { batch: self, me, others, horizon })
+        }
     }
 
     /// Selects candidates that could reach `me` within a finite time `horizon` by flying straight at `me`. Returns a
     /// bit mask.
     #[inline]
-    pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
-        self.width.run(WithinReach { batch: self, me, others, squared, horizon })
+    pub fn within_reach(&self, me: &Streamed, others: &[u32], reaches: &Reaches<'_>, horizon: f64) -> u32 {
+        if self.has_sizes() {
+            self.width.run(WithinReach::<true> { batch: self, me, others, reaches, horizon })
+        } else {
+            self.width.run(WithinReach::<false> { batch: self, me, others, reaches, horizon })
+        }
     }
 }
 
@@ -155,14 +162,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         me: &Streamed,
         wraps: bool,
         others: &[u32],
-        squared: &[f64],
+        reaches: &Reaches<'_>,
         prediction: &mut Prediction,
     ) {
         let batch = self.batch_of(me, wraps);
-        let is_met = |other: &u32| squared[batch.row_of(*other)] >= 0.0;
+        let is_met = |other: &u32| reaches.squared[batch.row_of(*other)] >= 0.0;
         let kept = |some: &[u32], horizon: f64| {
             let bits = (0..).zip(some).fold(0, |bits, (k, other)| bits | u32::from(is_met(other)) << k);
-            if bits == 0 || horizon == f64::INFINITY { bits } else { batch.within_reach(me, some, squared, horizon) }
+            if bits == 0 || horizon == f64::INFINITY { bits } else { batch.within_reach(me, some, reaches, horizon) }
         };
         for_each_kept(others, [me.time, f64::INFINITY], prediction, kept, |other, prediction| {
             self.predict_uncaptured_pair(me, other, prediction);
@@ -202,8 +209,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             _ => batch.within_reach_of_another_image::<FALLING>(me, some, horizon),
         };
         for_each_kept(others, [me.time, leaves], prediction, kept, |other, prediction| {
-            let squared = batch.squared[batch.row_of(other)];
+            let squared = batch.reaches.squared[batch.row_of(other)];
             if other != me.id && squared >= 0.0 {
+                let squared = self.squared_of_pair(squared, [me.id, other]);
                 let (state, _) = self.relative(me, other);
                 self.predict_in_further_images(me, other, (&state, false), squared, prediction);
             }

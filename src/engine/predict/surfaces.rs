@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     pub(in crate::engine) fn flight<'a>(&self, me: &'a Streamed) -> Flight<'a> {
-        let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
+        let radius = self.radius(me.id);
         Flight { position: &me.position, velocity: &me.velocity, acceleration: &me.acceleration, radius }
     }
 }

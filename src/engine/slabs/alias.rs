@@ -24,6 +24,8 @@ impl<const FALLING: bool, const TABLE: bool> Alias<FALLING, TABLE> {
             copy.state.bodies.become_alias();
             copy.state.rows.become_alias();
             copy.state.spins.become_alias();
+            copy.state.sizes.radii.become_alias();
+            copy.state.sizes.inverse_masses.become_alias();
             copy.state.images.become_alias();
             copy.schedule.predictions.become_alias();
             copy.pairs.states.become_alias();

@@ -8,8 +8,8 @@ use crate::engine::event::{Event, EventKind};
 use crate::engine::sources::andersen::Bath;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{ContactLaw, Scene};
-use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
+use crate::model::{ContactLaw, DiameterDistribution, Scene};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use proptest::prelude::*;
 use std::ops::ControlFlow;
 
@@ -174,6 +174,17 @@ fn threads_match_one_engine_bitwise() {
     compare::<false, false>(&spheres(0.2, size).build().unwrap(), "cells", &times(&[0.5, 2.0, 5.0]));
     compare::<false, true>(&mixture(900, PERIODIC, None).build().unwrap(), "mixture", &steps);
     compare::<false, true>(&mixture(700, PERIODIC, Some(1.4)).build().unwrap(), "wells", &steps);
+    compare::<false, true>(&individual_diameters().build().unwrap(), "individual diameters", &steps);
+}
+
+/// Spheres of all diameters in a long box.
+fn individual_diameters() -> SceneBuilder {
+    SceneBuilder::new("individual")
+        .space(Space { size: Vector::new(80.0, 8.0, 8.0), ..Space::periodic_cube(1.0) })
+        .species(SpeciesDraft::new("A").mass(0.7).distributed(DiameterDistribution::Uniform { lower: 0.6, upper: 1.4 }))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Arrangement::Random, "A").count(2_500))
+        .temperature(1.3)
 }
 
 #[test]

@@ -140,7 +140,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         observe: &mut Observe<'_>,
     ) -> ControlFlow<()> {
         self.stream(particle, collision.time);
-        let inverse_mass = self.pairs.rules.species[usize::from(self.row(particle))].inverse_mass;
+        let inverse_mass = self.inverse_mass(particle);
         let width = (collision.temperature * inverse_mass).sqrt();
         let before = self.state.bodies[particle as usize].velocity;
         let streaming = self.streaming_velocity(&self.state.bodies[particle as usize].position);

@@ -44,7 +44,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             woken = self.wake_if_hit(j, i, observe);
         }
         let (state, interaction) = self.pair_state(i, j);
-        let Some((seen, law, opening_speed)) = self.discontinuity(state, interaction, side, time) else {
+        let Some((seen, law, opening_speed)) = self.discontinuity([i, j], (state, interaction), side, time) else {
             return Err(self.broken(i, Some(j), Invariant::Discontinuity));
         };
         let pair = self.frame(i, j, side, opening_speed);
@@ -168,16 +168,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn discontinuity(
         &self,
-        state: u16,
-        interaction: u16,
+        pair: [u32; 2],
+        (state, interaction): (u16, u16),
         side: Side,
         time: f64,
     ) -> Option<(Discontinuity, ContactLaw, f64)> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
         let steps = &self.pairs.rules.steps[usize::from(interaction)];
         let mut seen = steps.seen_from(state, side)?;
-        let [distance, opening_speed] = self.distances.at(seen.distance, time);
-        if !self.distances.are_constant() {
+        let [distance, opening_speed] = self.distances.at(self.distance_of_pair(seen.distance, pair), time);
+        if self.has_sizes() || !self.distances.are_constant() {
             (seen.distance, seen.squared) = (distance, distance * distance);
         }
         Some((seen, steps.law, opening_speed))
@@ -191,11 +191,5 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         self.set_pair_state(i, j, 0, interaction);
         Ok(())
-    }
-
-    #[inline]
-    pub(in crate::engine) fn inverse_mass(&self, particle: u32) -> f64 {
-        let species = self.row(particle);
-        self.pairs.rules.species[usize::from(species)].inverse_mass
     }
 }

@@ -59,7 +59,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.sources.sleepers.is_some() && !at.does_no_work() {
             self.note_drive(i);
         }
-        let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
+        let radius = self.radius(i);
         let normal = shape.normal(&at.position);
         let vn = normal.dot(&at.velocity);
         let depth = -shape.gap(&at.position, radius);
@@ -104,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the smooth part of the change. If the contact is rough, also returns the push of the surface.
     #[inline]
     fn reflect(&mut self, i: u32, at: &Touching, vn: f64, law: &ContactLaw) -> (Change, Option<Push>) {
-        let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
+        let radius = self.radius(i);
         let (shape, normal) = (&at.shape, at.shape.normal(&at.position));
         let bend =
             if self.pairs.contact_times.is_some() { shape.bend(&at.position, &at.velocity, radius) } else { 0.0 };

@@ -3,7 +3,7 @@ use crate::engine::event::{Event, Other};
 use crate::engine::{Search, Until};
 use crate::model::random::Purpose;
 use crate::model::space::{Boundary, Space};
-use crate::model::{ParticleId, Thermostat, Threads};
+use crate::model::{MassRule, ParticleId, Thermostat, Threads};
 use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use proptest::prelude::*;
 
@@ -64,6 +64,65 @@ fn all_orders_of_unlike_rods_are_equally_likely() {
         let error = (squares / (blocks * (blocks - 1)) as f64).sqrt();
         assert!((mean - 1.0 / 6.0).abs() < 5.0 * error, "{order}: {mean} {error}");
         assert!(error < 0.006, "{error}");
+    }
+}
+
+/// Three disks of unlike individual diameters between four walls. The room that is left depends on which disk is in the
+/// middle, so the probabilities of the three cases differ. They are found by random placement.
+#[test]
+fn unlike_disks_are_in_the_middle_as_often_as_their_room_allows() {
+    const EDGE: f64 = 2.4;
+    let diameters = [1.0, 0.7, 0.4];
+    let middle_of = |at: [f64; 3]| (0..3).find(|&k| at.iter().filter(|x| **x < at[k]).count() == 1).unwrap();
+    let mut random = Random::new(11, Purpose::Placement, 0);
+    let (mut expected, mut placed) = ([0.0; 3], 0.0);
+    for _ in 0..400_000 {
+        let at: [[f64; 2]; 3] = std::array::from_fn(|k| {
+            std::array::from_fn(|_| 0.5 * diameters[k] + (EDGE - diameters[k]) * random.uniform())
+        });
+        // The room of a disk between the walls is the same in all placements, so no weight is needed.
+        let apart = |a: usize, b: usize| libm::hypot(at[a][0] - at[b][0], at[a][1] - at[b][1]);
+        if [(0, 1), (0, 2), (1, 2)].into_iter().all(|(a, b)| apart(a, b) >= 0.5 * (diameters[a] + diameters[b])) {
+            expected[middle_of(at.map(|[x, _]| x))] += 1.0;
+            placed += 1.0;
+        }
+    }
+    let expected = expected.map(|count| count / placed);
+    assert!(expected[0] > 0.36 && expected[2] < 0.31, "{expected:?}");
+
+    let boundary = [Boundary::walls(1.0), Boundary::walls(1.0), Boundary::Flat];
+    let mut scene = SceneBuilder::new("disks")
+        .space(Space { lower: Vector::zeros(), size: Vector::new(EDGE, EDGE, 0.0), boundary })
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(0.7).individual_diameters(MassRule::Volume))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"));
+    for (diameter, [x, y]) in diameters.into_iter().zip([[0.6, 0.6], [1.7, 1.7], [1.7, 0.5]]) {
+        let velocity = Vector::new(0.3 + y, x - 0.9, 0.0);
+        scene = scene.sized_particle("A", diameter, Vector::new(x, y, 0.0), velocity);
+    }
+    let mut simulation = Simulation::without_plan(scene.build().unwrap());
+    let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.3, axes: [true; 3] };
+    simulation.set_thermostat(Some(&bath), 0).unwrap();
+    let blocks = 64;
+    let mut shares = vec![[0.0; 3]; blocks];
+    let (mut time, mut accepted) = (0.0, 0);
+    for share in &mut shares {
+        for _ in 0..400 {
+            time += 0.7;
+            simulation.advance(Until::time(time)).unwrap();
+            accepted += simulation.swap(&every(0.7, 2), &mut random).accepted;
+            let snapshot = simulation.snapshot();
+            let middle = middle_of(std::array::from_fn(|k| snapshot.positions[k].x));
+            share[diameters.iter().position(|diameter| *diameter == snapshot.diameters[middle]).unwrap()] +=
+                1.0 / 400.0;
+        }
+    }
+    assert!(accepted > 5_000, "{accepted}");
+    for (k, expected) in expected.into_iter().enumerate() {
+        let mean = shares.iter().map(|share| share[k]).sum::<f64>() / blocks as f64;
+        let squares: f64 = shares.iter().map(|share| (share[k] - mean) * (share[k] - mean)).sum();
+        let error = (squares / (blocks * (blocks - 1)) as f64 + expected * (1.0 - expected) / placed).sqrt();
+        assert!((mean - expected).abs() < 4.0 * error, "{k}: {mean} {expected} {error}");
+        assert!(error < 0.005, "{error}");
     }
 }
 

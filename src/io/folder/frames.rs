@@ -50,7 +50,8 @@ impl Frames {
         for (k, (&id, &species)) in snapshot.ids.iter().zip(&snapshot.species).enumerate() {
             let (position, velocity, image) = (snapshot.positions[k], snapshot.velocities[k], snapshot.images[k]);
             let spin = snapshot.spins.get(k).copied().unwrap_or_default();
-            let now = ParticleNow { id, species, position, velocity, spin, image };
+            let diameter = snapshot.diameters.get(k).copied();
+            let now = ParticleNow { id, species, position, velocity, spin, image, diameter };
             self.add(&mut writer, &now, snapshot.scale)?;
         }
         writer.end()
@@ -76,14 +77,15 @@ impl Frames {
     }
 
     fn add<W: Write>(&self, writer: &mut FrameWriter<'_, W>, now: &ParticleNow, scale: f64) -> Result<(), WriteError> {
-        let &ParticleNow { id, species, position, velocity, image, .. } = now;
-        let radius = self.radii[species.0 as usize] * scale;
+        let &ParticleNow { id, species, position, velocity, image, diameter, .. } = now;
+        let radius = diameter.map_or(self.radii[species.0 as usize] * scale, |diameter| 0.5 * diameter);
         writer.particle(&FrameParticle { id, species, position, velocity, radius }, Some(&image))
     }
 
     fn heading(&self, count: usize, scale: f64) -> Heading {
         let thickness = Frame::thickness_for(self.radii.iter().map(|radius| radius * scale));
-        Heading { count, has_images: true, has_masses: true, thickness }
+        let has_masses = self.frame.species.iter().all(|species| species.mass.is_some());
+        Heading { count, has_images: true, has_masses, thickness }
     }
 }
 

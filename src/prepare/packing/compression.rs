@@ -11,13 +11,13 @@ use crate::model::FillRegion;
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
 use crate::model::{
-    ContactLaw, Growth, GrowthTarget, Interaction, InteractionId, Particle, Potential, Region, Scene, SceneParts,
-    Species, SpeciesId, SpeciesPairs,
+    ContactLaw, Growth, GrowthTarget, IndividualDiameters, Interaction, InteractionId, MassRule, Particle, Potential,
+    Region, Scene, SceneParts, Species, SpeciesId, SpeciesPairs,
 };
 use crate::prepare::NoPlace;
 use crate::prepare::packing::RandomFill;
 use crate::prepare::packing::insertion::{insert, no_room};
-use crate::prepare::packing::occupancy::{Contacts, Occupancy};
+use crate::prepare::packing::occupancy::{Contacts, Kind, Occupancy};
 use crate::prepare::velocity::maxwell;
 
 /// Packing fractions in one, two and three dimensions at which spheres start to grow.
@@ -73,7 +73,7 @@ pub(crate) struct Compression<'a> {
 impl Compression<'_> {
     /// Packing fraction computed from contact distances instead of the diameters of species.
     fn core_fraction(&self) -> f64 {
-        let core = |kind: &SpeciesId| self.fill.contacts.get(kind.0 as usize, kind.0 as usize);
+        let core = |kind: &Kind| self.fill.contacts.between(kind, kind);
         let volumes = self.fill.kinds.iter().map(|kind| own_volume(core(kind), self.fill.space.dimensions()));
         volumes.sum::<f64>() / self.fill.space.volume()
     }
@@ -132,10 +132,10 @@ impl Compression<'_> {
             let contacts = self.fill.contacts.scaled(factor);
             let mut occupancy = Occupancy::new(self.fill.space, &contacts, self.fill.kinds.len());
             // A periodic box has no sides to keep away from, so the radius is irrelevant.
-            let sizes = self.fill.kinds.iter().map(|kind| (0.0, kind.0));
+            let sizes = self.fill.kinds.iter().map(|kind| (0.0, *kind));
             let positions = insert(sizes, &region, &mut occupancy, &mut random);
             if positions.len() == self.fill.kinds.len() {
-                return Ok((self.scene(&positions, &contacts, &mut random)?, factor));
+                return Ok((self.scene(&positions, (&contacts, factor), &mut random)?, factor));
             }
             tried = Some(no_room(positions.len(), self.fill.kinds.len()));
         }
@@ -144,13 +144,27 @@ impl Compression<'_> {
 
     /// Creates a scene of hard spheres at a temperature of 1. The scene needs no validation: insertion leaves no
     /// overlaps, and [`Self::check_room`] has checked the size of the box.
-    fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, NoPlace> {
-        let mut used = self.fill.kinds.to_vec();
+    fn scene(
+        &self,
+        positions: &[Vector],
+        (contacts, factor): (&Contacts, f64),
+        random: &mut Random,
+    ) -> Result<Scene, NoPlace> {
+        let mut used: Vec<SpeciesId> = self.fill.kinds.iter().map(|kind| kind.species).collect();
         used.sort_unstable();
         used.dedup();
-        let spheres = hard_spheres(&used, contacts)?;
-        let particle = |(kind, position): (&SpeciesId, &Vector)| {
-            Particle::new(SpeciesId(id(used.partition_point(|other| other < kind))), *position, Vector::zeros())
+        let mut spheres = hard_spheres(&used, contacts)?;
+        for (sphere, kind) in spheres.species.iter_mut().zip(&used) {
+            let of_fill = &self.fill.species[kind.0 as usize];
+            if of_fill.individual.is_some() {
+                sphere.diameter = of_fill.diameter * factor;
+                sphere.individual = Some(IndividualDiameters { masses: MassRule::Constant, distribution: None });
+            }
+        }
+        let particle = |(kind, position): (&Kind, &Vector)| {
+            let species = SpeciesId(id(used.partition_point(|other| *other < kind.species)));
+            let diameter = kind.diameter.map(|diameter| diameter * factor);
+            Particle { diameter, ..Particle::new(species, *position, Vector::zeros()) }
         };
         let mut particles: Vec<Particle> = self.fill.kinds.iter().zip(positions).map(particle).collect();
         maxwell(&mut particles, &spheres.species, self.fill.space, 1.0, random);
@@ -171,9 +185,9 @@ impl Compression<'_> {
 
     /// Grows spheres to `size` times the full diameters. Fails with the fraction of the target at which they jam.
     fn grow_to(&self, size: f64, speed: f64, factor: f64, simulation: &mut Simulation) -> Result<(), f64> {
-        let Scene { particles, species, .. } = simulation.scene();
-        let count = particles.len() as u64;
-        let diameters = particles.iter().map(|particle| species[particle.species.0 as usize].diameter);
+        let scene = simulation.scene();
+        let count = scene.particles.len() as u64;
+        let diameters = scene.particles.iter().map(|particle| scene.diameter(particle));
         let (rate, largest) = (speed * count as f64 / diameters.sum::<f64>(), size / (factor * simulation.scale()));
         let end = simulation.time() + (largest - 1.0) / rate;
         let dimensions = self.fill.space.dimensions() as f64;
@@ -207,7 +221,7 @@ impl Compression<'_> {
 
 /// Creates hard spheres of mass 1 for the species in `used`. Species without a contact pass through each other.
 fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, NoPlace> {
-    let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
+    let contact = |a: SpeciesId, b: SpeciesId| contacts.of_species(a.0 as usize, b.0 as usize);
     let mut spheres = SceneParts { table: SpeciesPairs::new(used.len()), ..SceneParts::default() };
     for (number, &kind) in used.iter().enumerate() {
         let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);

@@ -3,7 +3,7 @@
 mod contacts;
 mod grid;
 
-pub(crate) use contacts::Contacts;
+pub(crate) use contacts::{Contacts, Kind};
 
 use self::grid::{Grid, Taken};
 use crate::Vector;
@@ -100,15 +100,16 @@ impl<'a> Occupancy<'a> {
         Self { surfaces: Some((surfaces, radii)), ..self }
     }
 
-    pub(crate) fn is_free(&self, position: &Vector, species: u32) -> bool {
-        self.overlap(position, species, |_| true).is_none() && !self.reaches_surface(position, species)
+    pub(crate) fn is_free(&self, position: &Vector, kind: &Kind) -> bool {
+        self.overlap(position, kind, |_| true).is_none() && !self.reaches_surface(position, kind)
     }
 
-    fn reaches_surface(&self, position: &Vector, species: u32) -> bool {
+    fn reaches_surface(&self, position: &Vector, kind: &Kind) -> bool {
         let Some((surfaces, radii)) = &self.surfaces else { return false };
-        let radius = radii.get(species as usize).copied().unwrap_or(0.0);
+        let of_species = radii.get(kind.index()).copied().unwrap_or(0.0);
+        let radius = kind.diameter.map_or(of_species, |diameter| 0.5 * diameter);
         let mut reaches = false;
-        let row = u16::try_from(species).unwrap_or(u16::MAX);
+        let row = u16::try_from(kind.index()).unwrap_or(u16::MAX);
         surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
             // Walls of the box need no check: positions are always drawn inside the walls.
             reaches |= surface.shape.side().is_none() && surface.shape.gap(position, radius) < 0.0;
@@ -117,18 +118,18 @@ impl<'a> Occupancy<'a> {
     }
 
     /// Adds a particle. Its index is the number of earlier particles.
-    pub(crate) fn take(&mut self, position: Vector, species: u32) {
+    pub(crate) fn take(&mut self, position: Vector, kind: Kind) {
         let number = id(self.taken.len());
-        self.taken.push(Taken::new(position, species));
-        if let Some(Some(grid)) = self.grid_of.get(species as usize) {
+        self.taken.push(Taken::new(position, kind));
+        if let Some(Some(grid)) = self.grid_of.get(kind.index()) {
             self.grids[*grid].take(number, &mut self.taken);
         }
     }
 
-    pub(crate) fn overlap(&self, position: &Vector, species: u32, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
+    pub(crate) fn overlap(&self, position: &Vector, kind: &Kind, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
         let is_overlap = |other: u32, periods: &Vector| {
-            let Taken { position: there, species: its_species, .. } = &self.taken[other as usize];
-            let contact = self.contacts.get(species as usize, *its_species as usize);
+            let Taken { position: there, kind: its_kind, .. } = &self.taken[other as usize];
+            let contact = self.contacts.between(kind, its_kind);
             let separation = minimum_image(position - there, periods);
             if separation.norm_squared() < contact * contact {
                 let distance = separation.norm();
@@ -139,7 +140,7 @@ impl<'a> Occupancy<'a> {
             None
         };
         self.grids.iter().find_map(|grid| {
-            let range = grid.ranges.get(species as usize).copied().unwrap_or(0.0);
+            let range = grid.ranges.get(kind.index()).copied().unwrap_or(0.0);
             if range > 0.0 {
                 grid.find(&self.taken, position, range, |other| is_overlap(other, &grid.periods))
             } else {
@@ -164,7 +165,7 @@ pub(crate) fn first_overlap(
     let side = space.farthest_side();
     let is_overlap = |a: u32, b: u32, distance: f64| {
         let [first, second] = [a, b].map(|id| &particles[id as usize]);
-        let contact = contacts.get(first.species.0 as usize, second.species.0 as usize);
+        let contact = contacts.between(&Kind::of(first), &Kind::of(second));
         contact > 0.0
             && distance < contact - rounding([&first.position, &second.position], side, contact)
             && !is_bonded(a.min(b), a.max(b))
@@ -182,12 +183,13 @@ pub(crate) fn first_overlap(
     let up = Vector::new(displacement, space.size.y, 0.0);
     let images: &[Vector] = if displacement == 0.0 { &[Vector::zeros()] } else { &[Vector::zeros(), up, -up] };
     let mut occupancy = Occupancy::new(&unstacked, contacts, particles.len());
-    for (id, Particle { position, species, .. }) in (0..).zip(particles) {
-        let overlap = |image| occupancy.overlap(&(position + image), species.0, |other| !is_bonded(other, id));
+    for (id, particle) in (0..).zip(particles) {
+        let (position, kind) = (&particle.position, Kind::of(particle));
+        let overlap = |image| occupancy.overlap(&(position + image), &kind, |other| !is_bonded(other, id));
         if let Some(overlapping) = images.iter().find_map(overlap) {
             return Some((id, overlapping));
         }
-        occupancy.take(*position, species.0);
+        occupancy.take(*position, kind);
     }
     None
 }

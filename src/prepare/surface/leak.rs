@@ -66,7 +66,7 @@ impl Scene {
         for surface in &self.static_surfaces {
             let Some(hole) = surface.hole else { continue };
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
-                let contact = contacts.get(index, surface.species.0 as usize);
+                let contact = contacts.smallest(index, surface.species.0 as usize);
                 // A species that does not collide with the surface is meant to pass.
                 if contact > 0.0 && contact < hole {
                     leaks.push(Leak { surface: surface.name.clone(), species: species.name.clone(), hole, contact });
@@ -88,7 +88,7 @@ impl Scene {
         let mut gaps = Vec::new();
         for (number, surface) in self.static_surfaces.iter().enumerate() {
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
-                let contact = contacts.get(index, surface.species.0 as usize);
+                let contact = contacts.smallest(index, surface.species.0 as usize);
                 if contact == 0.0 {
                     continue;
                 }
@@ -133,7 +133,8 @@ impl Scene {
     }
 
     pub(crate) fn contacts(&self) -> Contacts {
-        Contacts::of(self.table.map(|id| self.interactions[id.0 as usize].potential.core()))
+        let of_species = self.table.map(|id| self.interactions[id.0 as usize].potential.core());
+        Contacts::of(of_species).among(&self.species, self.diameters_of_species())
     }
 }
 

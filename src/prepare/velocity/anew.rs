@@ -27,7 +27,8 @@ impl Simulation {
         bath.settled(self.scene().space(), self.moving(), false)?;
         let mut particles = Vec::new();
         let Ok(()) = self.for_each_now(|now| {
-            particles.push(Particle::new(now.species, now.position, Vector::zeros()));
+            let diameter = now.diameter;
+            particles.push(Particle { diameter, ..Particle::new(now.species, now.position, Vector::zeros()) });
             Ok::<(), Infallible>(())
         });
         let scene = self.scene();
@@ -37,10 +38,11 @@ impl Simulation {
         draw(&mut particles, &scene.species, &scene.space, temperature, &mut random);
         let all = 0..particles.len();
         settle(&mut particles, &[all], &scene.species, &cloud);
-        let streaming = |particle: &Particle| match mass(particle, &scene.species).is_finite() {
-            true => scene.streaming_velocity(&particle.position),
-            false => Vector::zeros(),
-        };
+        let streaming =
+            |particle: &Particle| match mass(particle, (&scene.species, scene.space.dimensions())).is_finite() {
+                true => scene.streaming_velocity(&particle.position),
+                false => Vector::zeros(),
+            };
         let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
         // This cannot fail, because static particles and flat axes have zero velocity.
         let set = self.set_velocities(&velocities);

@@ -136,9 +136,8 @@ impl Driver<'_> {
         let grown = self.simulation.scale() / self.simulation.grown();
         let packing_fraction = scene.packing_fraction() * libm::pow(grown, dimensions);
         // Fast growth makes contacts harder and more frequent. `Z - 1` may be too large by up to the factor `excess`.
-        let species = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
-        let largest = species().map(|species| species.diameter).fold(0.0, f64::max);
-        let heaviest = species().map(|species| species.mass).fold(0.0, f64::max);
+        let largest = scene.particles.iter().map(|particle| scene.diameter(particle)).fold(0.0, f64::max);
+        let heaviest = scene.particles.iter().map(|particle| scene.mass(particle)).fold(0.0, f64::max);
         let speed = (self.temperature() / heaviest).sqrt();
         let excess = libm::pow(1.0 + growth.rate * largest / speed, 2.0);
         let least = 1.0 + (factor - 1.0) / excess;

@@ -6,7 +6,7 @@ use super::{Origin, Start};
 use crate::Vector;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::SceneError;
-use crate::scene::unvalidated::{Group, LocatedGroup};
+use crate::scene::unvalidated::{Group, LocatedGroup, SpeciesDraft};
 use crate::trajectory::frame::FrameSpecies;
 
 /// Relative tolerance for numbers in single precision: about ten times the round-off.
@@ -54,18 +54,24 @@ impl RadiiAndMasses {
     pub(in crate::scene) fn set_velocities(&self, scene: &mut SceneBuilder) {
         let masses: HashMap<&str, f64> =
             scene.species.iter().filter_map(|draft| Some((draft.name.as_str(), draft.mass?))).collect();
+        let dimensions = scene.parts.space.dimensions();
         let Some(LocatedGroup { group: Group::Listed(listed), .. }) = scene.groups.get_mut(self.group) else { return };
         // Static species have no mass. Static particles with a velocity are rejected later.
         let of_names: Vec<f64> =
             listed.names.iter().map(|name| masses.get(name.as_str()).copied().unwrap_or(1.0)).collect();
+        let ratios: Vec<Option<&SpeciesDraft>> =
+            listed.names.iter().map(|name| scene.species.iter().find(|draft| draft.name == *name)).collect();
         for (particle, momentum) in listed.particles.iter_mut().zip(&self.momenta) {
-            particle.velocity = momentum / of_names.get(particle.species.0 as usize).copied().unwrap_or(1.0);
+            let at = particle.species.0 as usize;
+            let ratio = ratios.get(at).copied().flatten().zip(particle.diameter);
+            let ratio = ratio.map_or(1.0, |(draft, diameter)| draft.ratio_of_masses(diameter, dimensions));
+            particle.velocity = momentum / (of_names.get(at).copied().unwrap_or(1.0) * ratio);
         }
     }
 
     /// Rejects a file with radii or masses that differ from the species of the scene. Such values would be ignored.
     pub(in crate::scene) fn agree(&self, scene: &SceneBuilder) -> Result<(), SceneError> {
-        let named = |name: &str| scene.species.iter().find(|draft| draft.name == name);
+        let named = |name: &str| scene.species.iter().find(|draft| draft.name == name && draft.individual.is_none());
         let wrong = |line: usize, problem: String| Err(self.origin.wrong(line, problem));
         for &(species, radius, line) in &self.radii {
             let Some(draft) = self.species.get(species as usize).and_then(|it| named(&it.name)) else { continue };

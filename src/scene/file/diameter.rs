@@ -17,7 +17,7 @@ pub(crate) enum DiameterFile {
 }
 
 /// A distribution of diameters. Its kind determines which keys are allowed.
-#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("distribution", &DISTRIBUTIONS)))]
 pub(crate) struct DistributionFile {

@@ -27,6 +27,9 @@ pub(crate) struct ParticleFile {
     /// axis may differ from 0.
     #[serde(default)]
     pub spin: [f64; 3],
+    /// Diameter `[length]`, if the species has individual diameters.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub diameter: Option<f64>,
 }
 
 /// `[[file]]`: particles from an extended XYZ file.

@@ -4,11 +4,12 @@ use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
 use crate::engine::surfaces::Surfaces;
 use crate::model::random::{Purpose, Random};
+use crate::model::scene::{Diameters, ranges_of_diameters};
 use crate::model::space::Space;
 use crate::model::{Particle, Potential, Species, SpeciesId};
 use crate::prepare::chain::{self, Links};
 use crate::prepare::packing::RandomFill;
-use crate::prepare::packing::occupancy::{Contacts, Occupancy};
+use crate::prepare::packing::occupancy::{Contacts, Kind, Occupancy};
 use crate::prepare::surface::{Layout, tight_spacing};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -59,8 +60,32 @@ impl<'a> Placing<'a> {
         }
     }
 
-    fn at_rest(&self, species: SpeciesId, position: Vector) -> Particle {
-        Particle::new(species, self.space.wrapped(position), Vector::zeros())
+    fn at_rest(&self, Kind { species, diameter }: Kind, position: Vector) -> Particle {
+        Particle { diameter, ..Particle::new(species, self.space.wrapped(position), Vector::zeros()) }
+    }
+
+    /// Returns the range of the diameters of each species, from all groups.
+    pub(super) fn ranges_of_diameters(&self) -> Result<Vec<Diameters>, SceneError> {
+        let mut all = Vec::new();
+        for LocatedGroup { at, group } in &self.scene.groups {
+            match group {
+                Group::Listed(listed) => {
+                    let named = |name: &String| self.species.iter().position(|species| species.name == *name);
+                    let known: Vec<Option<usize>> = listed.names.iter().map(named).collect();
+                    let sized = |particle: &Particle| {
+                        let found = known.get(particle.species.0 as usize).copied().flatten()?;
+                        Some((SpeciesId(numbers::id(found)), particle.diameter?))
+                    };
+                    all.extend(listed.particles.iter().filter_map(sized));
+                }
+                Group::Fill(fill) => {
+                    let kinds = Filling::new(fill, self, at)?.kinds;
+                    all.extend(kinds.iter().filter_map(|kind| Some((kind.species, kind.diameter?))));
+                }
+                Group::Chain(_) | Group::Surface(_) => {}
+            }
+        }
+        Ok(ranges_of_diameters(self.species, all.into_iter()))
     }
 
     pub(super) fn occupied(&self, parts: &[Vec<Particle>]) -> Occupancy<'a> {
@@ -73,7 +98,7 @@ impl<'a> Placing<'a> {
                 occupancy.among(self.surfaces, self.species.iter().map(|species| 0.5 * species.diameter).collect());
         }
         for particle in parts.iter().flatten() {
-            occupancy.take(particle.position, particle.species.0);
+            occupancy.take(particle.position, Kind::of(particle));
         }
         occupancy
     }
@@ -86,6 +111,7 @@ impl<'a> Placing<'a> {
     ) -> Result<Vec<Particle>, SceneError> {
         let species = species_named(self.species, &surface.species, &at.key("species"))?;
         let kind = &self.species[species.0 as usize];
+        self.refuse_individual(species, "the spheres of a mesh are equal", at)?;
         if !kind.is_static() {
             let expected = "a static species (static = true)";
             return refuse(at.key("species"), &surface.species, expected);
@@ -102,10 +128,19 @@ impl<'a> Placing<'a> {
         for point in &layout.points {
             finite_vector(point, at)?;
             on_flat_axes(point, &self.space.lower, self.space, at)?;
-            particles.push(self.at_rest(species, *point));
+            particles.push(self.at_rest(Kind::of_species(species), *point));
         }
         self.layouts.push((index, layout));
         Ok(particles)
+    }
+
+    fn refuse_individual(&self, species: SpeciesId, why: &str, at: &ConfigPath) -> Result<(), SceneError> {
+        let species = &self.species[species.0 as usize];
+        if species.individual.is_none() {
+            return Ok(());
+        }
+        let value = format!("`{}`, which has individual diameters", species.name);
+        refuse(at.key("species"), value, format!("a species with one diameter, because {why}"))
     }
 
     pub(super) fn fill(
@@ -116,7 +151,7 @@ impl<'a> Placing<'a> {
     ) -> Result<Vec<Particle>, SceneError> {
         let (Group::Fill(fill), at) = (&placed.group, &placed.at) else { return Ok(Vec::new()) };
         let filling = Filling::new(fill, self, at)?;
-        let mut kinds = filling.kinds();
+        let mut kinds = filling.kinds.clone();
         Random::new(self.scene.parts.seed, Purpose::Composition, index).shuffle(&mut kinds);
         let positions = match (fill.arrangement, occupancy) {
             (Arrangement::Lattice(lattice), _) => filling.on_lattice(lattice, self, at)?,
@@ -143,7 +178,8 @@ impl<'a> Placing<'a> {
         }
         on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
         self.check_speeds((fill.temperature, fill.speed), filling.species(), at)?;
-        Ok(positions.into_iter().zip(kinds).map(|(position, species)| self.at_rest(species, position)).collect())
+        let placed = positions.into_iter().zip(kinds);
+        Ok(placed.map(|(position, kind)| self.at_rest(kind, position)).collect())
     }
 
     pub(super) fn chains(
@@ -155,6 +191,7 @@ impl<'a> Placing<'a> {
         occupancy: Option<&mut Occupancy<'_>>,
     ) -> Result<Vec<Particle>, SceneError> {
         let species = species_named(self.species, &chain.species, &at.key("species"))?;
+        self.refuse_individual(species, "the beads of a chain are equal", at)?;
         for (value, key) in [(chain.length, "length"), (chain.count, "count")] {
             if value == 0 {
                 return refuse(at.key(key), 0, "at least 1");
@@ -169,7 +206,7 @@ impl<'a> Placing<'a> {
                     length: numbers::index(chain.length),
                     spacing,
                     radius: 0.5 * self.species[species.0 as usize].diameter,
-                    species: species.0,
+                    kind: Kind::of_species(species),
                     contact: self.contacts.get(species.0 as usize, species.0 as usize),
                 };
                 let mut random = Random::new(self.scene.parts.seed, Purpose::Placement, index);
@@ -179,7 +216,8 @@ impl<'a> Placing<'a> {
             (None, None) => Vec::new(),
         };
         self.check_speeds((chain.temperature, chain.speed), [species], at)?;
-        Ok(positions.into_iter().map(|position| self.at_rest(species, position)).collect())
+        let kind = Kind::of_species(species);
+        Ok(positions.into_iter().map(|position| self.at_rest(kind, position)).collect())
     }
 
     fn straight(

@@ -1,11 +1,13 @@
 //! Parses the distribution of the diameters of a species.
 
 use super::Keys;
+use crate::base::numbers::index;
 use crate::base::text::shortest;
-use crate::prepare::polydispersity::{Class, gaussian, lognormal, power_law, uniform};
+use crate::model::{DiameterDistribution, IndividualDiameters, MassRule};
+use crate::prepare::polydispersity::Class;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, refuse};
-use crate::scene::file::DistributionFile;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse, unknown};
+use crate::scene::file::{DiameterFile, DistributionFile};
 use crate::scene::limits::{finite, positive};
 
 const MOST_CLASSES: usize = 64;
@@ -23,43 +25,101 @@ pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 5] = [
     ("list", &["diameters", "shares"]),
 ];
 
-pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
+/// Value of the key `diameters`.
+pub(crate) const INDIVIDUAL: &str = "individual";
+
+pub(crate) const MASSES: [(&str, MassRule); 2] = [("volume", MassRule::Volume), ("constant", MassRule::Constant)];
+
+/// Parses a distribution that is divided into classes.
+pub(super) fn parse_classes(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
+    let classes = file.classes.unwrap_or(DEFAULT_CLASSES);
+    let parsed = parse_distribution(file, at)?;
+    let count = match &parsed {
+        DiameterDistribution::List { diameters, shares } => {
+            let total: f64 = shares.iter().sum();
+            let class = |(&diameter, share): (&f64, &f64)| Class { diameter, share: share / total };
+            return Ok(diameters.iter().zip(shares).map(class).collect());
+        }
+        _ if !(1..=MOST_CLASSES as u64).contains(&classes) => {
+            let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each is a species");
+            return refuse(at.key("classes"), classes, expected);
+        }
+        _ => index(classes),
+    };
+    let share = 1.0 / count as f64;
+    // The diameters of a very wide distribution may overflow.
+    let class = |diameter| Ok(Class { diameter: positive(diameter, at.clone())?, share });
+    parsed.divided(count).into_iter().map(class).collect()
+}
+
+pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<DiameterDistribution, SceneError> {
     let (word, keys) = Keys::of_kind(&DISTRIBUTIONS, "distribution", &file.distribution, at, &file)?;
     if word == "list" {
         return listed(keys.need("diameters")?, file.shares, at);
     }
-    let classes = file.classes.unwrap_or(DEFAULT_CLASSES);
-    if !(1..=MOST_CLASSES as u64).contains(&classes) {
-        let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each is a species");
-        return refuse(at.key("classes"), classes, expected);
-    }
     let given = |key| positive(keys.need(key)?, at.key(key));
-    let diameters = match word {
+    match word {
         "uniform" | "power-law" => {
             let (lower, upper) = (given("lower")?, given("upper")?);
             if upper <= lower {
                 return refuse(at.key("upper"), upper, format!("more than the lower end, {lower}"));
             }
             if word == "uniform" {
-                uniform(lower, upper, classes)
-            } else {
-                let exponent = keys.need("exponent")?;
-                if !(-LARGEST_EXPONENT..=LARGEST_EXPONENT).contains(&exponent) {
-                    let expected = format!("a number from -{LARGEST_EXPONENT} to {LARGEST_EXPONENT}");
-                    return refuse(at.key("exponent"), shortest(exponent), expected);
-                }
-                power_law(exponent, [lower, upper], classes)
+                return Ok(DiameterDistribution::Uniform { lower, upper });
             }
+            let exponent = keys.need("exponent")?;
+            if !(-LARGEST_EXPONENT..=LARGEST_EXPONENT).contains(&exponent) {
+                let expected = format!("a number from -{LARGEST_EXPONENT} to {LARGEST_EXPONENT}");
+                return refuse(at.key("exponent"), shortest(exponent), expected);
+            }
+            Ok(DiameterDistribution::PowerLaw { exponent, lower, upper })
         }
-        "gaussian" => gaussian(given("mean")?, given("deviation")?, classes),
-        _ => lognormal(given("mean")?, given("deviation")?, classes),
-    };
-    let share = 1.0 / classes as f64;
-    // The diameters of a very wide distribution may overflow.
-    diameters.into_iter().map(|diameter| Ok(Class { diameter: positive(diameter, at.clone())?, share })).collect()
+        "gaussian" => Ok(DiameterDistribution::Gaussian { mean: given("mean")?, deviation: given("deviation")? }),
+        _ => Ok(DiameterDistribution::Lognormal { mean: given("mean")?, deviation: given("deviation")? }),
+    }
 }
 
-fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
+/// Parses the keys `diameters` and `masses` of a species.
+pub(super) fn parse_individual(
+    diameters: Option<String>,
+    masses: Option<String>,
+    diameter: &DiameterFile,
+    at: &ConfigPath,
+) -> Result<Option<IndividualDiameters>, SceneError> {
+    let Some(word) = diameters else {
+        if masses.is_none() {
+            return Ok(None);
+        }
+        let context = "a species without `diameters = \"individual\"`".to_owned();
+        let known = vec!["name", "diameter", "mass", "material", "static", "acceleration", "moment_of_inertia"];
+        return Err(SceneError::new(at.key("masses"), SceneErrorKind::Misplaced { key: "masses", context, known }));
+    };
+    if word != INDIVIDUAL {
+        return Err(unknown(&at.key("diameters"), "kind of diameters", &word, [INDIVIDUAL]));
+    }
+    let masses = match masses {
+        None => MassRule::Volume,
+        Some(word) => match MASSES.iter().find(|(name, _)| *name == word) {
+            Some((_, rule)) => *rule,
+            None => return Err(unknown(&at.key("masses"), "rule for masses", &word, MASSES.map(|(name, _)| name))),
+        },
+    };
+    let at = at.key("diameter");
+    let distribution = match diameter {
+        DiameterFile::Number(_) => None,
+        DiameterFile::Distribution(DistributionFile { classes: Some(classes), .. }) => {
+            return refuse(
+                at.key("classes"),
+                *classes,
+                "no such key: with `diameters = \"individual\"`, there are no classes",
+            );
+        }
+        DiameterFile::Distribution(file) => Some(parse_distribution(file.clone(), &at)?),
+    };
+    Ok(Some(IndividualDiameters { masses, distribution }))
+}
+
+fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>, at: &ConfigPath) -> Result<DiameterDistribution, SceneError> {
     let count = diameters.len();
     if !(1..=MOST_CLASSES).contains(&count) {
         return refuse(at.key("diameters"), format!("a list of {count}"), format!("1 to {MOST_CLASSES} diameters"));
@@ -73,6 +133,6 @@ fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>, at: &ConfigPath) -> Res
         positive(diameter, at.key("diameters").index(index))?;
         positive(share, at.key("shares").index(index))?;
     }
-    let total = finite(shares.iter().sum(), at.key("shares"))?;
-    Ok(diameters.into_iter().zip(shares).map(|(diameter, share)| Class { diameter, share: share / total }).collect())
+    finite(shares.iter().sum(), at.key("shares"))?;
+    Ok(DiameterDistribution::List { diameters, shares })
 }

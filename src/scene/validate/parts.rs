@@ -10,7 +10,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
-use crate::scene::limits::{affordable, motion, on_flat_axes, spin};
+use crate::scene::limits::{affordable, diameter, motion, on_flat_axes, spin};
 use crate::scene::validate::plan;
 use crate::scene::validate::start::Configuration;
 
@@ -95,6 +95,7 @@ fn check_particles(particles: &mut [Particle], species: &[Species], space: &Spac
         on_flat_axes(&particle.velocity, &Vector::zeros(), space, &key)?;
         motion(species, &particle.velocity, &key)?;
         spin(&particle.spin, species, space, &at.index(index).key("spin"))?;
+        diameter(particle.diameter, species, at.index(index).key("diameter"), &at.index(index))?;
         particle.position = space.wrapped(particle.position);
     }
     Ok(())

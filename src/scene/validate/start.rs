@@ -33,7 +33,9 @@ pub(crate) struct Configuration<'a> {
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, inlets, .. } = start;
     let counts = with_entering(groups.counts(interactions.species.len()), inlets);
-    let range = interactions.longest_range(|a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
+    let diameters = groups.ranges_of_diameters(interactions.species);
+    let range = interactions
+        .longest_range(&diameters, |a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
     let bonded = groups.bonds.iter().map(|(bond, _)| interactions.get(bond.interaction).potential.range());
     let range = bonded.fold(range, f64::max);
     for (k, axis) in AXES.into_iter().enumerate() {
@@ -52,7 +54,7 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Su
         if species.is_static() {
             continue;
         }
-        let (position, radius) = (&particle.position, 0.5 * species.diameter);
+        let (position, radius) = (&particle.position, 0.5 * particle.diameter.unwrap_or(species.diameter));
         let mut refused = None;
         let row = u16::try_from(row).unwrap_or(u16::MAX);
         surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
@@ -107,7 +109,8 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
 pub(crate) fn separate(start: &mut Configuration<'_>, limit: f64) -> Result<Separated, SceneError> {
     let Configuration { groups, interactions, space, surfaces, .. } = start;
     let at = || ConfigPath::root().key("separate_overlaps");
-    let contacts = interactions.contacts();
+    let diameters = groups.ranges_of_diameters(interactions.species);
+    let contacts = interactions.contacts().among(interactions.species, diameters);
     let (longest, shortest) = (contacts.largest(), contacts.shortest());
     if longest > UNLIKE * shortest {
         return refuse(
@@ -132,7 +135,9 @@ pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
     let is_bonded = |a: u32, b: u32| bonded.contains(&[ParticleId(a), ParticleId(b)]);
-    match first_overlap(&groups.particles, &interactions.contacts(), space, *displacement, is_bonded) {
+    let diameters = groups.ranges_of_diameters(interactions.species);
+    let contacts = interactions.contacts().among(interactions.species, diameters);
+    match first_overlap(&groups.particles, &contacts, space, *displacement, is_bonded) {
         None => Ok(()),
         Some((second, overlapping)) => {
             let kind = SceneErrorKind::Overlap {

@@ -34,3 +34,20 @@ pub(super) fn check_output(scene: &Scene) -> Result<(), SceneError> {
         None => Ok(()),
     }
 }
+
+/// Rejects instruments that need particles of one diameter and mass in each species.
+pub(super) fn check_sizes(scene: &Scene) -> Result<(), SceneError> {
+    if !scene.has_individual_diameters() {
+        return Ok(());
+    }
+    match scene.measure.requested().find(|it| !it.kind.any_size) {
+        Some(it) => {
+            let expected = format!(
+                "to be absent with individual diameters, which allow only {}",
+                InstrumentKind::listed(|kind| kind.any_size)
+            );
+            refuse(ConfigPath::root().key("measure").key(it.kind.key), "given", expected)
+        }
+        None => Ok(()),
+    }
+}

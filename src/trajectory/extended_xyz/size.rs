@@ -24,8 +24,13 @@ pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
         .species
         .iter()
         .map(|species| {
-            let radius = if grows { DIGITS } else { length(0.5 * species.diameter) };
-            let (velocity, mass) = if species.is_static() { (2 * 3, 2) } else { (3 * DIGITS, length(species.mass)) };
+            let is_individual = species.individual.is_some();
+            let radius = if grows || is_individual { DIGITS } else { length(0.5 * species.diameter) };
+            let (velocity, mass) = match species.is_static() {
+                true => (2 * 3, 2),
+                false if species.has_different_masses() => (3 * DIGITS, 0),
+                false => (3 * DIGITS, length(species.mass)),
+            };
             species.name.len() + 3 * DIGITS + velocity + radius + mass + PERIODS + 1
         })
         .collect();

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
+use crate::model::scene::Diameters;
 use crate::model::{Scene, Sleep, Species, StaticSurface, TcRule, Threads, Units, Until};
 
 /// A fact of a scene.
@@ -27,7 +28,7 @@ pub fn facts(scene: &Scene) -> Vec<Fact> {
         ("start", start(scene).into_iter().collect()),
         ("units", units(scene).into_iter().collect()),
         ("particles", vec![population(scene)]),
-        ("species", scene.species.iter().zip(counts(scene)).map(species).collect()),
+        ("species", scene.species.iter().zip(counts(scene)).zip(scene.diameters_of_species()).map(species).collect()),
         ("space", space(scene)),
         ("interactions", interactions(scene)),
         ("meshes", scene.static_surfaces.iter().map(surface).collect()),
@@ -61,8 +62,14 @@ fn sleep(sleep: &Sleep) -> String {
     )
 }
 
-fn species((species, count): (&Species, usize)) -> String {
-    let mass = if species.is_static() { "static".to_owned() } else { format!("mass {}", digits(species.mass)) };
+fn species(((species, count), range): ((&Species, usize), Diameters)) -> String {
+    let mass = match species.is_static() {
+        true => "static".to_owned(),
+        false if species.has_different_masses() => {
+            format!("mass {} at diameter {}", digits(species.mass), digits(species.diameter))
+        }
+        false => format!("mass {}", digits(species.mass)),
+    };
     let acceleration = species.acceleration;
     let falling = if acceleration.norm() > 0.0 {
         let [x, y, z] = [0, 1, 2].map(|k| digits(acceleration[k]));
@@ -70,7 +77,11 @@ fn species((species, count): (&Species, usize)) -> String {
     } else {
         String::new()
     };
-    format!("{}: {count} of diameter {}, {mass}{falling}", species.name, digits(species.diameter))
+    let diameter = match species.individual {
+        Some(_) => format!("diameters {} to {}", digits(range.smallest), digits(range.largest)),
+        None => format!("diameter {}", digits(species.diameter)),
+    };
+    format!("{}: {count} of {diameter}, {mass}{falling}", species.name)
 }
 
 fn surface(surface: &StaticSurface) -> String {

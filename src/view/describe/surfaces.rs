@@ -5,7 +5,7 @@ use crate::mesh::MeshReport;
 use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{
-    MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, SurfaceVelocity, TriangleMesh,
+    MotionKind, Scene, SceneSurface, SpeciesId, SurfaceLaw, SurfaceMotion, SurfaceShape, SurfaceVelocity, TriangleMesh,
 };
 
 /// If a mesh is smaller than the particles or larger than the box by this factor, its units are probably wrong.
@@ -93,9 +93,10 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     for surface in &scene.surfaces {
         let SurfaceShape::Mesh(mesh) = &surface.shape else { continue };
         let report = MeshReport::of(mesh);
-        let present = scene.particles.iter().map(|particle| particle.species);
-        let meeting = present.chain(scene.entering_species()).filter(|species| surface.meets(*species));
-        let diameters = meeting.map(|species| scene.species[species.0 as usize].diameter);
+        let of_species = |species: SpeciesId| (species, scene.species[species.0 as usize].diameter);
+        let present = scene.particles.iter().map(|particle| (particle.species, scene.diameter(particle)));
+        let all = present.chain(scene.entering_species().map(of_species));
+        let diameters = all.filter(|(species, _)| surface.meets(*species)).map(|(_, diameter)| diameter);
         lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
         // An open rim is not a fault. For example, funnels have one.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));
@@ -236,9 +237,9 @@ fn about(report: &MeshReport, largest: f64) -> String {
 fn other_units(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh) -> Option<String> {
     let [lower, upper] = mesh.bounds();
     let size = (upper - lower).amax();
-    let diameters =
-        scene.species.iter().filter(|species| !species.is_static()).map(|species: &Species| species.diameter);
-    let smallest = diameters.fold(f64::INFINITY, f64::min);
+    let ranges = scene.diameters_of_species();
+    let moving = scene.species.iter().zip(&ranges).filter(|(species, _)| !species.is_static());
+    let smallest = moving.map(|(_, range)| range.smallest).fold(f64::INFINITY, f64::min);
     let largest = scene.space.size.amax();
     let is_other = size * OTHER_UNITS < smallest || size > OTHER_UNITS * largest.max(smallest);
     is_other.then(|| {

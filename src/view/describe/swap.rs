@@ -20,7 +20,7 @@ pub fn swap_moves(moves: &SwapMoves) -> String {
     let accepted = moves.acceptance().map_or_else(String::new, |accepted| {
         let part = 100.0 * accepted;
         let part = if part == 0.0 || part >= 0.1 { format!("{part:.1}") } else { format!("{part:.1e}") };
-        format!("; accepted between different species: {part} %")
+        format!("; accepted between unlike particles: {part} %")
     });
     let too_unlike =
         if moves.too_unlike == 0 { String::new() } else { format!(", {} beyond the largest ratio", moves.too_unlike) };

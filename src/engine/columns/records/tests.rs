@@ -125,7 +125,7 @@ fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, diam
         let mut record = Record::new(id, place, velocity, engine.clock.now);
         if TABLE {
             let row = u16::try_from(random.below(engine.pairs.rules.species.len())).unwrap();
-            record.species = Some(row);
+            record.row = Some(row);
             record.captured = Some(captured_at(&engine, row, &place));
             if engine.pairs.rules.species[usize::from(row)].is_static() {
                 record.body.velocity = Vector::zeros();

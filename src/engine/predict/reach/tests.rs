@@ -95,11 +95,11 @@ fn simd_reach_test_keeps_every_pair_within_reach() {
         for particle in engine.particles().filter(|&particle| !engine.is_static(particle)) {
             let me = engine.streamed(particle, now);
             let species = |id: u32| engine.row(id);
-            let squared = engine.pairs.rules.accelerated_squared(species(particle)).unwrap();
+            let reaches = engine.pairs.rules.accelerated(species(particle)).unwrap();
             for (width, horizon) in Simd::all().into_iter().zip([0.01, 0.1, 1.0].into_iter().cycle()) {
                 let batch = Batch { width, ..engine.batch_of(&me, true) };
                 for some in others.chunks_exact(MOST_LANES) {
-                    let bits = batch.within_reach(&me, some, squared, horizon);
+                    let bits = batch.within_reach(&me, some, &reaches, horizon);
                     for (k, &other) in some.iter().enumerate() {
                         let meeting = engine.pairs.rules.meeting(species(particle), species(other));
                         let (state, _) = engine.relative(&me, other);

@@ -1,5 +1,6 @@
 //! A grid of cells in a hash table. Memory use depends on the number of particles, not on the volume.
 
+use super::Kind;
 use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::space::{Boundary, Space};
@@ -29,13 +30,13 @@ const NONE: u32 = u32::MAX;
 
 pub(super) struct Taken {
     pub(super) position: Vector,
-    pub(super) species: u32,
+    pub(super) kind: Kind,
     next: u32,
 }
 
 impl Taken {
-    pub(super) fn new(position: Vector, species: u32) -> Self {
-        Self { position, species, next: NONE }
+    pub(super) fn new(position: Vector, kind: Kind) -> Self {
+        Self { position, kind, next: NONE }
     }
 }
 

@@ -1,6 +1,11 @@
 use super::*;
+use crate::model::SpeciesId;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::nearest_image;
+
+fn kind(species: u32) -> Kind {
+    Kind::of_species(SpeciesId(species))
+}
 
 #[test]
 fn overlaps_match_brute_force() {
@@ -23,8 +28,8 @@ fn overlaps_match_brute_force() {
                         minimum_image(position - there, &space.periods()).norm()
                             < contacts.get(species as usize, *other as usize)
                     });
-                    assert_eq!(occupancy.overlap(&position, species, |_| true).is_some(), expected);
-                    occupancy.take(position, species);
+                    assert_eq!(occupancy.overlap(&position, &kind(species), |_| true).is_some(), expected);
+                    occupancy.take(position, kind(species));
                     taken.push((position, species));
                 }
             }
@@ -55,12 +60,12 @@ fn very_different_sizes_use_separate_grids() {
                 };
                 let expected: Vec<u32> =
                     (0..).zip(&taken).filter(|(_, taken)| overlaps(taken)).map(|(number, _)| number).collect();
-                let overlap = occupancy.overlap(&position, species, |_| true);
+                let overlap = occupancy.overlap(&position, &kind(species), |_| true);
                 assert_eq!(overlap.is_some(), !expected.is_empty());
                 assert!(overlap.is_none_or(|overlap| expected.contains(&overlap.other)));
                 found += expected.len();
                 if expected.is_empty() || random.below(10) == 0 {
-                    occupancy.take(position, species);
+                    occupancy.take(position, kind(species));
                     taken.push((position, species));
                 }
             }
@@ -79,7 +84,7 @@ fn small_particle_among_large_ones_is_compared_with_few() {
     let mut random = Random::new(7, Purpose::Placement, 0);
     let mut occupancy = Occupancy::new(&space, &contacts, 10_000);
     for _ in 0..10_000 {
-        occupancy.take(Vector::from_fn(|_, _| 4000.0 * random.uniform()), 0);
+        occupancy.take(Vector::from_fn(|_, _| 4000.0 * random.uniform()), kind(0));
     }
     let asked = std::cell::Cell::new(0);
     let grid = &occupancy.grids[occupancy.grid_of[0].unwrap()];
@@ -164,8 +169,8 @@ fn contact_is_not_an_overlap_but_penetration_beyond_rounding_is() {
     contacts.set(0, 0, 1.0);
     let space = Space::periodic_cube(10.0);
     let mut occupancy = Occupancy::new(&space, &contacts, 1);
-    occupancy.take(Vector::repeat(0.3), 0);
-    let at = |x: f64| occupancy.overlap(&Vector::new(x, 0.3, 0.3), 0, |_| true);
+    occupancy.take(Vector::repeat(0.3), kind(0));
+    let at = |x: f64| occupancy.overlap(&Vector::new(x, 0.3, 0.3), &kind(0), |_| true);
     assert_eq!(at(1.3_f64.next_down()), None);
     assert!(at(1.3 - 1e-12).is_some());
     assert!(at(9.4).is_some(), "across the periodic side");
@@ -179,6 +184,6 @@ fn extremely_distant_particles_are_handled() {
     let mut space = Space::periodic_cube(1.0);
     space.boundary = [Boundary::OPEN; 3];
     let mut occupancy = Occupancy::new(&space, &contacts, 1);
-    occupancy.take(Vector::new(1e300, -1e300, 0.0), 0);
-    assert!(occupancy.overlap(&Vector::zeros(), 0, |_| true).is_none());
+    occupancy.take(Vector::new(1e300, -1e300, 0.0), kind(0));
+    assert!(occupancy.overlap(&Vector::zeros(), &kind(0), |_| true).is_none());
 }

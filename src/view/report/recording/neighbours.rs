@@ -17,8 +17,12 @@ pub(super) struct WellNeighbours {
 }
 
 impl WellNeighbours {
-    /// Returns `None` if no potential has finite steps, or if the frame and the scene have different species.
+    /// Returns `None` if no potential has finite steps, if particles have diameters of their own, or if the frame and the
+    /// scene have different species.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
+        if scene.has_individual_diameters() {
+            return None;
+        }
         let names = || frame.species.iter().map(|species| &species.name);
         if !names().eq(scene.species.iter().map(|species| &species.name)) {
             return None;

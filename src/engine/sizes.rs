@@ -1,0 +1,191 @@
+//! Radii and masses of particles, which may have diameters of their own.
+
+use super::array::Array;
+use super::columns::records::Record;
+use super::columns::{Column, Order, PartNumbers, take_values};
+use super::pairs::rules::SpeciesRules;
+use super::parts::Engine;
+use crate::model::scene::scaled_distance;
+use crate::model::{Particle, Scene};
+use serde::{Deserialize, Serialize};
+
+/// Radius and inverse mass of a particle with a diameter of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Size {
+    /// Half the diameter `[length]`.
+    pub radius: f64,
+    /// Inverse mass; 0 if the particle is static.
+    pub inverse_mass: f64,
+}
+
+impl Size {
+    pub fn of(scene: &Scene, particle: &Particle) -> Self {
+        Self { radius: 0.5 * scene.diameter(particle), inverse_mass: scene.mass(particle).recip() }
+    }
+}
+
+/// The size of each particle. Empty if no particles have diameters of their own.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Sizes {
+    pub radii: Array<f64>,
+    pub inverse_masses: Array<f64>,
+}
+
+impl Sizes {
+    pub fn of<'p>(scene: &Scene, particles: impl Iterator<Item = &'p Particle>) -> Self {
+        let mut sizes = Self::default();
+        if scene.has_individual_diameters() {
+            particles.for_each(|particle| sizes.add(Size::of(scene, particle)));
+        }
+        sizes
+    }
+
+    pub fn are_equal(&self) -> bool {
+        self.radii.is_empty()
+    }
+
+    pub fn swap(&mut self, [a, b]: [u32; 2]) {
+        if !self.are_equal() {
+            self.radii.swap(a as usize, b as usize);
+            self.inverse_masses.swap(a as usize, b as usize);
+        }
+    }
+
+    fn add(&mut self, size: Size) {
+        self.radii.push(size.radius);
+        self.inverse_masses.push(size.inverse_mass);
+    }
+}
+
+impl Column for Sizes {
+    const CHANGES_IN_CONTACTS: bool = false;
+
+    fn permuted(&self, order: &Order) -> Self {
+        Self { radii: order.permuted_if_any(&self.radii), inverse_masses: order.permuted_if_any(&self.inverse_masses) }
+    }
+
+    fn copy(&self, particle: u32, record: &mut Record) {
+        let at = particle as usize;
+        let size = || Size { radius: self.radii[at], inverse_mass: self.inverse_masses[at] };
+        record.size = (!self.are_equal()).then(size);
+    }
+
+    fn push(&mut self, record: &Record) {
+        record.size.into_iter().for_each(|size| self.add(size));
+    }
+
+    fn set(&mut self, particle: u32, record: &Record) {
+        if let Some(size) = record.size {
+            self.radii[particle as usize] = size.radius;
+            self.inverse_masses[particle as usize] = size.inverse_mass;
+        }
+    }
+
+    fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
+        take_values(&mut self.radii, &part.radii, numbers);
+        take_values(&mut self.inverse_masses, &part.inverse_masses, numbers);
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Whether particles have diameters of their own.
+    #[inline]
+    pub(super) fn has_sizes(&self) -> bool {
+        TABLE && !self.state.sizes.are_equal()
+    }
+
+    #[inline]
+    fn rules_of(&self, particle: u32) -> &SpeciesRules {
+        &self.pairs.rules.species[usize::from(self.row(particle))]
+    }
+
+    /// Radius of a particle, which is the distance of its centre from a wall at contact `[length]`.
+    #[inline]
+    pub(super) fn radius(&self, particle: u32) -> f64 {
+        if self.has_sizes() { self.state.sizes.radii[particle as usize] } else { self.rules_of(particle).radius }
+    }
+
+    /// Current diameter of a particle if its species has individual diameters `[length]`.
+    #[inline]
+    pub(super) fn own_diameter(&self, particle: u32) -> Option<f64> {
+        if !self.has_sizes() {
+            return None;
+        }
+        self.rules_of(particle).is_individual.then(|| 2.0 * self.radius(particle) * self.scale())
+    }
+
+    /// Inverse mass of a particle; 0 if it is static or asleep.
+    #[inline]
+    pub(super) fn inverse_mass(&self, particle: u32) -> f64 {
+        let of_species = self.rules_of(particle).inverse_mass;
+        if self.has_sizes() { self.own_inverse_mass(particle, of_species) } else { of_species }
+    }
+
+    /// Not inlined, because most scenes have equal particles.
+    #[inline(never)]
+    fn own_inverse_mass(&self, particle: u32, of_species: f64) -> f64 {
+        if of_species == 0.0 { 0.0 } else { self.state.sizes.inverse_masses[particle as usize] }
+    }
+
+    /// Inverse moment of inertia of a particle; 0 if it is static or asleep.
+    #[inline]
+    pub(super) fn inverse_inertia(&self, particle: u32) -> f64 {
+        let rules = self.rules_of(particle);
+        if self.has_sizes() { self.with_size(particle, rules).inverse_inertia } else { rules.inverse_inertia }
+    }
+
+    pub(super) fn size_of_row(&self, row: u16) -> Size {
+        let SpeciesRules { radius, inverse_mass, .. } = self.pairs.rules.species[usize::from(row)];
+        Size { radius, inverse_mass }
+    }
+
+    /// Returns the rules of a particle as if it were awake.
+    #[inline]
+    pub(super) fn awake_rules(&self, particle: u32) -> SpeciesRules {
+        let rules = &self.pairs.rules;
+        let awake = &rules.species[usize::from(rules.rows.awake(self.row(particle)))];
+        if self.has_sizes() { self.with_size(particle, awake) } else { *awake }
+    }
+
+    /// Replaces the radius and the mass of a species by those of a particle. Moments of inertia are proportional to
+    /// `m R^2`. Not inlined, because most scenes have equal particles.
+    #[inline(never)]
+    fn with_size(&self, particle: u32, rules: &SpeciesRules) -> SpeciesRules {
+        if rules.is_static() {
+            return *rules;
+        }
+        let sizes = &self.state.sizes;
+        let (radius, inverse_mass) = (sizes.radii[particle as usize], sizes.inverse_masses[particle as usize]);
+        let ratio = rules.radius / radius;
+        let inverse_inertia = rules.inverse_inertia * (inverse_mass / rules.inverse_mass) * ratio * ratio;
+        SpeciesRules { radius, inverse_mass, inverse_inertia, ..*rules }
+    }
+
+    /// Distance of a discontinuity of two particles `[length]`. `distance` belongs to the diameters of their species.
+    #[inline]
+    pub(super) fn distance_of_pair(&self, distance: f64, pair: [u32; 2]) -> f64 {
+        if self.has_sizes() { self.scaled_to_pair(distance, pair) } else { distance }
+    }
+
+    /// Not inlined, because most scenes have equal particles.
+    #[inline(never)]
+    fn scaled_to_pair(&self, distance: f64, [i, j]: [u32; 2]) -> f64 {
+        let of_species = self.pairs.rules.radii_of(self.row(i), self.row(j));
+        scaled_distance(distance, of_species, self.radius(i) + self.radius(j))
+    }
+
+    /// Squared distance of a discontinuity of two particles `[length^2]`. `squared` belongs to the diameters of their
+    /// species.
+    #[inline]
+    pub(super) fn squared_of_pair(&self, squared: f64, pair: [u32; 2]) -> f64 {
+        if !self.has_sizes() {
+            return squared;
+        }
+        // The square root of a square is exact.
+        let distance = self.scaled_to_pair(squared.sqrt(), pair);
+        distance * distance
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,155 @@
+use crate::Vector;
+use crate::check::reference::Reference;
+use crate::check::verify::{EventRange, verify};
+use crate::engine::{Chosen, SetStateError, Simulation, Until};
+use crate::model::random::{Purpose, Random};
+use crate::model::space::{Boundary, Space};
+use crate::model::{DiameterDistribution, MassRule, Particle, ParticleId, Scene, SpeciesId, Swap};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
+use std::ops::ControlFlow;
+
+const WIDE: DiameterDistribution = DiameterDistribution::PowerLaw { exponent: 3.0, lower: 0.73, upper: 1.62 };
+
+fn fluid(masses: MassRule, packing_fraction: f64, count: u64) -> SceneBuilder {
+    SceneBuilder::new("fluid")
+        .species(SpeciesDraft::new("A").mass(0.7).individual_diameters(masses).distributed(WIDE))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Arrangement::Random, "A").count(count).packing_fraction(packing_fraction))
+        .temperature(1.3)
+}
+
+/// The same particles, each of a species of its own.
+fn species_of_one(scene: &Scene) -> Scene {
+    let mut builder = SceneBuilder::new("species").space(scene.space().clone());
+    let name = |k: usize| format!("S{k}");
+    for (k, particle) in scene.particles().iter().enumerate() {
+        let species = scene.own_species(particle);
+        builder = builder.species(SpeciesDraft::new(&name(k)).mass(species.mass).diameter(species.diameter));
+        for other in 0..=k {
+            builder = builder.interaction(InteractionDraft::new(Model::HardSphere).between(&name(k), &name(other)));
+        }
+        builder = builder.particle(&name(k), particle.position, particle.velocity);
+    }
+    builder.build().unwrap()
+}
+
+#[test]
+fn particles_with_their_own_diameters_move_like_species_of_one_particle() {
+    for (masses, packing_fraction) in [(MassRule::Volume, 0.05), (MassRule::Volume, 0.35), (MassRule::Constant, 0.2)] {
+        let scene = fluid(masses, packing_fraction, 60).build().unwrap();
+        let mut sizes: Vec<f64> = scene.particles().iter().map(|particle| particle.diameter.unwrap()).collect();
+        sizes.sort_by(f64::total_cmp);
+        assert!(sizes.windows(2).all(|pair| pair[0] < pair[1]) && sizes[59] > 2.0 * sizes[0]);
+        let mut runs = [scene.clone(), species_of_one(&scene)].map(|scene| Simulation::new(scene).unwrap());
+        let ends = runs.each_mut().map(|simulation| {
+            simulation.advance(Until::events(240)).unwrap();
+            (simulation.time(), simulation.snapshot().positions, simulation.energy().kinetic)
+        });
+        // The neighbour searches differ, which changes when positions are rounded.
+        assert!((ends[0].0 / ends[1].0 - 1.0).abs() < 1e-6, "{} {}", ends[0].0, ends[1].0);
+        assert!((ends[0].2 / ends[1].2 - 1.0).abs() < 1e-12);
+    }
+}
+
+/// Sticky grains of all sizes that fall between walls onto static spheres of another species.
+fn falling() -> Scene {
+    let well = Model::SquareWell { lambda: 1.3, well_depth: 0.4 };
+    let boundary = [Boundary::walls(0.9), Boundary::walls(0.9), Boundary::Periodic];
+    let mut scene = SceneBuilder::new("falling")
+        .gravity(Vector::new(0.0, -1.0, 0.0))
+        .contact_time(0.01)
+        .space(Space { lower: Vector::zeros(), size: Vector::new(8.0, 12.0, 8.0), boundary })
+        .species(SpeciesDraft::new("grain").mass(1.3).diameter(0.8).individual_diameters(MassRule::Volume))
+        .species(SpeciesDraft::new("floor").diameter(1.0).fixed())
+        .interaction(InteractionDraft::new(well.clone()).between("grain", "grain").restitution(0.8).friction(0.4))
+        .interaction(InteractionDraft::new(well).between("grain", "floor").restitution(0.8));
+    for k in 0..40_u32 {
+        let at = |n: u32| 0.8 + 1.6 * f64::from(n);
+        let velocity = Vector::new(0.3 * f64::from(k % 7) - 0.9, 0.1, 0.2 * f64::from(k % 5) - 0.4);
+        let place = Vector::new(at(k % 5), 3.0 + at(k / 25), at(k / 5 % 5));
+        scene = scene.sized_particle("grain", 0.5 + 0.02 * f64::from(k * 7 % 40), place, velocity);
+    }
+    for k in 0..25 {
+        let at = |n: u32| 0.8 + 1.6 * f64::from(n);
+        scene = scene.particle("floor", Vector::new(at(k % 5), 0.7, at(k / 5)), Vector::zeros());
+    }
+    scene.build().unwrap()
+}
+
+#[test]
+fn runs_with_individual_diameters_are_proven() {
+    for (scene, events) in [(falling(), 1_500), (fluid(MassRule::Volume, 0.4, 80).build().unwrap(), 1_500)] {
+        let name = scene.name().to_owned();
+        let certificate = verify(scene, EventRange { from: 0, events }, &mut |_| ControlFlow::Continue(()));
+        assert!(certificate.is_proven(), "{name}: {certificate:?}");
+        assert_eq!(certificate.counts.events(), events);
+    }
+}
+
+#[test]
+fn individual_diameters_have_the_events_of_the_reference_engine() {
+    for scene in [falling(), fluid(MassRule::Volume, 0.3, 40).build().unwrap()] {
+        let mut reference = Reference::new(&scene).unwrap();
+        let mut events = Vec::new();
+        let mut simulation = Simulation::new(scene.clone()).unwrap();
+        simulation
+            .advance_with(Until::events(200), |event| events.push((event.time, event.particle, event.partner())))
+            .unwrap();
+        for (time, particle, partner) in events {
+            let expected = reference.step_before(f64::INFINITY).unwrap();
+            assert!((time - expected.time).abs() < 1e-9 * (1.0 + time), "{time} {expected:?}");
+            let sorted = |a: ParticleId, b: Option<ParticleId>| b.map_or([a, a], |b| [a.min(b), a.max(b)]);
+            assert_eq!(sorted(particle, partner), sorted(expected.particle, expected.partner));
+        }
+    }
+}
+
+#[test]
+fn swap_moves_exchange_individual_diameters() {
+    let scene = fluid(MassRule::Volume, 0.45, 200).build().unwrap();
+    let mut simulation = Simulation::new(scene.clone()).unwrap();
+    let sorted = |simulation: &Simulation| {
+        let mut diameters = simulation.snapshot().diameters;
+        diameters.sort_by(f64::total_cmp);
+        diameters
+    };
+    let (first, before, energy) = (sorted(&simulation), simulation.snapshot().diameters, simulation.energy().kinetic);
+    let mut random = Random::new(5, Purpose::Swap, 0);
+    let mut accepted = 0;
+    for _ in 0..5 {
+        let moves = simulation.swap(&Swap { interval: 1.0, attempts: None, largest_ratio: None }, &mut random);
+        accepted += moves.accepted;
+        assert_eq!(moves.alike, 0);
+        simulation.advance(Until::events(simulation.event_counts().physical() + 1_000)).unwrap();
+        assert_eq!(simulation.real_overlaps(), []);
+    }
+    assert!(accepted > 20, "{accepted}");
+    assert_eq!(sorted(&simulation), first);
+    assert_ne!(simulation.snapshot().diameters, before);
+    assert!((simulation.energy().kinetic / energy - 1.0).abs() < 1e-12);
+    let Chosen::FreeTable(engine) = &simulation.engine else { panic!("an engine with a table") };
+    let rows = &engine.pairs.rules.rows;
+    for particle in engine.particles() {
+        let own = Particle::new(SpeciesId(0), Vector::zeros(), Vector::zeros());
+        assert_eq!(engine.row(particle), rows.row_of(&own.diameter(2.0 * engine.radius(particle))));
+    }
+}
+
+#[test]
+fn particles_that_are_inserted_have_diameters_within_the_range_of_their_species() {
+    let scene = fluid(MassRule::Volume, 0.02, 30).build().unwrap();
+    let mut simulation = Simulation::new(scene.clone()).unwrap();
+    simulation.remove(&[ParticleId(3), ParticleId(17)]).unwrap();
+    let place = scene.particles()[3].position;
+    let new = |diameter: Option<f64>| Particle { diameter, ..Particle::new(SpeciesId(0), place, Vector::x()) };
+    for wrong in [None, Some(0.1), Some(2.0), Some(f64::NAN)] {
+        let error = simulation.insert(&[new(wrong)]).unwrap_err();
+        assert!(matches!(error, SetStateError::Diameter { .. }), "{error}");
+    }
+    let id = simulation.insert(&[new(Some(1.1))]).unwrap()[0];
+    simulation.advance(Until::events(2_000)).unwrap();
+    let snapshot = simulation.snapshot();
+    assert_eq!(snapshot.diameters[snapshot.index(id).unwrap()], 1.1);
+    assert_eq!(snapshot.diameters.len(), 29);
+    assert_eq!(simulation.real_overlaps(), []);
+}
