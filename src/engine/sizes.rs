@@ -91,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether particles have diameters of their own.
     #[inline]
     pub(super) fn has_sizes(&self) -> bool {
-        TABLE && !self.state.sizes.are_equal()
+        TABLE && self.pairs.rules.has_sizes
     }
 
     #[inline]

@@ -68,6 +68,17 @@ impl DiameterDistribution {
         }
     }
 
+    /// The kind and the parameters as numbers, for a hash.
+    pub(crate) fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Uniform { lower, upper } => vec![0.0, *lower, *upper],
+            Self::Gaussian { mean, deviation } => vec![1.0, *mean, *deviation],
+            Self::Lognormal { mean, deviation } => vec![2.0, *mean, *deviation],
+            Self::PowerLaw { exponent, lower, upper } => vec![3.0, *exponent, *lower, *upper],
+            Self::List { diameters, shares } => [diameters.as_slice(), shares].concat(),
+        }
+    }
+
     /// Mean of a function of the diameter.
     #[must_use]
     pub fn mean_of(&self, function: impl Fn(f64) -> f64) -> f64 {

@@ -524,6 +524,29 @@ pub(crate) struct Diameters {
     pub largest: f64,
 }
 
+/// The neighbour search uses the largest diameter of a band. Diameters of a band differ by at most this factor, unless the
+/// species needs more than [`MOST_BANDS`].
+const ALIKE: f64 = 1.12;
+
+/// Largest number of bands of a species.
+const MOST_BANDS: i32 = 48;
+
+impl Diameters {
+    /// Divides the range into bands. Returns the largest radius of each band, in ascending order.
+    pub(crate) fn bands(&self) -> Vec<f64> {
+        let (width, mut radii) = (libm::log(self.largest / self.smallest), Vec::new());
+        // A species without a diameter has one band.
+        if width > 0.0 && width.is_finite() {
+            let wanted = (width / libm::log(ALIKE)).ceil();
+            let count = (1..MOST_BANDS).find(|count| f64::from(*count) >= wanted).unwrap_or(MOST_BANDS);
+            let of_band = |band: i32| 0.5 * self.smallest * libm::exp(width * f64::from(band) / f64::from(count));
+            radii.extend((1..count).map(of_band));
+        }
+        radii.push(0.5 * self.largest);
+        radii
+    }
+}
+
 /// Returns the range of the diameters of each species. Particles are given by their species and their own diameters.
 pub(crate) fn ranges_of_diameters(
     species: &[Species],

@@ -1,7 +1,7 @@
 //! Hash of the state point of a system.
 
 use super::space::Boundary;
-use super::{ContactLaw, Roughness, Scene, TcRule};
+use super::{ContactLaw, IndividualDiameters, Roughness, Scene, TcRule};
 
 /// Systems with different hashes draw different random numbers from the same seed. The hash does not depend on names,
 /// the order of species, species without particles, or the division into stages.
@@ -18,13 +18,10 @@ impl StatePoint {
     }
 
     pub fn of(scene: &Scene, population: &[usize]) -> Self {
-        let is_sized = scene.has_individual_diameters();
         let species = |id: usize| {
             let species = &scene.species[id];
-            let own = scene.particles.iter().filter(|particle| particle.species.0 as usize == id);
-            let own: f64 = if is_sized { own.filter_map(|particle| particle.diameter).sum() } else { 0.0 };
             let state = Self(population[id] as u64).with(&[species.mass, species.diameter]);
-            let state = if own > 0.0 { state.with(&[own]) } else { state };
+            let state = species.individual.iter().fold(state, Self::with_individual);
             state.with(species.acceleration.as_slice()).with(species.moment_of_inertia.as_slice())
         };
         let interaction = |id: usize| {
@@ -72,6 +69,11 @@ impl StatePoint {
         let mut population = vec![0; scene.species.len()];
         scene.particles.iter().for_each(|particle| population[particle.species.0 as usize] += 1);
         Self::of(scene, &population)
+    }
+
+    fn with_individual(self, individual: &IndividualDiameters) -> Self {
+        let masses = self.and(individual.masses as u64);
+        individual.distribution.as_ref().map_or(masses, |distribution| masses.with(&distribution.numbers()))
     }
 
     fn with_law(self, law: &ContactLaw) -> Self {

@@ -149,7 +149,7 @@ fn sizes_of(scene: &Scene, counts: &[f64]) -> Vec<Size> {
         own.sort_unstable_by(f64::total_cmp);
         for some in own.chunks(own.len().div_ceil(MOST_SIZES)) {
             let count = some.len() as f64;
-            sizes.push(Size { diameter: some.iter().sum::<f64>() / count, count, is_static: false });
+            sizes.push(Size { diameter: some.iter().sum::<f64>() / count, count, is_static: species.is_static() });
         }
     }
     sizes

@@ -354,10 +354,15 @@ fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds
         let now = &interactions.get(id).potential;
         is_kept[id.0 as usize] &= before.is_some_and(|before| are_alike(&before.potential, now));
     };
+    // Individual diameters scale the distances of a pair by the diameters of its species.
+    let is_scaled_alike = |now: usize, before: usize| {
+        species[now].individual.is_none() || species[now].diameter == run.species[before].diameter
+    };
     for ([a, b], id) in interactions.pairs() {
-        let before = [a, b].map(|k| in_run.get(species[k].name.as_str()));
-        if let [Some(&a), Some(&b)] = before {
-            compare(id, run.table.get(a, b));
+        let before = [a, b].map(|k| in_run.get(species[k].name.as_str()).copied());
+        if let [Some(one), Some(other)] = before {
+            let is_scaled_alike = is_scaled_alike(a, one) && is_scaled_alike(b, other);
+            compare(id, run.table.get(one, other).filter(|_| is_scaled_alike));
         }
     }
     for (now, before) in bonds.iter().zip(&run.bonds) {

@@ -36,7 +36,7 @@ fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), S
     Ok(())
 }
 
-/// Rejects too many species with particles: species numbers have 16 bits, and tables of pairs must fit into memory.
+/// Rejects too many species with particles. Ranges of individual diameters count like species: their numbers have 16 bits, and tables of pairs must fit into memory.
 pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let (species, budget) = (species as u64, memory::total());
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
@@ -46,7 +46,7 @@ pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
             bytes >> 30,
             budget >> 30
         );
-        let value = format!("{species} species with particles");
+        let value = format!("{species} species with particles, or ranges of individual diameters");
         return refuse(ConfigPath::root().key("species"), value, expected);
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! Validates the parts of a scene and creates a [`Scene`].
 
 mod barostat;
+pub(crate) mod diameters;
 mod exchange;
 mod inlets;
 pub(crate) mod measure;
@@ -31,6 +32,7 @@ use crate::scene::limits::{
 };
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{Group, SurfaceFill};
+use crate::scene::validate::diameters::check_distribution;
 use crate::scene::validate::start::Configuration;
 
 /// Adds two particles of each entering species, so that checks cover their pairs.
@@ -85,15 +87,16 @@ impl SceneBuilder {
     pub(super) fn check_plan(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         let species = start.interactions.species;
         let counts = with_entering(start.groups.counts(species.len()), &start.inlets);
-        let occurring = counts.iter().filter(|count| **count > 0).count();
+        let diameters = start.groups.ranges_of_diameters(species);
+        let occurring = counts.iter().zip(&diameters).filter(|(count, _)| **count > 0);
+        let rows = occurring.map(|(_, range)| range.bands().len()).sum();
         // Sleeping grains have their own row in the tables.
-        affordable_species(if self.parts.sleep.is_some() { 2 * occurring } else { occurring })?;
+        affordable_species(if self.parts.sleep.is_some() { 2 * rows } else { rows })?;
         start::check_ranges(start)?;
         sleep::check_sleep(&self.parts, species)?;
         units::check_units(&self.parts.units)?;
         compatibility::check(self, start)?;
         recirculation::check_recirculation(start, &self.parts)?;
-        let diameters = start.groups.ranges_of_diameters(species);
         self.parts.check_shear(&start.space, start.interactions.longest_range(&diameters, |_, _| true))?;
         self.parts.check_measure(&start.space, species)?;
         self.check_displacement()
@@ -221,6 +224,9 @@ impl SceneBuilder {
             positive_if_given(draft.moment_of_inertia, at.key("moment_of_inertia"))?;
             let uniform = Species::new(&draft.name, mass, draft.diameter);
             let individual = draft.individual.clone();
+            if let Some(distribution) = individual.as_ref().and_then(|individual| individual.distribution.as_ref()) {
+                check_distribution(distribution, &at.key("diameter"))?;
+            }
             species.push(Species { moment_of_inertia: draft.moment_of_inertia, individual, ..uniform });
         }
         Ok(species)

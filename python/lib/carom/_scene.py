@@ -209,8 +209,9 @@ class Scene:
         HOOMD-blue and Carom write such files. The scene takes the box of the file, unless the source gives
         the box a size or has a ``[[fill]]``. The box is periodic, except along axes that Carom has marked
         otherwise in the file, and flat along z in two dimensions. Masses and diameters in the file must equal
-        the masses and diameters of the species. Species with individual diameters take those of the file. GSD files have single precision, so spheres in contact may
-        overlap because of rounding. With ``separate_overlaps``, the scene moves such spheres apart.
+        the masses and diameters of the species. Species with individual diameters take those of the file. GSD
+        files have single precision, so spheres in contact may overlap because of rounding. With
+        ``separate_overlaps``, the scene moves such spheres apart.
 
         Parameters
         ----------
@@ -505,7 +506,7 @@ class Scene:
 
     @property
     def diameters(self) -> NDArray[np.float64]:
-        """Initial diameter of each species `[length]`; the mean if diameters are individual.
+        """Initial diameter of each species `[length]`; the nominal diameter if diameters are individual.
 
         Examples
         --------

@@ -1,12 +1,14 @@
 //! Growing diameters: the discontinuities of all pairs move outwards at a constant speed.
 
+use std::convert::Infallible;
+
 use serde::{Deserialize, Serialize};
 
 use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::engine::parts::Engine;
 use crate::engine::sources::Repredict;
-use crate::engine::{Chosen, EngineChoice, Invariant, InvariantBroken, Simulation, Snapshot};
-use crate::model::Growth;
+use crate::engine::{Chosen, EngineChoice, Invariant, InvariantBroken, Simulation};
+use crate::model::{Growth, Particle};
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
 
@@ -126,18 +128,22 @@ impl Simulation {
     /// Ends the growth at the current diameters.
     pub(crate) fn end_growth(&mut self) {
         let scale = with_engine!(&self.engine, engine => engine.scale());
-        let snapshot = self.snapshot();
+        let mut images = Vec::with_capacity(self.scene.particles.len());
+        let mut particles = Vec::with_capacity(self.scene.particles.len());
+        // Swap moves may have changed species and diameters since the start.
+        let Ok(()) = self.for_each_now(|now| {
+            images.push(now.image);
+            let particle =
+                Particle { diameter: now.diameter, ..Particle::new(now.species, now.position, now.velocity) };
+            particles.push(particle.spin(now.spin));
+            Ok::<(), Infallible>(())
+        });
         self.scene.grow(scale);
         self.scale *= scale;
-        for (particle, (position, velocity)) in
-            self.scene.particles.iter_mut().zip(snapshot.positions.iter().zip(&snapshot.velocities))
-        {
-            (particle.position, particle.velocity) = (*position, *velocity);
-        }
-        self.scene.start_time = snapshot.time;
+        self.scene.particles = particles;
+        self.scene.start_time = self.time();
         let scene = &self.scene;
         let carried = with_engine!(&self.engine, engine => engine.carried());
-        let Snapshot { images, .. } = snapshot;
         with_engine!(&mut self.engine, engine => engine.let_go());
         match &mut self.engine {
             Chosen::FreeHard(engine) => *engine = Engine::new(scene),

@@ -11,13 +11,6 @@ use crate::model::{Particle, Scene, SpeciesId};
 /// pair.
 const FEW: usize = 256;
 
-/// If the particles of a species have diameters of their own, each row has diameters that differ by at most this factor. The
-/// neighbour search uses the largest diameter of a row.
-const ALIKE: f64 = 1.12;
-
-/// Largest number of rows of a species. If diameters differ by a larger factor, each row has a wider range.
-const MOST_ROWS: i32 = 48;
-
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
     /// The species of each row. If grains may sleep, each species has a second row, for its sleeping particles. The
@@ -43,9 +36,9 @@ impl Rows {
         let (mut species, mut radii) = (Vec::new(), Vec::new());
         let mut rows = vec![0; count];
         for id in (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)) {
-            // Row numbers cannot overflow, because scenes with more rows were rejected.
+            // Row numbers cannot overflow, because scenes with too many rows were rejected.
             rows[id.0 as usize] = u16::try_from(species.len()).unwrap_or(u16::MAX);
-            for radius in largest_radii(&ranges[id.0 as usize]) {
+            for radius in ranges[id.0 as usize].bands() {
                 species.push(id);
                 radii.push(radius);
             }
@@ -128,18 +121,4 @@ impl Rows {
     pub fn species(&self) -> &[SpeciesId] {
         &self.species
     }
-}
-
-/// Divides a range of diameters into rows. Returns the largest radius of each row, in ascending order.
-fn largest_radii(range: &Diameters) -> Vec<f64> {
-    let (width, mut radii) = (libm::log(range.largest / range.smallest), Vec::new());
-    // A species without a diameter has one row.
-    if width > 0.0 && width.is_finite() {
-        let wanted = (width / libm::log(ALIKE)).ceil();
-        let count = (1..MOST_ROWS).find(|count| f64::from(*count) >= wanted).unwrap_or(MOST_ROWS);
-        let of_row = |row: i32| 0.5 * range.smallest * libm::exp(width * f64::from(row) / f64::from(count));
-        radii.extend((1..count).map(of_row));
-    }
-    radii.push(0.5 * range.largest);
-    radii
 }

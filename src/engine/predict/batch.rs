@@ -56,11 +56,24 @@ impl Batch<'_> {
         length: usize,
         before: f64,
     ) -> Earliest {
-        let width = if length > 4 { self.width } else { self.width.at_most_four() };
         if TABLE && self.has_sizes() {
-            return width.run(EarliestContact::<FALLING, TABLE, true> { batch: self, me, others, length, before });
+            return self.earliest_contact_of_sizes::<FALLING>(me, others, length, before);
         }
+        let width = if length > 4 { self.width } else { self.width.at_most_four() };
         width.run(EarliestContact::<FALLING, TABLE, false> { batch: self, me, others, length, before })
+    }
+
+    /// Like [`Self::earliest_contact`], for particles with diameters of their own.
+    #[inline(never)]
+    fn earliest_contact_of_sizes<const FALLING: bool>(
+        &self,
+        me: &Streamed,
+        others: &[u32],
+        length: usize,
+        before: f64,
+    ) -> Earliest {
+        let width = if length > 4 { self.width } else { self.width.at_most_four() };
+        width.run(EarliestContact::<FALLING, true, true> { batch: self, me, others, length, before })
     }
 
     /// Finds the earliest event of `me` with its captured partners. `prediction` is replaced if this event is earlier.
@@ -74,10 +87,21 @@ impl Batch<'_> {
         prediction: &mut Prediction,
     ) {
         if self.has_sizes() {
-            self.width.run(EarliestOfCaptured::<FALLING, true> { batch: self, me, captured, rules, prediction });
-        } else {
-            self.width.run(EarliestOfCaptured::<FALLING, false> { batch: self, me, captured, rules, prediction });
+            return self.earliest_of_captured_of_sizes::<FALLING>(me, captured, rules, prediction);
         }
+        self.width.run(EarliestOfCaptured::<FALLING, false> { batch: self, me, captured, rules, prediction });
+    }
+
+    /// Like [`Self::earliest_of_captured`], for particles with diameters of their own.
+    #[inline(never)]
+    fn earliest_of_captured_of_sizes<const FALLING: bool>(
+        &self,
+        me: &Streamed,
+        captured: &[PairState],
+        rules: &Rules,
+        prediction: &mut Prediction,
+    ) {
+        self.width.run(EarliestOfCaptured::<FALLING, true> { batch: self, me, captured, rules, prediction });
     }
 
     #[inline(always)]

@@ -4,7 +4,9 @@ use crate::check::verify::{EventRange, verify};
 use crate::engine::{Chosen, SetStateError, Simulation, Until};
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
-use crate::model::{DiameterDistribution, MassRule, Particle, ParticleId, Scene, SpeciesId, Swap};
+use crate::model::{
+    DiameterDistribution, Growth, GrowthTarget, MassRule, Particle, ParticleId, Scene, SpeciesId, Swap,
+};
 use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
 
@@ -152,4 +154,50 @@ fn particles_that_are_inserted_have_diameters_within_the_range_of_their_species(
     assert_eq!(snapshot.diameters[snapshot.index(id).unwrap()], 1.1);
     assert_eq!(snapshot.diameters.len(), 29);
     assert_eq!(simulation.real_overlaps(), []);
+}
+
+#[test]
+fn a_box_without_particles_takes_particles_with_diameters_again() {
+    let scene = fluid(MassRule::Volume, 0.02, 30).build().unwrap();
+    let mut simulation = Simulation::new(scene.clone()).unwrap();
+    let all: Vec<ParticleId> = (0..30).map(ParticleId).collect();
+    simulation.remove(&all).unwrap();
+    let places = [Vector::zeros(), 2.0 * Vector::x()];
+    let sized = |k: usize| Particle::new(SpeciesId(0), places[k], Vector::zeros()).diameter([1.1, 0.9][k]);
+    simulation.insert(&[sized(0), sized(1)]).unwrap();
+    assert_eq!(simulation.snapshot().diameters, [1.1, 0.9]);
+    simulation.advance(Until::time(1.0)).unwrap();
+    assert_eq!((simulation.event_counts().physical(), simulation.real_overlaps()), (0, vec![]));
+}
+
+#[test]
+fn growth_keeps_the_diameters_that_swap_moves_have_exchanged() {
+    let mixture = SceneBuilder::new("mixture")
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
+        .species(SpeciesDraft::new("B").mass(1.3).diameter(0.8))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "B"))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("B", "B"))
+        .fill(Fill::new(Arrangement::Random, "A").count(50).packing_fraction(0.15))
+        .fill(Fill::new(Arrangement::Random, "B").count(50))
+        .temperature(1.0);
+    for scene in [fluid(MassRule::Volume, 0.3, 100), mixture] {
+        let mut simulation = Simulation::new(scene.build().unwrap()).unwrap();
+        let mut random = Random::new(5, Purpose::Swap, 0);
+        let moves = simulation.swap(&Swap { interval: 1.0, attempts: None, largest_ratio: None }, &mut random);
+        assert!(moves.accepted > 5, "{}", moves.accepted);
+        let before = simulation.snapshot();
+        simulation.grow(&Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.35) }, 1.05);
+        simulation.advance(Until::time(0.3)).unwrap();
+        let scale = simulation.snapshot().scale;
+        assert!(scale > 1.02);
+        simulation.end_growth();
+        let after = simulation.snapshot();
+        assert_eq!(after.species, before.species);
+        for (before, after) in before.diameters.iter().zip(&after.diameters) {
+            assert!((after / (scale * before) - 1.0).abs() < 1e-14, "{after} {before}");
+        }
+        simulation.advance(Until::events(simulation.event_counts().physical() + 1_000)).unwrap();
+        assert_eq!(simulation.real_overlaps(), []);
+    }
 }

@@ -2,20 +2,15 @@
 
 use super::Keys;
 use crate::base::numbers::index;
-use crate::base::text::shortest;
 use crate::model::{DiameterDistribution, IndividualDiameters, MassRule};
 use crate::prepare::polydispersity::Class;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse, unknown};
 use crate::scene::file::{DiameterFile, DistributionFile};
-use crate::scene::limits::{finite, positive};
-
-const MOST_CLASSES: usize = 64;
+use crate::scene::limits::positive;
+use crate::scene::validate::diameters::{MOST_CLASSES, check_distribution};
 
 const DEFAULT_CLASSES: u64 = 16;
-
-/// Largest absolute value of the exponent of a power law.
-const LARGEST_EXPONENT: f64 = 100.0;
 
 pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 5] = [
     ("uniform", &["lower", "upper", "classes"]),
@@ -54,29 +49,19 @@ pub(super) fn parse_classes(file: DistributionFile, at: &ConfigPath) -> Result<V
 
 pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<DiameterDistribution, SceneError> {
     let (word, keys) = Keys::of_kind(&DISTRIBUTIONS, "distribution", &file.distribution, at, &file)?;
-    if word == "list" {
-        return listed(keys.need("diameters")?, file.shares, at);
-    }
-    let given = |key| positive(keys.need(key)?, at.key(key));
-    match word {
-        "uniform" | "power-law" => {
-            let (lower, upper) = (given("lower")?, given("upper")?);
-            if upper <= lower {
-                return refuse(at.key("upper"), upper, format!("more than the lower end, {lower}"));
-            }
-            if word == "uniform" {
-                return Ok(DiameterDistribution::Uniform { lower, upper });
-            }
-            let exponent = keys.need("exponent")?;
-            if !(-LARGEST_EXPONENT..=LARGEST_EXPONENT).contains(&exponent) {
-                let expected = format!("a number from -{LARGEST_EXPONENT} to {LARGEST_EXPONENT}");
-                return refuse(at.key("exponent"), shortest(exponent), expected);
-            }
-            Ok(DiameterDistribution::PowerLaw { exponent, lower, upper })
-        }
-        "gaussian" => Ok(DiameterDistribution::Gaussian { mean: given("mean")?, deviation: given("deviation")? }),
-        _ => Ok(DiameterDistribution::Lognormal { mean: given("mean")?, deviation: given("deviation")? }),
-    }
+    let distribution = match word {
+        "list" => listed(keys.need("diameters")?, file.shares),
+        "uniform" => DiameterDistribution::Uniform { lower: keys.need("lower")?, upper: keys.need("upper")? },
+        "power-law" => DiameterDistribution::PowerLaw {
+            exponent: keys.need("exponent")?,
+            lower: keys.need("lower")?,
+            upper: keys.need("upper")?,
+        },
+        "gaussian" => DiameterDistribution::Gaussian { mean: keys.need("mean")?, deviation: keys.need("deviation")? },
+        _ => DiameterDistribution::Lognormal { mean: keys.need("mean")?, deviation: keys.need("deviation")? },
+    };
+    check_distribution(&distribution, at)?;
+    Ok(distribution)
 }
 
 /// Parses the keys `diameters` and `masses` of a species.
@@ -119,20 +104,7 @@ pub(super) fn parse_individual(
     Ok(Some(IndividualDiameters { masses, distribution }))
 }
 
-fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>, at: &ConfigPath) -> Result<DiameterDistribution, SceneError> {
-    let count = diameters.len();
-    if !(1..=MOST_CLASSES).contains(&count) {
-        return refuse(at.key("diameters"), format!("a list of {count}"), format!("1 to {MOST_CLASSES} diameters"));
-    }
-    let shares = shares.unwrap_or_else(|| vec![1.0; count]);
-    if shares.len() != count {
-        let expected = format!("{count}, one for each diameter");
-        return refuse(at.key("shares"), format!("a list of {}", shares.len()), expected);
-    }
-    for (index, (&diameter, &share)) in diameters.iter().zip(&shares).enumerate() {
-        positive(diameter, at.key("diameters").index(index))?;
-        positive(share, at.key("shares").index(index))?;
-    }
-    finite(shares.iter().sum(), at.key("shares"))?;
-    Ok(DiameterDistribution::List { diameters, shares })
+fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>) -> DiameterDistribution {
+    let shares = shares.unwrap_or_else(|| vec![1.0; diameters.len()]);
+    DiameterDistribution::List { diameters, shares }
 }

@@ -21,11 +21,11 @@ const ROUNDED: f64 = 1e-3;
 /// Checks that the round-off of the start time is at most a thousandth of any duration or interval. In a time equal to
 /// the round-off, the fastest particle must move by less than the smallest diameter.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
-    let Scene { run, output, species, particles, start_time, .. } = scene;
+    let Scene { run, output, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
     let given = [run.limit.time, run.equilibration.time, output.thermo_interval, output.frame_interval];
     let fastest = particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
-    let smallest = species.iter().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
+    let smallest = scene.diameters_of_species().iter().map(|range| range.smallest).fold(f64::INFINITY, f64::min);
     // The start time affects only the times in the output. The engine counts time from the start of the run.
     let crossing = if fastest > 0.0 { smallest / fastest / ROUNDED } else { f64::INFINITY };
     let times = stages.chain(given.into_iter().flatten());
@@ -209,7 +209,7 @@ fn check_growth(growth: &Growth, at: &ConfigPath) -> Result<(), SceneError> {
 
 /// Packing fraction of the densest packing of equal particles; 1 for particles of several sizes.
 fn densest(scene: &Scene) -> f64 {
-    let diameters = || scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].diameter);
+    let diameters = || scene.particles.iter().map(|particle| scene.diameter(particle));
     let (least, largest) = (diameters().fold(f64::INFINITY, f64::min), diameters().fold(0.0, f64::max));
     match scene.space.dimensions() {
         _ if least != largest => 1.0,

@@ -266,7 +266,8 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
     }
 }
 
-/// Particles must fit inside a hollow sphere or cylinder, and their radius must be well above the round-off of
+/// Particles must fit inside a hollow sphere or cylinder. Those with individual diameters are checked with their positions.
+/// Their radius must be well above the round-off of
 /// coordinates.
 fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let meeting =
@@ -281,7 +282,7 @@ fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> 
         match surface.shape {
             SurfaceShape::Sphere { radius: room, is_inside: true, .. }
             | SurfaceShape::Cylinder { radius: room, is_inside: true, .. }
-                if room <= radius =>
+                if room <= radius && species.individual.is_none() =>
             {
                 return refuse(
                     at.key("radius"),

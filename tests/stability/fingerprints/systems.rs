@@ -115,6 +115,10 @@ const LINE: [(&str, &str); 3] =
 const SEVERAL: (&str, &str) = ("space.size", "[3.3, 3.2, 3.5]");
 const CHAINS: (&str, &str) =
     ("chain", r#"[{ species = "A", length = 5, count = 3, bond = "link", temperature = 1.0 }]"#);
+const OWN_DIAMETERS: [(&str, &str); 2] = [
+    ("species.0.diameter", r#"{ distribution = "power-law", exponent = 2.5, lower = 0.7, upper = 1.6 }"#),
+    ("species.0.diameters", r#""individual""#),
+];
 const FEW: (&str, &str) = ("fill.0.count", "9");
 
 pub const SYSTEMS: &[System] = &[
@@ -221,6 +225,22 @@ pub const SYSTEMS: &[System] = &[
         "distributed diameters",
         SPHERES,
         &[("species.0.diameter", r#"{ distribution = "gaussian", mean = 1.0, deviation = 0.15, classes = 5 }"#)],
+    ),
+    ("individual diameters", SPHERES, &OWN_DIAMETERS),
+    (
+        "individual diameters in wells",
+        MIXTURE,
+        &[OWN_DIAMETERS[0], OWN_DIAMETERS[1], WEIGHT, ("space.x", r#""walls""#), ("space.z", r#""walls""#)],
+    ),
+    (
+        "individual diameters that grow and are exchanged",
+        SPHERES,
+        &[
+            OWN_DIAMETERS[0],
+            OWN_DIAMETERS[1],
+            ("run.swap", "{ interval = 0.3 }"),
+            ("stage", r#"[{ name = "grow", grow = { rate = 0.2, packing_fraction = 0.4 } }]"#),
+        ],
     ),
 ];
 
