@@ -144,7 +144,7 @@ fn frame_of<'py>(py: Python<'py>, sample: &Sample<'_>, system: &SystemDescriptio
     let space = &system.space;
     let flat = |vectors: &[Vector]| array(py, vectors.iter().flat_map(|it| <[f64; 3]>::from(*it)).collect(), Some(3));
     let of_species = |k: usize| sample.species[k].0 as usize;
-    // Where masses differ within a species, it has no mass.
+    // A species whose particles have different masses has no mass.
     let mut masses: Vec<f64> = system.species_masses.clone();
     for k in 0..system.own_diameters.len() {
         if system.masses[k] != system.species_masses[of_species(k)] {

@@ -130,7 +130,7 @@ impl Scene {
         self.model.species().iter().map(|it| (it.name.clone(), it.mass, it.diameter)).collect()
     }
 
-    /// Whether the masses of particles of a species differ.
+    /// Whether any species has particles of different masses.
     fn has_different_masses(&self) -> bool {
         self.model.species().iter().any(|species| species.has_different_masses())
     }

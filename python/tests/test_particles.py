@@ -161,7 +161,7 @@ def test_a_run_with_arrays_goes_on() -> None:
     assert (carom.open("parts").frames[-1].positions == whole.frames[-1].positions).all()  # type: ignore[union-attr]
 
 
-#: A source for beads with diameters of their own.
+#: A source for beads with individual diameters.
 BEADS: dict[str, Any] = {
     "name": "beads",
     "space": {"size": [12.0, 12.0, 12.0]},

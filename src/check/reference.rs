@@ -94,7 +94,7 @@ enum Candidate {
 #[derive(Debug)]
 pub struct Reference {
     scene: Scene,
-    /// Species of each particle, with the particle's own diameter and mass.
+    /// Species of each particle, with the diameter and mass of the particle.
     own: Vec<Species>,
     tc_model: Option<TcModel>,
     /// Interaction and state of each interacting pair `(i, j)` of particles, with `i < j`.
@@ -309,7 +309,7 @@ impl Reference {
         }
     }
 
-    /// The interaction of two particles, with the distances of their own diameters.
+    /// The interaction of two particles, with distances scaled to their diameters.
     fn interaction(&self, id: InteractionId, [i, j]: [u32; 2]) -> Interaction {
         let interaction = &self.scene.interactions[id.0 as usize];
         let pair = [i, j].map(|k| (self.scene.particles[k as usize].species, 0.5 * self.own[k as usize].diameter));

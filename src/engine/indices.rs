@@ -35,8 +35,8 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether the times of the last contacts, and the numbers of contacts with thermal surfaces, are those of `count`
-    /// particles.
+    /// Whether the arrays of last contact times and of contacts with thermal surfaces have `count` entries, if they
+    /// exist.
     fn has_contacts_of(&self, count: usize) -> bool {
         let times = self.pairs.contact_times.as_ref().is_none_or(|times| times.last.len() == count);
         let thermal = self.sources.surface_random.as_ref().is_none_or(|random| random.contacts.len() == count);

@@ -203,8 +203,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         None
     }
 
-    /// Returns the deepest overlap with a surface of a particle at `position` with a table row and a radius. Overlaps
-    /// within round-off are ignored.
+    /// Returns the deepest overlap of a particle with a surface. The particle is at `position` and has the given table
+    /// row and radius. Overlaps within round-off are ignored.
     pub(super) fn overlap_with_surfaces(
         &self,
         (row, radius): (u16, f64),
@@ -256,9 +256,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Inserts particles without checks, and calls `set_states` with their indices. Particles without an
-    /// entry in `sizes` have the size of their species. Their energy, without the energy of
-    /// pairs, is added to the supplied energy. `how` is the origin of the particles and the kind of the counted event.
+    /// Inserts particles without checks, and calls `set_states` with their indices. Particles without an entry in
+    /// `sizes` have the size of their species. The energy of the inserted particles, without the energy of pairs, is
+    /// added to the supplied energy. `how` is the origin of the particles and the kind of the counted event.
     pub(super) fn enter(
         &mut self,
         (particles, sizes): (&[Particle], &[Size]),

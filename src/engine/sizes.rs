@@ -1,4 +1,4 @@
-//! Radii and masses of particles, which may have diameters of their own.
+//! Radii and masses of particles, with or without individual diameters.
 
 use super::array::Array;
 use super::columns::records::Record;
@@ -9,7 +9,7 @@ use crate::model::scene::scaled_distance;
 use crate::model::{Particle, Scene};
 use serde::{Deserialize, Serialize};
 
-/// Radius and inverse mass of a particle with a diameter of its own.
+/// Radius and inverse mass of a particle with an individual diameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Size {
     /// Half the diameter `[length]`.
@@ -24,7 +24,7 @@ impl Size {
     }
 }
 
-/// The size of each particle. Empty if no particles have diameters of their own.
+/// The size of each particle. Empty if no particles have individual diameters.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Sizes {
     pub radii: Array<f64>,
@@ -88,7 +88,7 @@ impl Column for Sizes {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether particles have diameters of their own.
+    /// Whether particles have individual diameters.
     #[inline]
     pub(super) fn has_sizes(&self) -> bool {
         TABLE && self.pairs.rules.has_sizes
@@ -105,7 +105,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.has_sizes() { self.state.sizes.radii[particle as usize] } else { self.rules_of(particle).radius }
     }
 
-    /// Current diameter of a particle if its species has individual diameters `[length]`.
+    /// Current individual diameter of a particle `[length]`; `None` if its species has one diameter.
     #[inline]
     pub(super) fn own_diameter(&self, particle: u32) -> Option<f64> {
         if !self.has_sizes() {
@@ -147,8 +147,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.has_sizes() { self.with_size(particle, awake) } else { *awake }
     }
 
-    /// Replaces the radius and the mass of a species by those of a particle. Moments of inertia are proportional to
-    /// `m R^2`. Not inlined, because most scenes have equal particles.
+    /// Replaces the radius and mass of a species by the radius and mass of a particle. Moments of inertia are
+    /// proportional to `m R^2`. Not inlined, because most scenes have equal particles.
     #[inline(never)]
     fn with_size(&self, particle: u32, rules: &SpeciesRules) -> SpeciesRules {
         if rules.is_static() {
@@ -161,7 +161,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         SpeciesRules { radius, inverse_mass, inverse_inertia, ..*rules }
     }
 
-    /// Distance of a discontinuity of two particles `[length]`. `distance` belongs to the diameters of their species.
+    /// Distance of a discontinuity of two particles `[length]`. `distance` applies to the diameters of the two species.
     #[inline]
     pub(super) fn distance_of_pair(&self, distance: f64, pair: [u32; 2]) -> f64 {
         if self.has_sizes() { self.scaled_to_pair(distance, pair) } else { distance }
@@ -174,7 +174,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         scaled_distance(distance, of_species, self.radius(i) + self.radius(j))
     }
 
-    /// Squared distance of a discontinuity of two particles `[length^2]`. `squared` belongs to the diameters of their
+    /// Squared distance of a discontinuity of two particles `[length^2]`. `squared` applies to the diameters of the two
     /// species.
     #[inline]
     pub(super) fn squared_of_pair(&self, squared: f64, pair: [u32; 2]) -> f64 {

@@ -31,7 +31,7 @@ pub struct Snapshot {
     /// Spins `[1 / time]`, `N x 3`; empty if the scene has no spins.
     #[doc(alias = "angular velocity")]
     pub spins: Vec<Vector>,
-    /// Current diameters `[length]`, `N`; empty unless particles have diameters of their own.
+    /// Current diameters `[length]`, `N`; empty unless particles have individual diameters.
     pub diameters: Vec<f64>,
     /// Number of periods that each particle has travelled along each axis since the start. Unwrapped positions are
     /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` in a box with edges `L`.
@@ -71,7 +71,7 @@ pub struct ParticleNow {
     pub spin: Vector,
     /// Number of periods travelled along each axis, as in [`Snapshot::images`].
     pub image: [i32; 3],
-    /// Current diameter of the particle `[length]`, if its species has individual diameters.
+    /// Current individual diameter of the particle `[length]`, if its species has individual diameters.
     pub diameter: Option<f64>,
 }
 

@@ -56,8 +56,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.row(a) == self.row(b) && self.radius(a) == self.radius(b)
     }
 
-    /// Whether a particle would overlap no particle and no surface if it had the species and the diameter of `other`. The pair itself is
-    /// not tested, because its contact distance is the same after the exchange.
+    /// Whether a particle would overlap no particle and no surface if it had the species and the diameter of `other`.
+    /// The pair itself is not tested, because its contact distance is the same after the exchange.
     fn has_room(&self, [particle, other]: [u32; 2], near: &mut Candidates) -> bool {
         let now = self.clock.now;
         let row = self.row(other);

@@ -90,7 +90,8 @@ impl DiameterDistribution {
     }
 }
 
-/// Mass of a particle with a diameter of its own. A particle with the diameter of its species has the mass of the species.
+/// Mass of a particle with an individual diameter. A particle with the diameter of the species has the mass of the
+/// species.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MassRule {
     /// All particles of the species have the same mass.
@@ -99,16 +100,17 @@ pub enum MassRule {
     Volume,
 }
 
-/// Diameters of particles that differ from particle to particle.
+/// Individual diameters of the particles of a species.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IndividualDiameters {
     /// How the mass of a particle depends on its diameter.
     pub masses: MassRule,
-    /// The distribution of the diameters of fills; `None` if each diameter is given.
+    /// The distribution of the diameters in fills; `None` if each diameter is given.
     pub distribution: Option<DiameterDistribution>,
 }
 
-/// Divides listed diameters among particles. Each diameter occurs as often as its share demands, up to one particle.
+/// Divides listed diameters among particles. The number of particles of each diameter agrees with its share to within
+/// one particle.
 fn listed(diameters: &[f64], shares: &[f64], particles: usize) -> Vec<f64> {
     let all: f64 = shares.iter().sum();
     let mut passed = 0.0;

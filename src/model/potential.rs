@@ -57,8 +57,8 @@ impl Potential {
         Ok(Self { radii, energies })
     }
 
-    /// Returns the potential of a pair of particles whose radii have the sum `of_pair`, see [`scaled_distance`]. The energies
-    /// stay the same.
+    /// Returns the potential of a pair of particles, see [`scaled_distance`]. `of_pair` is the sum of their radii. The
+    /// energies stay the same.
     pub(crate) fn scaled(&self, of_species: f64, of_pair: f64) -> Self {
         let radii = self.radii.iter().map(|radius| scaled_distance(*radius, of_species, of_pair));
         Self { radii: radii.collect(), energies: self.energies.clone() }

@@ -55,9 +55,9 @@ pub struct Species {
     pub acceleration: Vector,
     /// Moment of inertia `[mass length^2]`; `None` for a uniform sphere, or for a uniform disk in two dimensions.
     pub moment_of_inertia: Option<f64>,
-    /// Set if each particle has a [diameter](Particle::diameter) of its own. Then the mass, the moment of inertia and the
-    /// interactions of the species are those of particles with the diameter of the species. Distances scale with the mean
-    /// diameter of a pair.
+    /// Set if the particles have individual [diameters](Particle::diameter). The mass, the moment of inertia and the
+    /// interactions of the species then apply to particles with the diameter of the species. Distances scale with the
+    /// mean diameter of a pair.
     pub individual: Option<IndividualDiameters>,
 }
 
@@ -75,8 +75,8 @@ impl Species {
         self.mass.is_infinite()
     }
 
-    /// Returns the species with the diameter, mass and moment of inertia of a particle with a diameter of its own, in a space
-    /// of the given number of dimensions. A given moment of inertia is proportional to `m d^2`.
+    /// Returns the species with the diameter, mass and moment of inertia of a particle with an individual diameter.
+    /// Space has the given number of dimensions. A given moment of inertia is proportional to `m d^2`.
     #[must_use]
     pub fn with_diameter(&self, diameter: f64, dimensions: usize) -> Self {
         let ratio = diameter / self.diameter;
@@ -90,7 +90,7 @@ impl Species {
         Self { diameter, mass, moment_of_inertia, ..self.clone() }
     }
 
-    /// Whether the masses of the particles follow from their own diameters.
+    /// Whether the masses of the particles follow from their individual diameters.
     #[must_use]
     pub fn has_different_masses(&self) -> bool {
         self.individual.as_ref().is_some_and(|individual| individual.masses == MassRule::Volume)
@@ -154,7 +154,7 @@ pub struct Particle {
     /// Spin: angular velocity about the centre `[1 / time]`. Only rough contacts change the spin.
     #[doc(alias = "angular velocity")]
     pub spin: Vector,
-    /// Diameter `[length]`, if the particles of the species have diameters of their own; otherwise `None`.
+    /// Individual diameter `[length]`; `None` if the species has one diameter for all particles.
     pub diameter: Option<f64>,
 }
 
@@ -165,7 +165,7 @@ impl Particle {
         Self { species, position, velocity, spin: Vector::zeros(), diameter: None }
     }
 
-    /// Sets the diameter `[length]`, for a species whose particles have diameters of their own.
+    /// Sets the diameter `[length]` of a particle whose species has individual diameters.
     #[must_use]
     pub fn diameter(self, diameter: f64) -> Self {
         Self { diameter: Some(diameter), ..self }
@@ -437,8 +437,8 @@ impl Scene {
         self.table.iter().map(range).fold(0.0, f64::max)
     }
 
-    /// Largest distance `[length]` at which uncaptured pairs of two species interact, if the
-    /// particles have the diameters of their species; negative if they never do.
+    /// Largest distance `[length]` at which uncaptured pairs of two species interact, if the particles have the
+    /// diameters of their species; negative if they never interact.
     #[must_use]
     pub fn range(&self, a: SpeciesId, b: SpeciesId) -> f64 {
         let is_static = |id: SpeciesId| self.species[id.0 as usize].is_static();
@@ -472,7 +472,7 @@ impl Scene {
         scaled_distance(range, one + other, of_a + of_b)
     }
 
-    /// Whether the particles of any species have diameters of their own.
+    /// Whether any species has individual diameters.
     #[must_use]
     pub fn has_individual_diameters(&self) -> bool {
         self.species.iter().any(|species| species.individual.is_some())
@@ -492,7 +492,7 @@ impl Scene {
         }
     }
 
-    /// Diameter of a particle `[length]`: its own, or that of its species.
+    /// Individual diameter of a particle if it has one, otherwise the diameter of its species `[length]`.
     pub(crate) fn diameter(&self, particle: &Particle) -> f64 {
         particle.diameter.unwrap_or(self.species[particle.species.0 as usize].diameter)
     }
@@ -547,7 +547,7 @@ impl Diameters {
     }
 }
 
-/// Returns the range of the diameters of each species. Particles are given by their species and their own diameters.
+/// Returns the range of diameters of each species. `particles` are the species and individual diameters of particles.
 pub(crate) fn ranges_of_diameters(
     species: &[Species],
     particles: impl Iterator<Item = (SpeciesId, f64)>,
@@ -567,16 +567,15 @@ pub(crate) fn ranges_of_diameters(
 }
 
 impl Scene {
-    /// Returns the range of the diameters of each species. It is that of the particles at the start if they have diameters
-    /// of their own.
+    /// Returns the range of diameters of each species. If the diameters are individual, this is the range at the start.
     pub(crate) fn diameters_of_species(&self) -> Vec<Diameters> {
         let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
         ranges_of_diameters(&self.species, own)
     }
 }
 
-/// Distance of a discontinuity of two particles `[length]`. `distance` belongs to the diameters of their species, whose radii
-/// have the sum `of_species`, and `of_pair` is the sum of the radii of the two particles.
+/// Distance of a discontinuity of two particles `[length]`. `distance` applies to the diameters of the two species.
+/// `of_species` is the sum of the radii of the species, and `of_pair` is the sum of the radii of the particles.
 #[inline]
 pub(crate) fn scaled_distance(distance: f64, of_species: f64, of_pair: f64) -> f64 {
     distance / of_species * of_pair

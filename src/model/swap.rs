@@ -6,11 +6,12 @@ use super::limits::is_positive;
 
 /// Monte Carlo moves of a mixture of hard spheres, at regular times between the events.
 ///
-/// A move picks two different moving particles at random and exchanges their species, or their own
-/// diameters: in both cases, their diameters and masses. It is accepted if this causes no overlap. Positions do not change. If the masses are equal, velocities do
-/// not change either. Otherwise, velocities are exchanged together with the masses, so that momentum and energy are
-/// constant. Moves are symmetric, so they do not change averages in equilibrium. A. Ninarello, L. Berthier and D.
-/// Coslovich, Phys. Rev. X 7, 021039 (2017), [doi:10.1103/PhysRevX.7.021039](https://doi.org/10.1103/PhysRevX.7.021039).
+/// A move picks two different moving particles at random. It exchanges their species or their individual diameters. In
+/// both cases, the particles exchange diameters and masses. The move is accepted if it causes no overlap. Positions do
+/// not change. If the masses are equal, velocities do not change either. Otherwise, velocities are exchanged together
+/// with the masses, so that momentum and energy are constant. Moves are symmetric, so they do not change averages in
+/// equilibrium. A. Ninarello, L. Berthier and D. Coslovich, Phys. Rev. X 7, 021039 (2017),
+/// [doi:10.1103/PhysRevX.7.021039](https://doi.org/10.1103/PhysRevX.7.021039).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Swap {
     /// Time between two sets of moves `[time]`.

@@ -41,8 +41,8 @@ pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(Specie
     numbers.into_iter().map(|(species, number)| (species, number as f64)).collect()
 }
 
-/// Mean volume of a particle. If diameters are individual, they divide their distribution among `count` particles; without
-/// `count`, among very many.
+/// Mean volume of a particle. A distribution of individual diameters is divided among `count` particles, or among very
+/// many particles if there is no `count`.
 pub(crate) fn mean_volume(
     shares: &[(SpeciesId, f64)],
     count: Option<u64>,

@@ -133,8 +133,7 @@ struct Size {
     is_static: bool,
 }
 
-/// Largest number of diameters of a species in estimates. If particles have diameters of their own, similar diameters are
-/// taken together.
+/// Largest number of diameters of a species in estimates. Similar individual diameters are combined.
 const MOST_SIZES: usize = 64;
 
 fn sizes_of(scene: &Scene, counts: &[f64]) -> Vec<Size> {

@@ -228,7 +228,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a particle with a diameter of its own `[length]`, of a species with
+    /// Adds a particle with an individual diameter `[length]`. Its species must have
     /// [individual diameters](SpeciesDraft::individual_diameters).
     pub fn sized_particle(mut self, species: &str, diameter: f64, position: Vector, velocity: Vector) -> Self {
         let particle = Particle::new(SpeciesId(0), position, velocity).diameter(diameter);

@@ -354,7 +354,7 @@ fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds
         let now = &interactions.get(id).potential;
         is_kept[id.0 as usize] &= before.is_some_and(|before| are_alike(&before.potential, now));
     };
-    // Individual diameters scale the distances of a pair by the diameters of its species.
+    // If diameters are individual, the distances of a pair depend on the diameters of its species, too.
     let is_scaled_alike = |now: usize, before: usize| {
         species[now].individual.is_none() || species[now].diameter == run.species[before].diameter
     };

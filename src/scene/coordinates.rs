@@ -103,7 +103,8 @@ fn add_start(
         return Err(origin.wrong(0, problem.to_owned()));
     }
     let place = |position: Vector| given.map_or(position, |given| given.placed(position, &space));
-    // A radius is the particle's own if the species has individual diameters. Otherwise it must be that of the species.
+    // A radius in the frame sets an individual diameter. Without individual diameters, it must equal the species'
+    // radius.
     let is_individual = |name: &str| {
         let named = scene.species.iter().find(|species| species.name == name);
         start.has_radii && named.is_some_and(|species| species.individual.is_some())

@@ -202,11 +202,12 @@ pub(crate) struct SpeciesFile {
     pub name: String,
     /// Diameter or distribution of diameters `[length]`.
     pub diameter: DiameterFile,
-    /// With `individual`, each particle has a diameter of its own. Without this key, a distribution is divided into classes.
+    /// With `individual`, particles have individual diameters. Without this key, a distribution is divided into
+    /// classes.
     #[schemars(extend("enum" = [INDIVIDUAL]))]
     pub diameters: Option<String>,
     /// Mass `[mass]`, required for moving species. If diameters are distributed, this is the mass at the mean diameter. If
-    /// they are individual and `diameter` is a number, it is the mass at this diameter.
+    /// diameters are individual and `diameter` is a number, this is the mass at that diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
     /// Masses of particles with individual diameters: proportional to the volume, or constant.

@@ -140,7 +140,7 @@ impl Filling {
     }
 }
 
-/// Returns the particles of a fill. Individual diameters divide their distribution.
+/// Returns the particles of a fill. A distribution of individual diameters is divided among them.
 fn kinds(shares: &[(SpeciesId, usize)], species: &[Species], at: &ConfigPath) -> Result<Vec<Kind>, SceneError> {
     let (mut kinds, at) = (Vec::new(), at.key("species"));
     for &(id, count) in shares {

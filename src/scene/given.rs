@@ -23,8 +23,8 @@ pub struct GivenParticles {
     pub frame: Frame,
     /// Whether the frame has a box, which the scene uses if it has no size.
     pub has_box: bool,
-    /// Whether the frame has radii. They must equal the radii of the species, unless the particles of the species have
-    /// diameters of their own.
+    /// Whether the frame has radii. They must equal the radii of the species, unless the species has individual
+    /// diameters.
     pub has_radii: bool,
     /// Whether the positions have only x and y. The z axis must then be flat.
     pub is_plane: bool,

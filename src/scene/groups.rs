@@ -109,7 +109,7 @@ impl Groups {
         Ok(groups)
     }
 
-    /// Returns the range of the diameters of each species.
+    /// Returns the range of diameters of each species.
     pub(crate) fn ranges_of_diameters(&self, species: &[Species]) -> Vec<Diameters> {
         let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
         ranges_of_diameters(species, own)

@@ -183,8 +183,8 @@ impl<'a> Interactions<'a> {
         &self.list
     }
 
-    /// Returns the longest range of the interactions of species that can meet. `diameters` are the diameters of the
-    /// particles of each species.
+    /// Returns the longest range of the interactions between species that can meet. `diameters` contains the range of
+    /// diameters of each species.
     pub(crate) fn longest_range(&self, diameters: &[Diameters], can_meet: impl Fn(usize, usize) -> bool) -> f64 {
         let is_sized = self.species.iter().any(|species| species.individual.is_some());
         let range = |([a, b], id): ([usize; 2], Option<InteractionId>)| {

@@ -36,7 +36,8 @@ fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), S
     Ok(())
 }
 
-/// Rejects too many species with particles. Ranges of individual diameters count like species: their numbers have 16 bits, and tables of pairs must fit into memory.
+/// Rejects too many species with particles. Ranges of individual diameters count as species. Species numbers have 16
+/// bits, and tables of pairs must fit into memory.
 pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let (species, budget) = (species as u64, memory::total());
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
@@ -142,7 +143,8 @@ pub(crate) fn spin(spin: &Vector, species: &Species, space: &Space, at: &ConfigP
     }
 }
 
-/// Checks the own diameter of a particle. `at` is the config path of the diameter, and `of` that of the particle.
+/// Checks the diameter that is given for a particle. `at` is the config path of the diameter, and `of` is the config
+/// path of the particle.
 pub(crate) fn diameter(
     given: Option<f64>,
     species: &Species,

@@ -234,7 +234,7 @@ pub struct SpeciesDraft {
     pub(crate) acceleration: Option<Vector>,
     /// Moment of inertia; `None` for a uniform sphere or disk.
     pub(crate) moment_of_inertia: Option<f64>,
-    /// Set if each particle has a diameter of its own.
+    /// Set if the particles have individual diameters.
     pub(crate) individual: Option<IndividualDiameters>,
 }
 
@@ -278,8 +278,8 @@ impl SpeciesDraft {
         Self { moment_of_inertia: Some(moment), ..self }
     }
 
-    /// Gives each particle a diameter of its own, see [`SceneBuilder::sized_particle`] and [`Self::distributed`]. The mass
-    /// and the diameter of the species belong together: a particle with this diameter has this mass.
+    /// Gives the particles individual diameters, see [`SceneBuilder::sized_particle`] and [`Self::distributed`]. A
+    /// particle with the diameter of the species has the mass of the species.
     ///
     /// [`SceneBuilder::sized_particle`]: crate::scene::SceneBuilder::sized_particle
     #[must_use]
@@ -288,8 +288,8 @@ impl SpeciesDraft {
         Self { individual: Some(IndividualDiameters { masses, distribution }), ..self }
     }
 
-    /// Gives each particle a diameter of its own. In a fill, the diameters have a distribution. The diameter of the species
-    /// becomes the mean of the distribution.
+    /// Gives the particles individual diameters. In a fill, the diameters have a distribution. The diameter of the
+    /// species becomes the mean of the distribution.
     ///
     /// ```
     /// use carom::model::DiameterDistribution;
@@ -333,7 +333,7 @@ impl SpeciesDraft {
         }
     }
 
-    /// Mass of a particle with a diameter of its own, divided by the mass of the species.
+    /// Mass of a particle with an individual diameter, divided by the mass of the species.
     pub(crate) fn ratio_of_masses(&self, diameter: f64, dimensions: usize) -> f64 {
         let species = Species { individual: self.individual.clone(), ..Species::new("", 1.0, self.diameter) };
         species.with_diameter(diameter, dimensions).mass

@@ -76,7 +76,7 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     if dice.chance(0.3) { varied(&text, &mut dice) } else { text }
 }
 
-/// Gives the particles of some species diameters of their own, which are at most those of the species.
+/// Gives some species individual diameters. These are at most the diameter of the species.
 fn sized(text: &str, dice: &mut Dice) -> String {
     let (mut sized, mut name, mut of) = (String::new(), String::new(), Vec::new());
     let narrowest = dice.pick(&[0.9, 0.6, 0.2]);

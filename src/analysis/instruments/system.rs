@@ -30,7 +30,7 @@ pub struct SystemDescription {
     pub species_names: Vec<String>,
     /// Diameters of the species `[length]`.
     pub diameters: Vec<f64>,
-    /// Diameter of each particle `[length]`; empty unless particles have diameters of their own. Swap moves change it.
+    /// Diameter of each particle `[length]`; empty unless particles have individual diameters. Swap moves change it.
     pub own_diameters: Vec<f64>,
     /// Species of each particle, as an index into the names. Swap moves change it.
     pub species: Vec<u32>,
@@ -117,7 +117,7 @@ fn described_now(simulation: &Simulation) -> Vec<Described> {
     all
 }
 
-/// Diameters of the particles; none unless they have their own.
+/// Diameters of the particles; empty unless particles have individual diameters.
 fn own_diameters(scene: &Scene, particles: &[Described]) -> Vec<f64> {
     if !scene.has_individual_diameters() {
         return Vec::new();
@@ -169,7 +169,7 @@ impl SystemDescription {
         Self::with(simulation.scene(), described_now(simulation), applicable)
     }
 
-    /// Updates the species, masses and diameters of the particles after they have exchanged them.
+    /// Updates the species, masses and diameters of the particles after an exchange.
     pub(crate) fn take_species(&mut self, simulation: &Simulation) {
         let particles = described_now(simulation);
         self.species = particles.iter().map(|particle| particle.species).collect();

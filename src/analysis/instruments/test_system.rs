@@ -67,10 +67,10 @@ pub(super) fn measure(
     }
 }
 
-/// The copy of a [`Recorded`] instrument is saved and restored after each of so many samples.
+/// Number of initial samples. The copy of a [`Recorded`] instrument is saved and restored after each of them.
 const FIRST_SAMPLES: usize = 200;
-/// Afterwards, it is saved and restored once in so many samples, because this takes much longer than a sample. Instruments
-/// often do something at each power of two, so this number is odd.
+/// Number of later samples between two saves of the copy. Saving and restoring takes much longer than a sample.
+/// Instruments often do something at each power of two, so this number is odd.
 const LATER_SAMPLES: usize = 17;
 
 /// An instrument and a copy. After many samples, the copy is saved and restored.

@@ -38,7 +38,8 @@ pub fn beverloo(number_density: f64, gravity: f64, outlet: Outlet, grain: f64) -
     4.0 / PI * DISCHARGE * number_density * area * (gravity * width).sqrt()
 }
 
-/// Rates through the outlets of a scene, for all moving species. None if grains have diameters of their own. `population` is the number of grains of each species.
+/// Rates through the outlets of a scene, for all moving species. Empty if grains have individual diameters.
+/// `population` is the number of grains of each species.
 pub fn of_flows(scene: &Scene, population: &[usize], gravity: f64) -> Vec<PublishedValue> {
     let grains: Vec<(&Species, f64)> = scene
         .species

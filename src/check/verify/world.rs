@@ -182,7 +182,7 @@ impl World {
         0.5 * self.scene.diameter(&self.scene.particles[i as usize])
     }
 
-    /// The interaction of two particles, with the distances of their own diameters.
+    /// The interaction of two particles, with distances scaled to their diameters.
     pub fn interaction(&self, i: u32, j: u32) -> Option<Cow<'_, Interaction>> {
         let bond = if self.bonds.is_empty() { None } else { self.bonds.get(&(i.min(j), i.max(j))).copied() };
         let species = |i: u32| self.scene.particles[i as usize].species;

@@ -25,7 +25,7 @@ pub(in crate::engine) struct Record {
     pub images: Option<[i32; 3]>,
     /// Spin of the particle `[1 / time]`; `None` if the scene has no spins.
     pub spin: Option<Vector>,
-    /// Radius and mass; `None` if no particles have diameters of their own.
+    /// Radius and mass; `None` if no particles have individual diameters.
     pub size: Option<Size>,
     /// Time of the last contact in the TC model, counted from the epoch; `None` without this model.
     pub last_contact: Option<f64>,

@@ -1,4 +1,5 @@
-//! Writes the velocities after a contact, and adds torques to spins. No other code does. `impulse` is only recorded.
+//! Writes the velocities after a contact, and adds torques to spins. No other code does this. `impulse` is only
+//! recorded.
 
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind, Other, Outcome};

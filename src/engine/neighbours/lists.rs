@@ -149,8 +149,8 @@ impl Lists {
         self.needed_for_rebuild() <= 4_096 + self.spans.len() / 8
     }
 
-    /// Makes room for the rebuilds of one thread with `share` particles. Free runs are divided evenly among `threads`:
-    /// this thread, and those that follow.
+    /// Makes room for the rebuilds of one thread with `share` particles. `threads` counts this thread and the threads
+    /// that follow. Free runs are divided evenly among these threads.
     pub fn make_room(&mut self, rooms: &mut Rooms, share: usize, threads: usize) {
         rooms.runs = self.free.iter_mut().map(|free| free.split_off(free.len() - free.len() / threads)).collect();
         rooms.needed = id(self.needed_for_rebuild());

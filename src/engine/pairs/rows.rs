@@ -14,8 +14,8 @@ const FEW: usize = 256;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
     /// The species of each row. If grains may sleep, each species has a second row, for its sleeping particles. The
-    /// second rows follow the first rows in the same order. A species whose particles have diameters of their own has
-    /// several rows, from small to large particles.
+    /// second rows follow the first rows in the same order. A species with individual diameters has several rows, from
+    /// small to large particles.
     species: Vec<SpeciesId>,
     /// The largest radius of the particles of each row `[length]`.
     radii: Vec<f64>,

@@ -124,7 +124,7 @@ pub struct SpeciesRules {
     pub acceleration: Vector,
     /// Inverse moment of inertia; 0 for a static species `[1 / (mass length^2)]`.
     pub inverse_inertia: f64,
-    /// Whether the particles of the species have diameters of their own.
+    /// Whether the species has individual diameters.
     pub is_individual: bool,
 }
 
@@ -156,7 +156,7 @@ impl SpeciesRules {
 pub struct Reaches<'a> {
     /// Squared contact distances `[length^2]`. Negative infinity excludes pairs.
     pub squared: &'a [f64],
-    /// The same for particles with diameters of their own; `None` if there are no such particles.
+    /// Divided contact distances for individual diameters; `None` if no particles have individual diameters.
     pub slopes: Option<&'a Slopes>,
 }
 
@@ -165,7 +165,7 @@ pub struct Reaches<'a> {
 pub struct Slopes {
     /// For each table row; negative for excluded pairs.
     pub of_rows: Vec<f64>,
-    /// The slope of all pairs, if they have the same one.
+    /// The slope of all pairs, if it is the same for all.
     pub common: Option<f64>,
 }
 
@@ -186,13 +186,13 @@ pub struct Rules {
     meetings: Vec<Meeting>,
     inertial: Vec<f64>,
     accelerated: Vec<f64>,
-    /// Like `inertial` and `accelerated`, for each table row. Empty unless particles have diameters of their own.
+    /// Like `inertial` and `accelerated`, for each table row. Empty unless particles have individual diameters.
     slopes: [Vec<Slopes>; 2],
     /// For each table row, whether any pair has a relative acceleration.
     is_met_accelerated: Vec<bool>,
     /// Whether the particles have spins.
     pub has_spins: bool,
-    /// Whether particles have diameters of their own.
+    /// Whether particles have individual diameters.
     pub has_sizes: bool,
 }
 
@@ -262,8 +262,8 @@ impl Rules {
         Self { rows, inertial, accelerated, slopes, is_met_accelerated, species, steps, meetings, has_spins, has_sizes }
     }
 
-    /// Returns the distances at which a particle of a given row meets uncaptured particles of each row. Pairs that never meet
-    /// are excluded, and pairs with a relative acceleration.
+    /// Returns the distances at which a particle of a given row meets uncaptured particles of each row. Excludes pairs
+    /// that never meet and pairs with a relative acceleration.
     #[inline]
     #[must_use]
     pub fn inertial(&self, row: u16) -> Reaches<'_> {
@@ -272,8 +272,8 @@ impl Rules {
 
     /// Like [`Self::inertial`], for pairs with a relative acceleration. Returns `None` if there are no such pairs.
     ///
-    /// The result is the range if the other species has no acceleration, and infinity if it has one. Pairs that never meet
-    /// are excluded, and pairs without a relative acceleration.
+    /// The result is the range if the other species has no acceleration, and infinity if it has one. Excludes pairs
+    /// that never meet and pairs without a relative acceleration.
     #[inline]
     #[must_use]
     pub fn accelerated(&self, row: u16) -> Option<Reaches<'_>> {

@@ -28,7 +28,7 @@ pub(in crate::engine) struct Batch<'a> {
     /// Contact distances of `me` with the particles of each table row. Contacts that cannot be predicted in a batch are
     /// excluded.
     pub reaches: Reaches<'a>,
-    /// Radii of all particles `[length]`; empty unless particles have diameters of their own.
+    /// Radii of all particles `[length]`; empty unless particles have individual diameters.
     pub radii: &'a Array<f64>,
     /// Whether all particles have the same table row.
     pub has_one_row: bool,
@@ -63,7 +63,7 @@ impl Batch<'_> {
         width.run(EarliestContact::<FALLING, TABLE, false> { batch: self, me, others, length, before })
     }
 
-    /// Like [`Self::earliest_contact`], for particles with diameters of their own.
+    /// Like [`Self::earliest_contact`], for particles with individual diameters.
     #[inline(never)]
     fn earliest_contact_of_sizes<const FALLING: bool>(
         &self,
@@ -92,7 +92,7 @@ impl Batch<'_> {
         self.width.run(EarliestOfCaptured::<FALLING, false> { batch: self, me, captured, rules, prediction });
     }
 
-    /// Like [`Self::earliest_of_captured`], for particles with diameters of their own.
+    /// Like [`Self::earliest_of_captured`], for particles with individual diameters.
     #[inline(never)]
     fn earliest_of_captured_of_sizes<const FALLING: bool>(
         &self,
@@ -113,8 +113,8 @@ impl Batch<'_> {
         self.bodies[particle as usize].name
     }
 
-    /// Whether particles have diameters of their own. Lanes are compiled for both cases, because a branch in their loops would
-    /// cost time.
+    /// Whether particles have individual diameters. Lanes are compiled for both cases, because a branch in their loops
+    /// would cost time.
     #[inline]
     pub fn has_sizes(&self) -> bool {
         !self.radii.is_empty()
@@ -129,7 +129,7 @@ impl Batch<'_> {
         F::each(&std::array::from_fn::<f64, MOST_LANES, _>(|k| reaches.squared[self.row_of(ids[k % F::COUNT])]))
     }
 
-    /// Like [`Self::squares`], for particles with diameters of their own. The operations are those of
+    /// Like [`Self::squares`], for particles with individual diameters. Uses the same operations as
     /// [`scaled_distance`](crate::model::scene::scaled_distance).
     #[inline(always)]
     fn squares_of_sizes<F: Lanes>(&self, me: &Streamed, reaches: &Reaches<'_>, ids: &[u32]) -> F {

@@ -20,7 +20,7 @@ fn fluid(masses: MassRule, packing_fraction: f64, count: u64) -> SceneBuilder {
         .temperature(1.3)
 }
 
-/// The same particles, each of a species of its own.
+/// The same particles, with a separate species for each particle.
 fn species_of_one(scene: &Scene) -> Scene {
     let mut builder = SceneBuilder::new("species").space(scene.space().clone());
     let name = |k: usize| format!("S{k}");

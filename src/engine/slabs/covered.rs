@@ -5,7 +5,7 @@ use crate::engine::marks::Marks;
 /// A slab has held back these contacts, and has marked the places of both particles of each contact.
 ///
 /// No slab executes a later step at a marked place. A contact in this set therefore conflicts with no step of a slab. If
-/// another step changes one of its particles, it leaves the set.
+/// another step changes one of its particles, the contact leaves the set.
 #[derive(Debug, Clone, Default)]
 pub struct Covered {
     contacts: Marks,

@@ -9,7 +9,8 @@ use std::time::Duration;
 const PER_PARTICLE: f64 = 1.0 / 16.0;
 const LEAST: f64 = 20_000.0;
 
-/// The first steps after a change are not measured, because a change takes time. They are one such part of a measurement.
+/// The first steps after a change are not measured, because a change takes time. Their number is the length of a
+/// measurement divided by this number.
 const IGNORED: u64 = 4;
 
 /// An epoch is long if it lasts longer than this number of measurements.
@@ -30,7 +31,7 @@ const BEFORE_FIRST: u32 = 4;
 const IN_A_ROW: u32 = 3;
 /// A measurement is slow if a step takes longer than at the last trial, by more than this factor.
 const SLOWER: f64 = 1.25;
-/// The interval has this many parts. At least one of them must pass between two trials.
+/// Number of parts of the interval. At least one part must pass between two trials.
 const PARTS: u32 = 32;
 
 /// Weight of a new measurement in the mean.

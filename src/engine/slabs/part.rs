@@ -68,7 +68,7 @@ pub struct HeldBack {
     pub entry: QueueEntry,
     /// Coordinate of the particle along the axis that is cut.
     pub along: f64,
-    /// Whether it is a contact of two particles whose places are known.
+    /// Whether the step is a contact of two particles whose places are known.
     pub is_covered: bool,
 }
 
@@ -170,7 +170,7 @@ impl Due {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Runs a phase up to and including the time `stop`. Holds back steps near the faces of the region, and steps near
-    /// others that it has held back. `collisions` with the heat bath are in the order of their times.
+    /// other steps that it has held back. `collisions` with the heat bath are in the order of their times.
     pub(super) fn run_phase(
         &mut self,
         task: &Task<'_>,

@@ -67,7 +67,7 @@ fn all_orders_of_unlike_rods_are_equally_likely() {
     }
 }
 
-/// Three disks of unlike individual diameters between four walls. The room that is left depends on which disk is in the
+/// Three disks with different individual diameters between four walls. The free space depends on which disk is in the
 /// middle, so the probabilities of the three cases differ. They are found by random placement.
 #[test]
 fn unlike_disks_are_in_the_middle_as_often_as_their_room_allows() {

@@ -32,9 +32,9 @@ pub struct SpeciesSummary {
     pub name: String,
     /// Number of particles of this species.
     pub count: usize,
-    /// Diameter of a particle `[length]`; the mean if diameters are individual.
+    /// Diameter of a particle `[length]`; the mean diameter if diameters are individual.
     pub diameter: f64,
-    /// Mass of a particle; `None` for a static species. If masses are individual, the mean.
+    /// Mass of a particle, or the mean mass if masses are individual; `None` for a static species.
     pub mass: Option<f64>,
     /// The smallest and the largest diameter `[length]`, if diameters are individual.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -69,7 +69,7 @@ fn sums(simulation: &Simulation) -> Vec<Sums> {
     all
 }
 
-/// Returns diameters and numbers of particles. Particles with individual diameters have an entry each.
+/// Returns diameters and numbers of particles. Each particle with an individual diameter has an entry.
 pub(super) fn sizes(simulation: &Simulation, scale: f64) -> Vec<[f64; 2]> {
     let species = simulation.scene().species();
     let equal = species.iter().zip(simulation.population()).filter(|(species, _)| species.individual.is_none());

@@ -64,7 +64,7 @@ impl<'a> Placing<'a> {
         Particle { diameter, ..Particle::new(species, self.space.wrapped(position), Vector::zeros()) }
     }
 
-    /// Returns the range of the diameters of each species, from all groups.
+    /// Returns the range of diameters of each species in all groups.
     pub(super) fn ranges_of_diameters(&self) -> Result<Vec<Diameters>, SceneError> {
         let mut all = Vec::new();
         for LocatedGroup { at, group } in &self.scene.groups {

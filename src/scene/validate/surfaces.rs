@@ -266,9 +266,8 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
     }
 }
 
-/// Particles must fit inside a hollow sphere or cylinder. Those with individual diameters are checked with their positions.
-/// Their radius must be well above the round-off of
-/// coordinates.
+/// Particles must fit inside a hollow sphere or cylinder. Particles with individual diameters are checked for this with
+/// their positions. The radius of a particle must be well above the round-off of coordinates.
 fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let meeting =
         (0..).zip(species).filter(|(index, species)| surface.meets(SpeciesId(*index)) && !species.is_static());

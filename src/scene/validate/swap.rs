@@ -35,7 +35,7 @@ pub(super) fn check_output(scene: &Scene) -> Result<(), SceneError> {
     }
 }
 
-/// Rejects instruments that need particles of one diameter and mass in each species.
+/// Rejects instruments that need one diameter and one mass for each species.
 pub(super) fn check_sizes(scene: &Scene) -> Result<(), SceneError> {
     if !scene.has_individual_diameters() {
         return Ok(());

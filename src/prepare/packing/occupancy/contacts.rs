@@ -2,7 +2,7 @@ use crate::model::scene::{Diameters, scaled_distance};
 use crate::model::species_pairs::SpeciesPairs;
 use crate::model::{Particle, Species, SpeciesId};
 
-/// A particle to be placed: its species and, if it has its own, its diameter `[length]`.
+/// A particle to be placed: its species and its individual diameter `[length]`, if it has one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Kind {
     pub species: SpeciesId,
@@ -18,7 +18,7 @@ impl Kind {
         Self { species: particle.species, diameter: particle.diameter }
     }
 
-    /// Diameter of the particle `[length]`: its own, or that of its species.
+    /// Individual diameter of the particle if it has one, otherwise the diameter of its species `[length]`.
     pub(crate) fn diameter_among(&self, species: &[Species]) -> f64 {
         self.diameter.unwrap_or(species[self.index()].diameter)
     }
@@ -35,7 +35,7 @@ pub(crate) struct Contacts {
     /// Contact distances of particles with the diameters of their species.
     of_species: SpeciesPairs<f64>,
     /// Diameter of each species, and the range of the diameters of its particles `[length]`. Empty unless particles have
-    /// diameters of their own.
+    /// individual diameters.
     sizes: Vec<(f64, Diameters)>,
 }
 
@@ -44,7 +44,7 @@ impl Contacts {
         Self { of_species, sizes: Vec::new() }
     }
 
-    /// Adds the diameters of particles that have their own.
+    /// Adds the diameters of species and particles, if any species has individual diameters.
     pub(crate) fn among(self, species: &[Species], ranges: Vec<Diameters>) -> Self {
         if species.iter().all(|species| species.individual.is_none()) {
             return self;

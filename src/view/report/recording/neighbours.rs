@@ -17,7 +17,7 @@ pub(super) struct WellNeighbours {
 }
 
 impl WellNeighbours {
-    /// Returns `None` if no potential has finite steps, if particles have diameters of their own, or if the frame and the
+    /// Returns `None` if no potential has finite steps, if particles have individual diameters, or if the frame and the
     /// scene have different species.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
         if scene.has_individual_diameters() {
