@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use carom::io::{read_scene_text, read_scene_with};
-use carom::model::{ParticleId, Scene as Model};
+use carom::model::{ParticleId, Scene as Model, Species};
 use carom::scene::KeptParticles;
 use carom::trajectory::Frame;
 use carom::view::description;
@@ -130,9 +130,10 @@ impl Scene {
         self.model.species().iter().map(|it| (it.name.clone(), it.mass, it.diameter)).collect()
     }
 
-    /// Whether any species has particles of different masses.
-    fn has_different_masses(&self) -> bool {
-        self.model.species().iter().any(|species| species.has_different_masses())
+    /// Mass of each species in frames: NaN if its particles have different masses.
+    fn frame_masses(&self) -> Vec<f64> {
+        let mass = |species: &Species| if species.has_different_masses() { f64::NAN } else { species.mass };
+        self.model.species().iter().map(mass).collect()
     }
 
     fn has_exchange(&self) -> bool {

@@ -86,7 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             () if !self.has_contacts_of(count) => Some("the contacts of the particles"),
             () if !self.ranges.is_sound(rows_of_table.len()) => Some("the ranges of interactions"),
             () if !self.pairs.states.is_sound(count, TABLE) => Some("the captured pairs"),
-            () if !self.pairs.rules.is_sound(self.pairs.states.all()) => Some("the interactions"),
+            () if !self.pairs.rules.is_sound(species, self.pairs.states.all()) => Some("the interactions"),
             () => match &self.neighbours {
                 Neighbours::Cells(cells) => (!cells.is_sound(count)).then_some("the cells"),
                 Neighbours::Lists(verlet) => {

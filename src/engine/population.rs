@@ -123,7 +123,8 @@ impl Simulation {
             _ => false,
         };
         if !is_allowed {
-            return Err(SetStateError::Diameter { particle, smallest: *allowed.start(), largest: *allowed.end() });
+            let range = species.individual.as_ref().map(|_| [*allowed.start(), *allowed.end()]);
+            return Err(SetStateError::Diameter { particle, range });
         }
         let space = &self.scene.space;
         let is_wrong = |axis: &usize| {
@@ -244,24 +245,24 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.include_species_of(particles);
         let before = if TABLE { self.energy().pair } else { 0.0 };
         let size = |particle: &Particle| Size::of(scene, particle);
-        let sizes: Vec<Size> = particles.iter().map(size).collect();
+        let sizes: Option<Vec<Size>> = self.has_sizes().then(|| particles.iter().map(size).collect());
         let set_states = |engine: &mut Self, added| {
             if TABLE {
                 engine.set_states_of(scene, added);
             }
         };
-        let _ = self.enter((particles, &sizes), (With::Program, None), &mut None, set_states);
+        let _ = self.enter((particles, sizes.as_deref()), (With::Program, None), &mut None, set_states);
         if TABLE {
             self.note_pair_energy(before);
         }
     }
 
-    /// Inserts particles without checks, and calls `set_states` with their indices. Particles without an entry in
-    /// `sizes` have the size of their species. The energy of the inserted particles, without the energy of pairs, is
+    /// Inserts particles without checks, and calls `set_states` with their indices. `sizes` is `None` if the
+    /// particles of each species are equal. The energy of the inserted particles, without the energy of pairs, is
     /// added to the supplied energy. `how` is the origin of the particles and the kind of the counted event.
     pub(super) fn enter(
         &mut self,
-        (particles, sizes): (&[Particle], &[Size]),
+        (particles, sizes): (&[Particle], Option<&[Size]>),
         how: (With, Option<CountedKind>),
         observe: &mut Observe<'_>,
         set_states: impl FnOnce(&mut Self, Range<u32>),
@@ -274,10 +275,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             record.images = Some(images);
             record.spin = self.pairs.rules.has_spins.then_some(particle.spin);
             record.row = TABLE.then(|| self.pairs.rules.rows.row_of(particle));
-            record.size = self.has_sizes().then(|| {
-                let of_species = self.size_of_row(self.pairs.rules.rows.row_of(particle));
-                sizes.get(records.len()).copied().unwrap_or(of_species)
-            });
+            record.size = sizes.map(|sizes| sizes[records.len()]);
             record.captured = TABLE.then(Vec::new);
             records.push(record);
         }

@@ -77,15 +77,13 @@ pub enum SetStateError {
     #[error(
         "particle {} has a wrong diameter, expected {}",
         particle.0,
-        if smallest < largest { format!("one from {smallest} to {largest}") } else { format!("none, or {largest}") }
+        range.map_or_else(|| "none".to_owned(), |[smallest, largest]| format!("one from {smallest} to {largest}"))
     )]
     Diameter {
         /// The particle.
         particle: ParticleId,
-        /// The smallest diameter of the species `[length]`.
-        smallest: f64,
-        /// The largest diameter of the species `[length]`.
-        largest: f64,
+        /// The smallest and the largest diameter of the species `[length]`; `None` if its particles are equal.
+        range: Option<[f64; 2]>,
     },
     /// A new particle has a spin, but no contact of the scene is rough.
     #[error("particle {} has a spin, expected none in a scene without rough contacts", particle.0)]

@@ -5,7 +5,7 @@ use super::columns::records::Record;
 use super::columns::{Column, Order, PartNumbers, take_values};
 use super::pairs::rules::SpeciesRules;
 use super::parts::Engine;
-use crate::model::scene::scaled_distance;
+use crate::model::diameters::scaled_distance;
 use crate::model::{Particle, Scene};
 use serde::{Deserialize, Serialize};
 
@@ -40,12 +40,12 @@ impl Sizes {
         sizes
     }
 
-    pub fn are_equal(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.radii.is_empty()
     }
 
     pub fn swap(&mut self, [a, b]: [u32; 2]) {
-        if !self.are_equal() {
+        if !self.is_empty() {
             self.radii.swap(a as usize, b as usize);
             self.inverse_masses.swap(a as usize, b as usize);
         }
@@ -67,7 +67,7 @@ impl Column for Sizes {
     fn copy(&self, particle: u32, record: &mut Record) {
         let at = particle as usize;
         let size = || Size { radius: self.radii[at], inverse_mass: self.inverse_masses[at] };
-        record.size = (!self.are_equal()).then(size);
+        record.size = (!self.is_empty()).then(size);
     }
 
     fn push(&mut self, record: &Record) {
@@ -111,7 +111,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !self.has_sizes() {
             return None;
         }
-        self.rules_of(particle).is_individual.then(|| 2.0 * self.radius(particle) * self.scale())
+        self.pairs.rules.is_individual[usize::from(self.row(particle))]
+            .then(|| 2.0 * self.radius(particle) * self.scale())
     }
 
     /// Inverse mass of a particle; 0 if it is static or asleep.
@@ -132,11 +133,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn inverse_inertia(&self, particle: u32) -> f64 {
         let rules = self.rules_of(particle);
         if self.has_sizes() { self.with_size(particle, rules).inverse_inertia } else { rules.inverse_inertia }
-    }
-
-    pub(super) fn size_of_row(&self, row: u16) -> Size {
-        let SpeciesRules { radius, inverse_mass, .. } = self.pairs.rules.species[usize::from(row)];
-        Size { radius, inverse_mass }
     }
 
     /// Returns the rules of a particle as if it were awake.

@@ -1,6 +1,7 @@
 //! Snapshots: positions, velocities and energies at one time.
 
 use super::hardware::prefetch::prefetch;
+use super::pairs::rules::SpeciesRules;
 use super::pairs::states::PairState;
 use super::parts::Engine;
 use super::state::State;
@@ -110,6 +111,10 @@ impl Simulation {
     /// Mass of a particle `[mass]`; infinite if its species is static.
     #[must_use]
     pub(crate) fn mass_of(&self, particle: &ParticleNow) -> f64 {
+        if particle.diameter.is_none() {
+            return self.scene.species[particle.species.0 as usize].mass;
+        }
+        // Diameters may be growing, but masses are constant.
         with_engine!(&self.engine, engine => engine.awake_rules(engine.number(particle.id)).inverse_mass.recip())
     }
 
@@ -212,7 +217,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut pair = Sum::default();
         let mut momentum = [Sum::default(); 3];
         let mut streaming_momentum = [Sum::default(); 3];
-        for particle in self.by_id().filter(|&particle| !self.is_of_static_species(particle)) {
+        let has_static = self.pairs.rules.species.iter().any(SpeciesRules::is_static);
+        for particle in self.by_id().filter(|&particle| !has_static || !self.is_of_static_species(particle)) {
             let species = self.awake_rules(particle);
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.clock.now);
@@ -232,11 +238,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.external_energies(particle, &position).for_each(|energy| external.add(energy));
             }
             if TABLE {
-                for captured in self.pairs.states.of(particle) {
-                    // Two mobile particles both store the state of the pair, so each contributes half of the energy.
-                    let share = if self.is_static(captured.partner) { 1.0 } else { 0.5 };
-                    pair.add(share * self.energy_of_pair(captured));
-                }
+                self.add_energies_of_pairs(particle, has_static, &mut pair);
             }
         }
         let pair = pair.total();
@@ -264,6 +266,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let unwrapped = position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
             -mass * species.acceleration[axis] * unwrapped
         })
+    }
+
+    /// Adds the energies of the pairs of a mobile particle. `has_static` tells whether any partner may be static.
+    #[inline]
+    fn add_energies_of_pairs(&self, particle: u32, has_static: bool, total: &mut Sum) {
+        let mut sum = *total;
+        for captured in self.pairs.states.of(particle) {
+            // Two mobile particles both store the state of the pair, so each contributes half of the energy.
+            let share = if has_static && self.is_static(captured.partner) { 1.0 } else { 0.5 };
+            sum.add(share * self.energy_of_pair(captured));
+        }
+        *total = sum;
     }
 
     pub(super) fn energy_of_pair(&self, captured: &PairState) -> f64 {

@@ -56,8 +56,7 @@ impl Region {
         let space = scene.space();
         let mut region = Self { lower: space.lower, upper: space.upper(), boundary: space.boundary };
         for particle in scene.particles() {
-            let radius = scene.species().get(particle.species.0 as usize).map_or(0.0, |species| 0.5 * species.diameter);
-            region.hold(&particle.position, radius);
+            region.hold(&particle.position, 0.5 * scene.diameter(particle));
         }
         region
     }

@@ -8,6 +8,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use serde::{Deserialize, Serialize};
 
+use super::{Species, SpeciesId};
+
 /// A distribution of diameters `[length]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -75,7 +77,7 @@ impl DiameterDistribution {
             Self::Gaussian { mean, deviation } => vec![1.0, *mean, *deviation],
             Self::Lognormal { mean, deviation } => vec![2.0, *mean, *deviation],
             Self::PowerLaw { exponent, lower, upper } => vec![3.0, *exponent, *lower, *upper],
-            Self::List { diameters, shares } => [diameters.as_slice(), shares].concat(),
+            Self::List { diameters, shares } => [&[4.0], diameters.as_slice(), shares].concat(),
         }
     }
 
@@ -109,9 +111,45 @@ pub struct IndividualDiameters {
     pub distribution: Option<DiameterDistribution>,
 }
 
+/// Diameters of the particles of each species.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Diameters {
+    /// The smallest diameter `[length]`.
+    pub smallest: f64,
+    /// The largest diameter `[length]`.
+    pub largest: f64,
+}
+
+/// Returns the range of diameters of each species. `particles` are the species and individual diameters of particles.
+pub(crate) fn ranges_of_diameters(
+    species: &[Species],
+    particles: impl Iterator<Item = (SpeciesId, f64)>,
+) -> Vec<Diameters> {
+    let own = |species: &Species| Diameters { smallest: species.diameter, largest: species.diameter };
+    let mut all: Vec<Diameters> = species.iter().map(own).collect();
+    let mut is_new = vec![true; all.len()];
+    for (species, diameter) in particles {
+        let range = &mut all[species.0 as usize];
+        if std::mem::take(&mut is_new[species.0 as usize]) {
+            *range = Diameters { smallest: diameter, largest: diameter };
+        }
+        range.smallest = range.smallest.min(diameter);
+        range.largest = range.largest.max(diameter);
+    }
+    all
+}
+
+/// Distance of a discontinuity of two particles `[length]`. `distance` applies to the diameters of the two species.
+/// `of_species` is the sum of the radii of the species, and `of_pair` is the sum of the radii of the particles.
+#[inline]
+pub(crate) fn scaled_distance(distance: f64, of_species: f64, of_pair: f64) -> f64 {
+    distance / of_species * of_pair
+}
+
 /// Divides listed diameters among particles. The number of particles of each diameter agrees with its share to within
 /// one particle.
 fn listed(diameters: &[f64], shares: &[f64], particles: usize) -> Vec<f64> {
+    let Some(last) = diameters.len().checked_sub(1) else { return Vec::new() };
     let all: f64 = shares.iter().sum();
     let mut passed = 0.0;
     let ends = shares.iter().map(|share| {
@@ -121,7 +159,7 @@ fn listed(diameters: &[f64], shares: &[f64], particles: usize) -> Vec<f64> {
     let ends: Vec<f64> = ends.collect();
     let of = |particle: usize| {
         let at = (particle as f64 + 0.5) / particles as f64;
-        diameters[ends.partition_point(|end| *end < at).min(diameters.len() - 1)]
+        diameters[ends.partition_point(|end| *end < at).min(last)]
     };
     (0..particles).map(of).collect()
 }
@@ -132,6 +170,12 @@ fn uniform(lower: f64, upper: f64, classes: usize) -> Vec<f64> {
     (0..classes).map(|k| lower + (k as f64 + 0.5) * width).collect()
 }
 
+/// Computes a value for each class from the values at its two edges.
+fn between(edge: impl Fn(usize) -> f64, classes: usize, of_class: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    let edges: Vec<f64> = (0..=classes).map(edge).collect();
+    edges.windows(2).map(|pair| of_class(pair[0], pair[1])).collect()
+}
+
 /// Class diameters of a Gaussian distribution truncated at 0 `[length]`.
 ///
 /// A class between `mean + a deviation` and `mean + b deviation` has the mean `mean + deviation (g(a) - g(b)) / w`.
@@ -139,13 +183,12 @@ fn uniform(lower: f64, upper: f64, classes: usize) -> Vec<f64> {
 fn gaussian(mean: f64, deviation: f64, classes: usize) -> Vec<f64> {
     let cut = normal_distribution(-mean / deviation);
     let share = (1.0 - cut) / classes as f64;
-    let density = |z: f64| libm::exp(-0.5 * z * z) / (2.0 * PI).sqrt();
     let edge = |k: usize| match k {
-        0 => density(mean / deviation),
+        0 => normal_density(mean / deviation),
         k if k == classes => 0.0,
-        k => density(normal_quantile(cut + k as f64 * share)),
+        k => normal_density(normal_quantile(cut + k as f64 * share)),
     };
-    (0..classes).map(|k| mean + deviation * (edge(k) - edge(k + 1)) / share).collect()
+    between(edge, classes, |a, b| mean + deviation * (a - b) / share)
 }
 
 /// Class diameters of a lognormal distribution `[length]`.
@@ -161,7 +204,7 @@ fn lognormal(mean: f64, deviation: f64, classes: usize) -> Vec<f64> {
         k if k == classes => 1.0,
         k => normal_distribution(normal_quantile(k as f64 / classes as f64) - width),
     };
-    (0..classes).map(|k| classes as f64 * mean * (edge(k + 1) - edge(k))).collect()
+    between(edge, classes, |a, b| classes as f64 * mean * (b - a))
 }
 
 /// Class diameters of a distribution with a density proportional to `d^-exponent`, between two limits `[length]`.
@@ -185,8 +228,7 @@ fn power_law(exponent: f64, [lower, upper]: [f64; 2], classes: usize) -> Vec<f64
         }
     };
     let all = power_integral(first, last, q);
-    let mean = |k: usize| classes as f64 * power_integral(edge(k), edge(k + 1), q + 1.0) / all;
-    (0..classes).map(|k| unit * mean(k)).collect()
+    between(edge, classes, |a, b| unit * (classes as f64 * power_integral(a, b, q + 1.0) / all))
 }
 
 /// Integral of `exp(p x)` from `a` to `b`, which is the integral of `d^(p - 1)` from `exp(a)` to `exp(b)`.
@@ -198,14 +240,45 @@ fn power_integral(a: f64, b: f64, p: f64) -> f64 {
     }
 }
 
+/// Quantiles of shares that a 64-bit number can express are smaller than this.
+const FARTHEST: f64 = 40.0;
+
+/// In the far tails, Newton's method is slow. After this number of steps, bisection does the rest.
+const NEWTON_STEPS: usize = 20;
+
+/// Density of the standard normal distribution.
+fn normal_density(z: f64) -> f64 {
+    libm::exp(-0.5 * z * z) / (2.0 * PI).sqrt()
+}
+
 /// Standard normal distribution function.
 fn normal_distribution(z: f64) -> f64 {
     0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
 }
 
-/// Inverse of [`normal_distribution`], found by bisection.
+/// Inverse of [`normal_distribution`]. Newton's method finds it up to round-off, and bisection finds the last bits, so that
+/// the result does not depend on the path of the iteration.
 fn normal_quantile(share: f64) -> f64 {
-    let (mut lower, mut upper) = (-40.0, 40.0);
+    // The distribution is convex below 0 and concave above 0. Therefore the iteration approaches the quantile from one
+    // side and does not overshoot.
+    let mut start: f64 = 0.0;
+    for _ in 0..NEWTON_STEPS {
+        let step = (share - normal_distribution(start)) / normal_density(start);
+        start += step;
+        if step.abs() < 1e-9 {
+            break;
+        }
+    }
+    let (mut lower, mut upper) = (start, start);
+    let mut width = 1e-15 * (1.0 + start.abs());
+    while normal_distribution(lower) >= share && lower > -FARTHEST {
+        lower = (start - width).max(-FARTHEST);
+        width *= 4.0;
+    }
+    while normal_distribution(upper) < share && upper < FARTHEST {
+        upper = (start + width).min(FARTHEST);
+        width *= 4.0;
+    }
     loop {
         let middle = 0.5 * (lower + upper);
         if middle <= lower || middle >= upper {
@@ -228,6 +301,13 @@ mod tests {
     #[test]
     fn normal_quantiles_match_tables() {
         assert!(normal_quantile(0.5).abs() < 1e-15);
+        assert_eq!(normal_quantile(0.0), -FARTHEST);
+        assert!((8.0..9.0).contains(&normal_quantile(1.0)));
+        for share in [1e-300, 1e-20, 1e-6, 0.3, 0.7, 1.0 - 1e-6, 1.0 - 1e-15] {
+            let z = normal_quantile(share);
+            let round_off = 4.0 * f64::EPSILON * (share + z.abs() * normal_density(z));
+            assert!((normal_distribution(z) - share).abs() <= round_off, "{share} {z}");
+        }
         assert!((normal_quantile(0.975) - 1.959_963_984_540_054).abs() < 1e-14);
         assert!((normal_quantile(0.001) + 3.090_232_306_167_813_5).abs() < 1e-14);
     }

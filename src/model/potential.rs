@@ -1,6 +1,6 @@
 //! Pair potentials: step functions given by radii and energies.
 
-use super::scene::scaled_distance;
+use super::diameters::scaled_distance;
 use crate::model::error::PotentialError;
 use serde::{Deserialize, Serialize};
 

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::diameters::{Diameters, ranges_of_diameters, scaled_distance};
 use super::predecessor::LastState;
 use super::space::Boundary;
 use super::{
@@ -79,15 +80,18 @@ impl Species {
     /// Space has the given number of dimensions. A given moment of inertia is proportional to `m d^2`.
     #[must_use]
     pub fn with_diameter(&self, diameter: f64, dimensions: usize) -> Self {
-        let ratio = diameter / self.diameter;
-        let mass = match self.individual.as_ref().map(|individual| individual.masses) {
-            Some(MassRule::Volume) => {
-                self.mass * own_volume(diameter, dimensions) / own_volume(self.diameter, dimensions)
-            }
-            _ => self.mass,
-        };
+        let (ratio, mass) = (diameter / self.diameter, self.own_mass(diameter, dimensions));
         let moment_of_inertia = self.moment_of_inertia.map(|moment| moment * (mass / self.mass) * ratio * ratio);
         Self { diameter, mass, moment_of_inertia, ..self.clone() }
+    }
+
+    /// Mass of a particle with an individual diameter `[mass]`.
+    pub(crate) fn own_mass(&self, diameter: f64, dimensions: usize) -> f64 {
+        if self.has_different_masses() {
+            self.mass * own_volume(diameter, dimensions) / own_volume(self.diameter, dimensions)
+        } else {
+            self.mass
+        }
     }
 
     /// Whether the masses of the particles follow from their individual diameters.
@@ -199,7 +203,10 @@ macro_rules! scene {
             $($(#[$doc])* pub $field: $type,)*
         }
 
-        impl Scene {
+        /// Largest relative difference of two distances that differ only by round-off.
+const ROUNDING: f64 = 1e-12;
+
+impl Scene {
             $(
                 $(#[$doc])*
                 #[must_use]
@@ -497,6 +504,13 @@ impl Scene {
         particle.diameter.unwrap_or(self.species[particle.species.0 as usize].diameter)
     }
 
+    /// Whether two species touch, or begin to interact, at the mean of their diameters.
+    pub(crate) fn is_additive(&self, a: usize, b: usize) -> bool {
+        let mean = 0.5 * (self.species[a].diameter + self.species[b].diameter);
+        let range = self.table.get(a, b).map_or(0.0, |id| self.interactions[id.0 as usize].potential.range());
+        (range / mean - 1.0).abs() < ROUNDING
+    }
+
     /// Mass of a particle `[mass]`; infinite if it is static.
     pub(crate) fn mass(&self, particle: &Particle) -> f64 {
         mass_of(particle, &self.species, self.space.dimensions())
@@ -512,58 +526,7 @@ impl Scene {
 /// Mass of a particle in a space of the given number of dimensions `[mass]`; infinite if it is static.
 pub(crate) fn mass_of(particle: &Particle, species: &[Species], dimensions: usize) -> f64 {
     let species = &species[particle.species.0 as usize];
-    particle.diameter.map_or(species.mass, |diameter| species.with_diameter(diameter, dimensions).mass)
-}
-
-/// Diameters of the particles of each species.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Diameters {
-    /// The smallest diameter `[length]`.
-    pub smallest: f64,
-    /// The largest diameter `[length]`.
-    pub largest: f64,
-}
-
-/// The neighbour search uses the largest diameter of a band. Diameters of a band differ by at most this factor, unless the
-/// species needs more than [`MOST_BANDS`].
-const ALIKE: f64 = 1.12;
-
-/// Largest number of bands of a species.
-const MOST_BANDS: i32 = 48;
-
-impl Diameters {
-    /// Divides the range into bands. Returns the largest radius of each band, in ascending order.
-    pub(crate) fn bands(&self) -> Vec<f64> {
-        let (width, mut radii) = (libm::log(self.largest / self.smallest), Vec::new());
-        // A species without a diameter has one band.
-        if width > 0.0 && width.is_finite() {
-            let wanted = (width / libm::log(ALIKE)).ceil();
-            let count = (1..MOST_BANDS).find(|count| f64::from(*count) >= wanted).unwrap_or(MOST_BANDS);
-            let of_band = |band: i32| 0.5 * self.smallest * libm::exp(width * f64::from(band) / f64::from(count));
-            radii.extend((1..count).map(of_band));
-        }
-        radii.push(0.5 * self.largest);
-        radii
-    }
-}
-
-/// Returns the range of diameters of each species. `particles` are the species and individual diameters of particles.
-pub(crate) fn ranges_of_diameters(
-    species: &[Species],
-    particles: impl Iterator<Item = (SpeciesId, f64)>,
-) -> Vec<Diameters> {
-    let own = |species: &Species| Diameters { smallest: species.diameter, largest: species.diameter };
-    let mut all: Vec<Diameters> = species.iter().map(own).collect();
-    let mut is_new = vec![true; all.len()];
-    for (species, diameter) in particles {
-        let range = &mut all[species.0 as usize];
-        if std::mem::take(&mut is_new[species.0 as usize]) {
-            *range = Diameters { smallest: diameter, largest: diameter };
-        }
-        range.smallest = range.smallest.min(diameter);
-        range.largest = range.largest.max(diameter);
-    }
-    all
+    particle.diameter.map_or(species.mass, |diameter| species.own_mass(diameter, dimensions))
 }
 
 impl Scene {
@@ -572,13 +535,6 @@ impl Scene {
         let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
         ranges_of_diameters(&self.species, own)
     }
-}
-
-/// Distance of a discontinuity of two particles `[length]`. `distance` applies to the diameters of the two species.
-/// `of_species` is the sum of the radii of the species, and `of_pair` is the sum of the radii of the particles.
-#[inline]
-pub(crate) fn scaled_distance(distance: f64, of_species: f64, of_pair: f64) -> f64 {
-    distance / of_species * of_pair
 }
 
 /// Volume of a sphere, area of a disk or length of a rod with the given diameter, `[length^D]` in `D` dimensions.

@@ -125,11 +125,14 @@ impl Separation<'_> {
         cells.for_each_pair(|a, b, _, squared| {
             let both = [a, b].map(|id| &particles[id as usize]);
             let contact = self.contacts.between(&Kind::of(both[0]), &Kind::of(both[1]));
+            let reach = contact + 2.0 * self.limit;
+            if contact <= 0.0 || squared >= reach * reach {
+                return;
+            }
             // Light particles move farther than heavy ones, and static particles stay.
             let dimensions = self.space.dimensions();
             let weights = both.map(|particle| mass_of(particle, self.species, dimensions).recip());
-            let reach = contact + 2.0 * self.limit;
-            if contact > 0.0 && squared < reach * reach && weights[0] + weights[1] > 0.0 {
+            if weights[0] + weights[1] > 0.0 {
                 let rounding = rounding(both.map(|particle| &particle.position), side, contact);
                 let share = weights[0] / (weights[0] + weights[1]);
                 pairs.push(Pair { particles: [a, b], contact, rounding, share });

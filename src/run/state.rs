@@ -265,10 +265,8 @@ impl RunState {
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let ranges = scene.diameters_of_species();
-    let of_smallest = scene.species.iter().zip(&ranges).map(|(species, range)| {
-        let is_individual = species.individual.is_some();
-        if is_individual { species.with_diameter(range.smallest, scene.space.dimensions()).mass } else { species.mass }
-    });
+    let dimensions = scene.space.dimensions();
+    let of_smallest = scene.species.iter().zip(&ranges).map(|(it, range)| it.own_mass(range.smallest, dimensions));
     let lightest = of_smallest.fold(f64::INFINITY, f64::min);
     let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
     let (mut hottest, mut collisions) =

@@ -96,9 +96,6 @@ fn few_moves(stages: &[(Stage, Settings)]) -> Option<Unreached> {
     (moves < fewest).then_some(Unreached::Amplitude { moves, fewest })
 }
 
-/// Relative tolerance for sums of diameters.
-const ROUNDING: f64 = 1e-12;
-
 /// Swap moves are reported if a smaller fraction of them is accepted.
 const RARE: f64 = 1e-3;
 
@@ -161,13 +158,8 @@ fn expected_acceptance(scene: &Scene, swap: &Swap, grown: f64) -> Option<f64> {
     let mut counts = vec![0.0; scene.species.len()];
     scene.particles.iter().for_each(|particle| counts[particle.species.0 as usize] += 1.0);
     let occurring: Vec<usize> = (0..counts.len()).filter(|&species| counts[species] > 0.0).collect();
-    let is_additive = |a: usize, b: usize| {
-        let mean = 0.5 * (scene.species[a].diameter + scene.species[b].diameter);
-        let contact = scene.table.get(a, b).map_or(0.0, |id| scene.interactions[id.0 as usize].potential.range());
-        (contact / mean - 1.0).abs() < ROUNDING
-    };
     let mut pairs = occurring.iter().flat_map(|&a| occurring.iter().map(move |&b| (a, b)));
-    if !pairs.all(|(a, b)| is_additive(a, b)) {
+    if !pairs.all(|(a, b)| scene.is_additive(a, b)) {
         return None;
     }
     let volume = scene.space.volume();

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use crate::base::numbers::id;
+use crate::model::diameters::{Diameters, scaled_distance};
 use crate::model::error::PotentialError;
-use crate::model::scene::{Diameters, scaled_distance};
 use crate::model::species_pairs::SpeciesPairs;
 use crate::model::{Interaction, InteractionId, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;

@@ -336,7 +336,7 @@ impl SpeciesDraft {
     /// Mass of a particle with an individual diameter, divided by the mass of the species.
     pub(crate) fn ratio_of_masses(&self, diameter: f64, dimensions: usize) -> f64 {
         let species = Species { individual: self.individual.clone(), ..Species::new("", 1.0, self.diameter) };
-        species.with_diameter(diameter, dimensions).mass
+        species.own_mass(diameter, dimensions)
     }
 
     pub(crate) fn check_mass(&self, at: &ConfigPath) -> Result<(), SceneError> {

@@ -18,6 +18,7 @@ mod units;
 pub(crate) use measure::measurement_times;
 
 use crate::Vector;
+use crate::engine::pairs::rows::bands;
 use crate::model::space::{Boundary, Space, displacement_within_period};
 use crate::model::{AuditPlan, CountRegion, CountSpace, Inlet, Scene, SceneParts, Separated, Species};
 use crate::prepare::velocity::set_velocities;
@@ -89,7 +90,7 @@ impl SceneBuilder {
         let counts = with_entering(start.groups.counts(species.len()), &start.inlets);
         let diameters = start.groups.ranges_of_diameters(species);
         let occurring = counts.iter().zip(&diameters).filter(|(count, _)| **count > 0);
-        let rows = occurring.map(|(_, range)| range.bands().len()).sum();
+        let rows = occurring.map(|(_, range)| bands(range).len()).sum();
         // Sleeping grains have their own row in the tables.
         affordable_species(if self.parts.sleep.is_some() { 2 * rows } else { rows })?;
         start::check_ranges(start)?;
@@ -127,7 +128,7 @@ impl SceneBuilder {
         plan::settle_thermostats(&mut scene)?;
         barostat::check_barostats(&scene)?;
         swap::check_output(&scene)?;
-        swap::check_sizes(&scene)?;
+        diameters::check_instruments(&scene)?;
         inlets::check_instruments(&scene)?;
         self.check_equilibrium(&scene)?;
         Ok(scene)

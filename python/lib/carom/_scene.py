@@ -501,8 +501,8 @@ class Scene:
 
     @property
     def _frame_masses(self) -> NDArray[np.float64]:
-        """Masses of the species in frames: unknown (NaN) if particles of one species have different masses."""
-        return fixed(np.full(len(self.masses), np.nan)) if self._core.has_different_masses() else self.masses
+        """Masses of the species in frames: unknown (NaN) for a species with particles of different masses."""
+        return fixed(np.array(self._core.frame_masses()))
 
     @property
     def diameters(self) -> NDArray[np.float64]:

@@ -1,11 +1,12 @@
 //! Estimates of relaxation times, which determine sampling times.
 
-use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
+use std::f64::consts::TAU;
 
 use super::system::{Sample, SystemDescription};
 use crate::analysis::published::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, viscosity_of_disks,
 };
+use crate::model::scene::own_volume;
 
 /// Highest packing fraction for an estimate of the collision rate. The index is the number of axes.
 const DENSEST: [f64; 4] = [0.0, 0.9, 0.65, 0.5];
@@ -36,11 +37,7 @@ fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid
     for &id in &system.moving {
         let diameter = system.diameter_of(id);
         diameters += diameter;
-        volume += match dimensions {
-            1 => diameter,
-            2 => FRAC_PI_4 * diameter * diameter,
-            _ => FRAC_PI_6 * diameter * diameter * diameter,
-        };
+        volume += own_volume(diameter, dimensions);
     }
     Some(HardSphereFluid {
         packing_fraction: (volume / system.space.volume()).min(DENSEST[dimensions]),

@@ -110,8 +110,8 @@ impl Described {
 fn described_now(simulation: &Simulation) -> Vec<Described> {
     let (scene, mut all) = (simulation.scene(), Vec::new());
     let Ok(()) = simulation.for_each_now(|now| {
-        let particle = Particle::new(now.species, now.position, now.velocity);
-        all.push(Described::of(scene, &Particle { diameter: now.diameter, ..particle }));
+        let diameter = now.diameter.unwrap_or(scene.species[now.species.0 as usize].diameter);
+        all.push(Described { species: now.species.0, mass: simulation.mass_of(&now), diameter });
         Ok::<(), Infallible>(())
     });
     all

@@ -10,9 +10,6 @@ const BMCSL: &str = "Boublik, J. Chem. Phys. 53, 471 (1970), doi:10.1063/1.16738
 /// Largest packing fraction of a fluid of many sizes.
 const FLUID: f64 = 0.62;
 
-/// Relative tolerance for sums of diameters.
-const ROUNDING: f64 = 1e-12;
-
 /// Lists published values for additive elastic hard spheres of several sizes in a periodic box. Returns no values for other
 /// systems. `sizes` are diameters and numbers of particles `[length, 1]`, and `temperature` is the mean temperature
 /// `[energy]`.
@@ -39,11 +36,10 @@ fn is_plain(scene: &Scene, population: &[usize]) -> bool {
     let is_plain = |a: usize, b: usize| {
         let Some(id) = scene.table.get(a, b) else { return false };
         let interaction = &scene.interactions[id.0 as usize];
-        let mean = 0.5 * (scene.species[a].diameter + scene.species[b].diameter);
         interaction.potential.is_hard_sphere()
             && !interaction.law.dissipates()
             && interaction.law.roughness.is_none()
-            && interaction.potential.core().is_some_and(|core| (core / mean - 1.0).abs() < ROUNDING)
+            && scene.is_additive(a, b)
     };
     let moves = |species: &usize| {
         let species = &scene.species[*species];

@@ -23,6 +23,8 @@ pub(in crate::engine) struct Frame {
     pub velocity: Vector,
     /// Speed at which the discontinuity moves outwards `[length / time]`.
     pub opening_speed: f64,
+    /// Inverse masses of the two particles; 0 for a static particle.
+    pub inverse_masses: [f64; 2],
     /// Approach along `line`.
     pub approach: Approach,
 }
@@ -47,6 +49,23 @@ const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 /// distance of a pair by at most a few tens of floats.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
+impl Frame {
+    /// Adds `change` to the relative velocity `v_i - v_j`, at constant total momentum.
+    ///
+    /// The heavier particle gets the share `w / (w_i + w_j)`, where `w` is its inverse mass. The lighter particle gets
+    /// the remainder. If both shares were rounded, their sum would have the same error in every event, as if the
+    /// restitution were `1 +- eps`.
+    #[inline(always)]
+    pub fn change_relative_velocity(&self, change: &Vector, velocities: &mut [Vector; 2]) {
+        let [wi, wj] = self.inverse_masses;
+        let less = change * (wi.min(wj) / (wi + wj));
+        let more = change - less;
+        let (of_i, of_j) = if wi < wj { (less, more) } else { (more, less) };
+        velocities[0] += of_i;
+        velocities[1] -= of_j;
+    }
+}
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Both particles must have been streamed to the same time, unless they are static.
     #[inline]
@@ -59,11 +78,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if line.norm_squared() < f64::MIN_POSITIVE {
             line = any_normal(&velocity) * stretch;
         }
-        let reduced_mass = 1.0 / (self.inverse_mass(i) + self.inverse_mass(j));
+        let inverse_masses = [i, j].map(|particle| self.inverse_mass(particle));
+        let reduced_mass = 1.0 / (inverse_masses[0] + inverse_masses[1]);
         let squared = line.norm_squared();
         let radial = velocity.dot(&line) - opening(opening_speed, squared);
         let approach = Approach { radial, squared, reduced_mass };
-        Frame { i, j, side, apart, line, stretch, velocity, opening_speed, approach }
+        Frame { i, j, side, apart, line, stretch, velocity, opening_speed, inverse_masses, approach }
     }
 
     /// Records an overlap or a turning point. `flown` holds the times since the two states were written.

@@ -98,10 +98,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> [Vector; 2] {
         let Frame { ref line, ref velocity, ref approach, .. } = *pair;
         let mut after = *before;
-        self.change_relative_velocity(pair, &(line * change), &mut after);
+        pair.change_relative_velocity(&(line * change), &mut after);
         if tangential_scale != 1.0 {
             let tangential = velocity - line * (approach.radial / approach.squared);
-            self.change_relative_velocity(pair, &(tangential * (tangential_scale - 1.0)), &mut after);
+            pair.change_relative_velocity(&(tangential * (tangential_scale - 1.0)), &mut after);
         }
         if is_barrier {
             self.separate(pair, &mut after);
@@ -147,21 +147,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(leaving)
     }
 
-    /// Adds `change` to the relative velocity `v_i - v_j`, at constant total momentum.
-    ///
-    /// The heavier particle gets the share `w / (w_i + w_j)`, where `w` is its inverse mass. The lighter particle gets
-    /// the remainder. If both shares were rounded, their sum would have the same error in every event, as if the
-    /// restitution were `1 +- eps`.
-    #[inline(always)]
-    pub(super) fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
-        let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
-        let less = change * (wi.min(wj) / (wi + wj));
-        let more = change - less;
-        let (of_i, of_j) = if wi < wj { (less, more) } else { (more, less) };
-        velocities[0] += of_i;
-        velocities[1] -= of_j;
-    }
-
     /// Makes sure that a reflected pair moves away from the discontinuity, in spite of rounding.
     ///
     /// Rounding can undo a small velocity change, and the event would then repeat forever. Therefore, a tiny velocity
@@ -186,7 +171,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let normal = line / approach.squared.sqrt();
         // After 52 doublings, the change is as large as the speed.
         for _ in 0..52 {
-            self.change_relative_velocity(pair, &(normal * change), velocities);
+            pair.change_relative_velocity(&(normal * change), velocities);
             if !is_closing(velocities) {
                 return;
             }

@@ -65,7 +65,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let more = gain / touch.inverse_mass;
         let impulse = if gain > 0.0 { grip.impulse + touch.normal * more } else { grip.impulse };
         let mut after = change.after;
-        self.change_relative_velocity(&pair, &(impulse * touch.inverse_mass), &mut after);
+        pair.change_relative_velocity(&(impulse * touch.inverse_mass), &mut after);
         self.separate(&pair, &mut after);
         let before = both.map(|particle| self.state.bodies[particle as usize].velocity);
         let change = Change {

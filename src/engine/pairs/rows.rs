@@ -4,12 +4,19 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::scene::Diameters;
+use crate::model::diameters::Diameters;
 use crate::model::{Particle, Scene, SpeciesId};
 
 /// With more species than this, only species with particles have a row. The tables are square, and are read for every
 /// pair.
 const FEW: usize = 256;
+
+/// Diameters in a row of a species with individual diameters differ by at most this factor, unless the species needs more
+/// than [`MOST_BANDS`] rows. The neighbour search uses the largest diameter of a row.
+const ALIKE: f64 = 1.12;
+
+/// Largest number of rows of a species.
+const MOST_BANDS: i32 = 48;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
@@ -38,7 +45,7 @@ impl Rows {
         for id in (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)) {
             // Row numbers cannot overflow, because scenes with too many rows were rejected.
             rows[id.0 as usize] = u16::try_from(species.len()).unwrap_or(u16::MAX);
-            for radius in ranges[id.0 as usize].bands() {
+            for radius in bands(&ranges[id.0 as usize]) {
                 species.push(id);
                 radii.push(radius);
             }
@@ -109,10 +116,12 @@ impl Rows {
         self.species[..usize::from(self.awake)].binary_search(&species).is_ok()
     }
 
+    /// Checks data from a file. `species` is the number of species.
     #[must_use]
-    pub fn are_sound(&self) -> bool {
+    pub fn are_sound(&self, species: usize) -> bool {
         let awake = usize::from(self.awake);
-        (self.species.len() == awake || self.species.len() == 2 * awake)
+        [self.rows.len(), self.diameters.len()] == [species; 2]
+            && (self.species.len() == awake || self.species.len() == 2 * awake)
             && self.radii.len() == self.species.len()
             && self.rows.iter().all(|row| usize::from(*row) < awake.max(1))
     }
@@ -120,5 +129,41 @@ impl Rows {
     #[must_use]
     pub fn species(&self) -> &[SpeciesId] {
         &self.species
+    }
+}
+
+/// Divides a range of diameters into bands, which have a row each. Returns the largest radius of each band, in ascending
+/// order.
+pub fn bands(range: &Diameters) -> Vec<f64> {
+    let (width, mut radii) = (libm::log(range.largest / range.smallest), Vec::new());
+    // A species without a diameter has one band.
+    if width > 0.0 && width.is_finite() {
+        let wanted = (width / libm::log(ALIKE)).ceil();
+        let count = (1..MOST_BANDS).find(|count| f64::from(*count) >= wanted).unwrap_or(MOST_BANDS);
+        let of_band = |band: i32| 0.5 * range.smallest * libm::exp(width * f64::from(band) / f64::from(count));
+        radii.extend((1..count).map(of_band));
+    }
+    radii.push(0.5 * range.largest);
+    radii
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
+
+    #[test]
+    fn rows_of_another_number_of_species_are_not_sound() {
+        let scene = SceneBuilder::new("fluid")
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(4).packing_fraction(0.1))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        let rows = Rows::of(&scene);
+        assert!(rows.are_sound(1) && !rows.are_sound(2));
+        let lost = [Rows { rows: vec![], ..rows.clone() }, Rows { diameters: vec![], ..rows.clone() }];
+        assert!(lost.iter().all(|rows| !rows.are_sound(1)));
     }
 }

@@ -124,8 +124,6 @@ pub struct SpeciesRules {
     pub acceleration: Vector,
     /// Inverse moment of inertia; 0 for a static species `[1 / (mass length^2)]`.
     pub inverse_inertia: f64,
-    /// Whether the species has individual diameters.
-    pub is_individual: bool,
 }
 
 impl SpeciesRules {
@@ -135,7 +133,6 @@ impl SpeciesRules {
             radius: 0.5 * species.diameter,
             acceleration: species.acceleration,
             inverse_inertia: species.inverse_inertia(dimensions),
-            is_individual: species.individual.is_some(),
         }
     }
 
@@ -156,8 +153,8 @@ impl SpeciesRules {
 pub struct Reaches<'a> {
     /// Squared contact distances `[length^2]`. Negative infinity excludes pairs.
     pub squared: &'a [f64],
-    /// Divided contact distances for individual diameters; `None` if no particles have individual diameters.
-    pub slopes: Option<&'a Slopes>,
+    /// Divided contact distances of each table row; empty unless particles have individual diameters.
+    pub slopes: &'a Vec<Slopes>,
 }
 
 /// Contact distances of a particle with particles of each table row, divided by the sum of the two radii.
@@ -190,6 +187,8 @@ pub struct Rules {
     slopes: [Vec<Slopes>; 2],
     /// For each table row, whether any pair has a relative acceleration.
     is_met_accelerated: Vec<bool>,
+    /// For each table row, whether its species has individual diameters.
+    pub is_individual: Vec<bool>,
     /// Whether the particles have spins.
     pub has_spins: bool,
     /// Whether particles have individual diameters.
@@ -197,15 +196,15 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// Checks tables and pair states that were read from a file.
+    /// Checks tables and pair states that were read from a file. `species` is the number of species.
     #[must_use]
-    pub fn is_sound<'p>(&self, mut pairs: impl Iterator<Item = &'p PairState>) -> bool {
+    pub fn is_sound<'p>(&self, species: usize, mut pairs: impl Iterator<Item = &'p PairState>) -> bool {
         let rows = self.rows.species().len();
         let squares = [self.meetings.len(), self.inertial.len(), self.accelerated.len()];
-        let lengths = [self.species.len(), self.is_met_accelerated.len()];
+        let lengths = [self.species.len(), self.is_met_accelerated.len(), self.is_individual.len()];
         let states = |interaction: u16| self.steps.get(usize::from(interaction)).and_then(Steps::states);
-        self.rows.are_sound()
-            && lengths == [rows; 2]
+        self.rows.are_sound(species)
+            && lengths == [rows; 3]
             && squares == [rows * rows; 3]
             && self.slopes.iter().all(|slopes| {
                 slopes.len() == if self.has_sizes { rows } else { 0 }
@@ -259,7 +258,20 @@ impl Rules {
         let (has_spins, has_sizes) = (scene.has_spins(), scene.has_individual_diameters());
         let slopes =
             if has_sizes { [&inertial, &accelerated].map(|all| slopes(all, &species)) } else { Default::default() };
-        Self { rows, inertial, accelerated, slopes, is_met_accelerated, species, steps, meetings, has_spins, has_sizes }
+        let is_individual = rows.species().iter().map(|id| scene.species[id.0 as usize].individual.is_some()).collect();
+        Self {
+            rows,
+            species,
+            steps,
+            meetings,
+            inertial,
+            accelerated,
+            slopes,
+            is_met_accelerated,
+            is_individual,
+            has_spins,
+            has_sizes,
+        }
     }
 
     /// Returns the distances at which a particle of a given row meets uncaptured particles of each row. Excludes pairs
@@ -267,7 +279,7 @@ impl Rules {
     #[inline]
     #[must_use]
     pub fn inertial(&self, row: u16) -> Reaches<'_> {
-        self.reaches(row, &self.inertial, &self.slopes[0])
+        Reaches { squared: self.of_row(row, &self.inertial), slopes: &self.slopes[0] }
     }
 
     /// Like [`Self::inertial`], for pairs with a relative acceleration. Returns `None` if there are no such pairs.
@@ -277,7 +289,8 @@ impl Rules {
     #[inline]
     #[must_use]
     pub fn accelerated(&self, row: u16) -> Option<Reaches<'_>> {
-        self.is_met_accelerated[usize::from(row)].then(|| self.reaches(row, &self.accelerated, &self.slopes[1]))
+        let reaches = || Reaches { squared: self.of_row(row, &self.accelerated), slopes: &self.slopes[1] };
+        self.is_met_accelerated[usize::from(row)].then(reaches)
     }
 
     /// Sum of the radii of two species, by table row `[length]`.
@@ -288,9 +301,9 @@ impl Rules {
     }
 
     #[inline]
-    fn reaches<'a>(&self, row: u16, squared: &'a [f64], slopes: &'a [Slopes]) -> Reaches<'a> {
+    fn of_row<'a>(&self, row: u16, squared: &'a [f64]) -> &'a [f64] {
         let first = usize::from(row) * self.species.len();
-        Reaches { squared: &squared[first..first + self.species.len()], slopes: slopes.get(usize::from(row)) }
+        &squared[first..first + self.species.len()]
     }
 
     #[inline]

@@ -9,7 +9,7 @@ use crate::engine::pairs::rules::{Reaches, Rules};
 use crate::engine::pairs::states::PairState;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
-use crate::model::scene::scaled_distance;
+use crate::model::diameters::scaled_distance;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Simd, Work, negative, positive};
 use crate::physics::overlap::Side;
 
@@ -87,21 +87,10 @@ impl Batch<'_> {
         prediction: &mut Prediction,
     ) {
         if self.has_sizes() {
-            return self.earliest_of_captured_of_sizes::<FALLING>(me, captured, rules, prediction);
+            self.width.run(EarliestOfCaptured::<FALLING, true> { batch: self, me, captured, rules, prediction });
+        } else {
+            self.width.run(EarliestOfCaptured::<FALLING, false> { batch: self, me, captured, rules, prediction });
         }
-        self.width.run(EarliestOfCaptured::<FALLING, false> { batch: self, me, captured, rules, prediction });
-    }
-
-    /// Like [`Self::earliest_of_captured`], for particles with individual diameters.
-    #[inline(never)]
-    fn earliest_of_captured_of_sizes<const FALLING: bool>(
-        &self,
-        me: &Streamed,
-        captured: &[PairState],
-        rules: &Rules,
-        prediction: &mut Prediction,
-    ) {
-        self.width.run(EarliestOfCaptured::<FALLING, true> { batch: self, me, captured, rules, prediction });
     }
 
     #[inline(always)]
@@ -117,7 +106,7 @@ impl Batch<'_> {
     /// would cost time.
     #[inline]
     pub fn has_sizes(&self) -> bool {
-        !self.radii.is_empty()
+        !self.reaches.slopes.is_empty()
     }
 
     /// Returns the squared contact distances of `me` with some particles `[length^2]`; negative infinity for excluded pairs.
@@ -130,10 +119,10 @@ impl Batch<'_> {
     }
 
     /// Like [`Self::squares`], for particles with individual diameters. Uses the same operations as
-    /// [`scaled_distance`](crate::model::scene::scaled_distance).
+    /// [`scaled_distance`](crate::model::diameters::scaled_distance).
     #[inline(always)]
     fn squares_of_sizes<F: Lanes>(&self, me: &Streamed, reaches: &Reaches<'_>, ids: &[u32]) -> F {
-        let Some(slopes) = reaches.slopes else { return F::all(f64::NEG_INFINITY) };
+        let slopes = &reaches.slopes[self.row_of(me.id)];
         let own = F::all(self.radii[me.id as usize]);
         let radii = F::each(&std::array::from_fn::<f64, MOST_LANES, _>(|k| self.radii[ids[k % F::COUNT] as usize]));
         if let Some(slope) = slopes.common {

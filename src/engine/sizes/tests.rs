@@ -3,7 +3,7 @@ use crate::check::reference::Reference;
 use crate::check::verify::{EventRange, verify};
 use crate::engine::{Chosen, SetStateError, Simulation, Until};
 use crate::model::random::{Purpose, Random};
-use crate::model::space::{Boundary, Space};
+use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{
     DiameterDistribution, Growth, GrowthTarget, MassRule, Particle, ParticleId, Scene, SpeciesId, Swap,
 };
@@ -50,6 +50,10 @@ fn particles_with_their_own_diameters_move_like_species_of_one_particle() {
         // The neighbour searches differ, which changes when positions are rounded.
         assert!((ends[0].0 / ends[1].0 - 1.0).abs() < 1e-6, "{} {}", ends[0].0, ends[1].0);
         assert!((ends[0].2 / ends[1].2 - 1.0).abs() < 1e-12);
+        for (one, other) in ends[0].1.iter().zip(&ends[1].1) {
+            let apart = nearest_image(one - other, &scene.space().periods(), 0.0).norm();
+            assert!(apart < 1e-5, "{apart}");
+        }
     }
 }
 
@@ -146,7 +150,8 @@ fn particles_that_are_inserted_have_diameters_within_the_range_of_their_species(
     let new = |diameter: Option<f64>| Particle { diameter, ..Particle::new(SpeciesId(0), place, Vector::x()) };
     for wrong in [None, Some(0.1), Some(2.0), Some(f64::NAN)] {
         let error = simulation.insert(&[new(wrong)]).unwrap_err();
-        assert!(matches!(error, SetStateError::Diameter { .. }), "{error}");
+        let SetStateError::Diameter { range: Some([smallest, largest]), .. } = error else { panic!("{error}") };
+        assert!(smallest < 0.74 && largest > 1.55, "{error}");
     }
     let id = simulation.insert(&[new(Some(1.1))]).unwrap()[0];
     simulation.advance(Until::events(2_000)).unwrap();
@@ -200,4 +205,25 @@ fn growth_keeps_the_diameters_that_swap_moves_have_exchanged() {
         simulation.advance(Until::events(simulation.event_counts().physical() + 1_000)).unwrap();
         assert_eq!(simulation.real_overlaps(), []);
     }
+}
+
+/// The contact distance of an individual and an equal particle is the mean of their diameters while they grow, too.
+#[test]
+fn dense_fills_may_mix_individual_and_equal_diameters() {
+    let mut fill = Fill::new(Arrangement::Random, "A").count(300).packing_fraction(0.56);
+    fill.composition = vec![("A".to_owned(), 0.5), ("B".to_owned(), 0.5)];
+    let pair = |a, b| InteractionDraft::new(Model::HardSphere).between(a, b);
+    let scene = SceneBuilder::new("mixture")
+        .species(SpeciesDraft::new("A").mass(0.7).distributed(WIDE))
+        .species(SpeciesDraft::new("B").mass(1.3).diameter(0.5))
+        .interaction(pair("A", "A"))
+        .interaction(pair("A", "B"))
+        .interaction(pair("B", "B"))
+        .fill(fill)
+        .temperature(1.0)
+        .build()
+        .unwrap();
+    assert!((scene.packing_fraction() - 0.56).abs() < 1e-12, "{}", scene.packing_fraction());
+    let simulation = Simulation::new(scene).unwrap();
+    assert_eq!(simulation.real_overlaps(), []);
 }

@@ -242,7 +242,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.inlets = Some(inlets);
         let cost = Repredict::Nothing { steps: tried / PER_STEP };
         let Some(particle) = particle else { return Ok((cost, ControlFlow::Continue(()))) };
-        let flow = self.enter((&[particle], &[]), (With::Inlet(index), Some(CountedKind::Entry)), observe, |_, _| {});
+        let flow = self.enter((&[particle], None), (With::Inlet(index), Some(CountedKind::Entry)), observe, |_, _| {});
         Ok((cost, flow))
     }
 

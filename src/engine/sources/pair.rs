@@ -90,7 +90,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let by_weights = if is_crossed { self.pay(seen.energy_step, felt.energy_step) } else { 0.0 };
         let mut impulse_of_i = pair.line * impulse;
         if tangential_scale != 1.0 {
-            impulse_of_i = (after[0] - before[0]) / self.inverse_mass(pair.i);
+            impulse_of_i = (after[0] - before[0]) / pair.inverse_masses[0];
         }
         let change = Change {
             counted: Some(counted),
@@ -119,7 +119,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             // The contact conserves energy between the first particle and the image of the second particle. The image
             // and the second particle have different velocities.
             let faster = (before[0] - before[1]) - pair.velocity;
-            supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
+            supplied = faster.dot(&((after - before[0]) / pair.inverse_masses[0]));
         }
         if pair.opening_speed != 0.0 {
             supplied += impulse * pair.opening_speed * pair.approach.squared.sqrt();

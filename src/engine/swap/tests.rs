@@ -1,9 +1,9 @@
 use super::*;
 use crate::engine::event::{Event, Other};
-use crate::engine::{Search, Until};
+use crate::engine::{Search, Snapshot, Until};
 use crate::model::random::Purpose;
 use crate::model::space::{Boundary, Space};
-use crate::model::{MassRule, ParticleId, Thermostat, Threads};
+use crate::model::{MassRule, ParticleId, SpeciesId, Thermostat, Threads};
 use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 use proptest::prelude::*;
 
@@ -32,6 +32,36 @@ fn line(length: f64) -> Space {
     Space { lower: Vector::zeros(), size: Vector::new(length, 0.0, 0.0), boundary }
 }
 
+const SAMPLES: u32 = 400;
+
+/// Simulates with swap moves in a heat bath. Returns the cases of [`SAMPLES`] samples for each of several blocks.
+fn cases_of(scene: SceneBuilder, mut random: Random, case: impl Fn(&Snapshot) -> usize) -> Vec<Vec<usize>> {
+    let mut simulation = Simulation::without_plan(scene.build().unwrap());
+    let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.3, axes: [true; 3] };
+    simulation.set_thermostat(Some(&bath), 0).unwrap();
+    let (mut time, mut accepted) = (0.0, 0);
+    let mut sample = |_| {
+        time += 0.7;
+        simulation.advance(Until::time(time)).unwrap();
+        accepted += simulation.swap(&every(0.7, 2), &mut random).accepted;
+        case(&simulation.snapshot())
+    };
+    let blocks = (0..64).map(|_| (0..SAMPLES).map(&mut sample).collect()).collect();
+    assert!(accepted > 5_000, "{accepted}");
+    blocks
+}
+
+/// Mean share of each case, with the standard error from the scatter of the blocks.
+fn mean_and_error<const CASES: usize>(blocks: &[Vec<usize>]) -> [[f64; 2]; CASES] {
+    let count = blocks.len() as f64;
+    std::array::from_fn(|case| {
+        let share = |block: &Vec<usize>| block.iter().filter(|it| **it == case).count() as f64 / f64::from(SAMPLES);
+        let mean = blocks.iter().map(share).sum::<f64>() / count;
+        let squares: f64 = blocks.iter().map(|block| (share(block) - mean) * (share(block) - mean)).sum();
+        [mean, (squares / (count * (count - 1.0))).sqrt()]
+    })
+}
+
 /// In one dimension, the configurational integral of hard rods between walls does not depend on their order.
 #[test]
 fn all_orders_of_unlike_rods_are_equally_likely() {
@@ -40,28 +70,11 @@ fn all_orders_of_unlike_rods_are_equally_likely() {
     for (k, x) in [0.5, 1.5, 3.5].into_iter().enumerate() {
         scene = scene.particle(&k.to_string(), Vector::new(x, 0.0, 0.0), Vector::zeros());
     }
-    let mut simulation = Simulation::without_plan(scene.build().unwrap());
-    let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.3, axes: [true; 3] };
-    simulation.set_thermostat(Some(&bath), 0).unwrap();
-    let mut random = Random::new(7, Purpose::Swap, 0);
-    let blocks = 64;
-    let mut shares = vec![[0.0; 6]; blocks];
-    let (mut time, mut accepted) = (0.0, 0);
-    for share in &mut shares {
-        for _ in 0..400 {
-            time += 0.7;
-            simulation.advance(Until::time(time)).unwrap();
-            accepted += simulation.swap(&every(0.7, 2), &mut random).accepted;
-            let order = species_of(&simulation);
-            let number = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
-            share[number.iter().position(|known| order == known).unwrap()] += 1.0 / 400.0;
-        }
-    }
-    assert!(accepted > 5_000, "{accepted}");
-    for order in 0..6 {
-        let mean = shares.iter().map(|share| share[order]).sum::<f64>() / blocks as f64;
-        let squares: f64 = shares.iter().map(|share| (share[order] - mean) * (share[order] - mean)).sum();
-        let error = (squares / (blocks * (blocks - 1)) as f64).sqrt();
+    let cases = cases_of(scene, Random::new(7, Purpose::Swap, 0), |snapshot| {
+        let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+        orders.iter().position(|order| snapshot.species == order.map(SpeciesId)).unwrap()
+    });
+    for (order, [mean, error]) in mean_and_error::<6>(&cases).into_iter().enumerate() {
         assert!((mean - 1.0 / 6.0).abs() < 5.0 * error, "{order}: {mean} {error}");
         assert!(error < 0.006, "{error}");
     }
@@ -99,28 +112,12 @@ fn unlike_disks_are_in_the_middle_as_often_as_their_room_allows() {
         let velocity = Vector::new(0.3 + y, x - 0.9, 0.0);
         scene = scene.sized_particle("A", diameter, Vector::new(x, y, 0.0), velocity);
     }
-    let mut simulation = Simulation::without_plan(scene.build().unwrap());
-    let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.3, axes: [true; 3] };
-    simulation.set_thermostat(Some(&bath), 0).unwrap();
-    let blocks = 64;
-    let mut shares = vec![[0.0; 3]; blocks];
-    let (mut time, mut accepted) = (0.0, 0);
-    for share in &mut shares {
-        for _ in 0..400 {
-            time += 0.7;
-            simulation.advance(Until::time(time)).unwrap();
-            accepted += simulation.swap(&every(0.7, 2), &mut random).accepted;
-            let snapshot = simulation.snapshot();
-            let middle = middle_of(std::array::from_fn(|k| snapshot.positions[k].x));
-            share[diameters.iter().position(|diameter| *diameter == snapshot.diameters[middle]).unwrap()] +=
-                1.0 / 400.0;
-        }
-    }
-    assert!(accepted > 5_000, "{accepted}");
-    for (k, expected) in expected.into_iter().enumerate() {
-        let mean = shares.iter().map(|share| share[k]).sum::<f64>() / blocks as f64;
-        let squares: f64 = shares.iter().map(|share| (share[k] - mean) * (share[k] - mean)).sum();
-        let error = (squares / (blocks * (blocks - 1)) as f64 + expected * (1.0 - expected) / placed).sqrt();
+    let cases = cases_of(scene, random, |snapshot| {
+        let middle = middle_of(std::array::from_fn(|k| snapshot.positions[k].x));
+        diameters.iter().position(|diameter| *diameter == snapshot.diameters[middle]).unwrap()
+    });
+    for (k, (expected, [mean, error])) in expected.into_iter().zip(mean_and_error::<3>(&cases)).enumerate() {
+        let error = (error * error + expected * (1.0 - expected) / placed).sqrt();
         assert!((mean - expected).abs() < 4.0 * error, "{k}: {mean} {expected} {error}");
         assert!(error < 0.005, "{error}");
     }

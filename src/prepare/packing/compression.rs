@@ -154,11 +154,14 @@ impl Compression<'_> {
         used.sort_unstable();
         used.dedup();
         let mut spheres = hard_spheres(&used, contacts)?;
-        for (sphere, kind) in spheres.species.iter_mut().zip(&used) {
-            let of_fill = &self.fill.species[kind.0 as usize];
-            if of_fill.individual.is_some() {
+        let of_fill = |species: &SpeciesId| &self.fill.species[species.0 as usize];
+        if used.iter().any(|species| of_fill(species).individual.is_some()) {
+            for (sphere, of_fill) in spheres.species.iter_mut().zip(used.iter().map(of_fill)) {
+                // Contact distances scale with the diameters of the species.
                 sphere.diameter = of_fill.diameter * factor;
-                sphere.individual = Some(IndividualDiameters { masses: MassRule::Constant, distribution: None });
+                let individual = of_fill.individual.as_ref();
+                sphere.individual =
+                    individual.map(|_| IndividualDiameters { masses: MassRule::Constant, distribution: None });
             }
         }
         let particle = |(kind, position): (&Kind, &Vector)| {

@@ -3,8 +3,8 @@
 use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
 use crate::engine::surfaces::Surfaces;
+use crate::model::diameters::{Diameters, ranges_of_diameters};
 use crate::model::random::{Purpose, Random};
-use crate::model::scene::{Diameters, ranges_of_diameters};
 use crate::model::space::Space;
 use crate::model::{Particle, Potential, Species, SpeciesId};
 use crate::prepare::chain::{self, Links};

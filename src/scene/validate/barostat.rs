@@ -1,10 +1,10 @@
 use crate::base::text::shortest;
-use crate::model::measurement_plan::InstrumentKind;
 use crate::model::molecules::Molecules;
 use crate::model::{Barostat, Scene};
 use crate::scene::compatibility::phases;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
+use crate::scene::validate::measure::check_supported;
 
 pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Result<(), SceneError> {
     let checked = barostat.map_or(Ok(()), Barostat::check);
@@ -66,14 +66,13 @@ fn check_output(scene: &Scene) -> Result<(), SceneError> {
     if !phases(&scene.run).any(|phase| phase.is_measured && phase.barostat.is_some()) {
         return Ok(());
     }
-    match scene.measure.requested().find(|it| !it.kind.any_volume) {
-        Some(it) => {
-            let expected = format!(
-                "to be absent in a measurement with a barostat, which allows only {}: measure the density at this pressure first, then use it in a scene without the barostat",
-                InstrumentKind::listed(|kind| kind.any_volume)
-            );
-            refuse(ConfigPath::root().key("measure").key(it.kind.key), "given", expected)
-        }
-        None => Ok(()),
-    }
+    check_supported(
+        scene,
+        |kind| kind.any_volume,
+        |supported| {
+            format!(
+                "to be absent in a measurement with a barostat, which allows only {supported}: measure the density at this pressure first, then use it in a scene without the barostat"
+            )
+        },
+    )
 }

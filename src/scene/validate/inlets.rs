@@ -2,7 +2,6 @@
 
 use crate::Vector;
 use crate::model::limits::MOST_PARTICLES;
-use crate::model::measurement_plan::InstrumentKind;
 use crate::model::space::{Boundary, Space};
 use crate::model::{FillRegion, Format, Inlet, Region, Scene, Species};
 use crate::scene::builder::SceneBuilder;
@@ -13,6 +12,7 @@ use crate::scene::inlet_draft::{InletDraft, RATE, Rate};
 use crate::scene::limits::{finite, not_negative, on_flat_axes, positive};
 use crate::scene::names::{self, Taken};
 use crate::scene::region::region_of;
+use crate::scene::validate::measure::check_supported;
 
 impl SceneBuilder {
     pub(in crate::scene) fn checked_inlets(
@@ -173,14 +173,9 @@ pub(super) fn check_instruments(scene: &Scene) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("output").key("formats").index(index);
         return refuse(at, "\"npy\"", "another format: NumPy arrays need the same particles in all frames");
     }
-    match scene.measure.requested().find(|it| !it.kind.any_number) {
-        Some(it) => {
-            let expected = format!(
-                "to be absent if particles enter or leave, which allows only {}",
-                InstrumentKind::listed(|kind| kind.any_number)
-            );
-            refuse(ConfigPath::root().key("measure").key(it.kind.key), "given", expected)
-        }
-        None => Ok(()),
-    }
+    check_supported(
+        scene,
+        |kind| kind.any_number,
+        |supported| format!("to be absent if particles enter or leave, which allows only {supported}"),
+    )
 }

@@ -1,13 +1,30 @@
 use crate::model::measurement_plan::{
-    DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Outlet, Requested,
+    DIRECTIONS, InstrumentKind, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Outlet,
+    Requested,
 };
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{MeasurementPlan, SceneParts, Species};
+use crate::model::{MeasurementPlan, Scene, SceneParts, Species};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::interactions::species_named;
 use crate::scene::limits::{finite, finite_vector, positive, positive_if_given};
 use crate::scene::names::Taken;
+
+/// Rejects the first instrument that `is_supported` does not select. `expected` makes the message from the list of the
+/// supported instruments.
+pub(super) fn check_supported(
+    scene: &Scene,
+    is_supported: fn(&InstrumentKind) -> bool,
+    expected: impl FnOnce(String) -> String,
+) -> Result<(), SceneError> {
+    match scene.measure.requested().find(|it| !is_supported(&it.kind)) {
+        Some(it) => {
+            let at = ConfigPath::root().key("measure").key(it.kind.key);
+            refuse(at, "given", expected(InstrumentKind::listed(is_supported)))
+        }
+        None => Ok(()),
+    }
+}
 
 impl SceneParts {
     pub(in crate::scene) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {

@@ -1,9 +1,9 @@
 use crate::base::text::shortest;
-use crate::model::measurement_plan::InstrumentKind;
 use crate::model::{Format, Scene, Swap};
 use crate::scene::compatibility::phases;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
+use crate::scene::validate::measure::check_supported;
 
 pub(super) fn check_numbers(swap: Option<&Swap>, at: &ConfigPath) -> Result<(), SceneError> {
     let checked = swap.map_or(Ok(()), Swap::check);
@@ -23,31 +23,13 @@ pub(super) fn check_output(scene: &Scene) -> Result<(), SceneError> {
     if !phases(&scene.run).any(|phase| phase.is_measured && phase.swap.is_some()) {
         return Ok(());
     }
-    match scene.measure.requested().find(|it| !it.kind.any_species) {
-        Some(it) => {
-            let expected = format!(
-                "to be absent in a measurement with swap moves, which allows only {}: let swap moves equilibrate the system in a stage, and measure without them",
-                InstrumentKind::listed(|kind| kind.any_species)
-            );
-            refuse(ConfigPath::root().key("measure").key(it.kind.key), "given", expected)
-        }
-        None => Ok(()),
-    }
-}
-
-/// Rejects instruments that need one diameter and one mass for each species.
-pub(super) fn check_sizes(scene: &Scene) -> Result<(), SceneError> {
-    if !scene.has_individual_diameters() {
-        return Ok(());
-    }
-    match scene.measure.requested().find(|it| !it.kind.any_size) {
-        Some(it) => {
-            let expected = format!(
-                "to be absent with individual diameters, which allow only {}",
-                InstrumentKind::listed(|kind| kind.any_size)
-            );
-            refuse(ConfigPath::root().key("measure").key(it.kind.key), "given", expected)
-        }
-        None => Ok(()),
-    }
+    check_supported(
+        scene,
+        |kind| kind.any_species,
+        |supported| {
+            format!(
+                "to be absent in a measurement with swap moves, which allows only {supported}: let swap moves equilibrate the system in a stage, and measure without them"
+            )
+        },
+    )
 }

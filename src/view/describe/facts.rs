@@ -6,7 +6,7 @@ use super::{
 };
 use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
-use crate::model::scene::Diameters;
+use crate::model::diameters::Diameters;
 use crate::model::{Scene, Sleep, Species, StaticSurface, TcRule, Threads, Units, Until};
 
 /// A fact of a scene.

@@ -1,4 +1,4 @@
-use crate::model::scene::{Diameters, scaled_distance};
+use crate::model::diameters::{Diameters, scaled_distance};
 use crate::model::species_pairs::SpeciesPairs;
 use crate::model::{Particle, Species, SpeciesId};
 
