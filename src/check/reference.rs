@@ -191,7 +191,7 @@ impl Reference {
             tc_model.meet_newcomer();
         }
         if let Some(sleepers) = &mut self.sleepers {
-            sleepers.meet_newcomer(particle.position);
+            sleepers.meet_newcomer(&self.own[i as usize], particle.position);
         }
         for j in 0..i {
             if !self.is_present[j as usize] {
@@ -302,9 +302,7 @@ impl Reference {
     /// The species of a particle. While the particle sleeps, this is a static species.
     fn species(&self, i: u32) -> &Species {
         match &self.sleepers {
-            Some(sleepers) if sleepers.is_asleep[i as usize] => {
-                &sleepers.still[self.scene.particles[i as usize].species.0 as usize]
-            }
+            Some(sleepers) if sleepers.is_asleep[i as usize] => &sleepers.still[i as usize],
             _ => &self.own[i as usize],
         }
     }

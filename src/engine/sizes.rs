@@ -170,6 +170,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         scaled_distance(distance, of_species, self.radius(i) + self.radius(j))
     }
 
+    /// Interaction range of two particles, whether they move or not `[length]`; negative if they never interact. The
+    /// first particle is given by its table row and its radius.
+    pub(super) fn range_between(&self, (row, radius): (u16, f64), other: u32) -> f64 {
+        let rows = [row, self.row(other)].map(usize::from);
+        let range = self.ranges.at(rows[0], rows[1]);
+        if !self.has_sizes() || range < 0.0 {
+            return range;
+        }
+        let radii = self.pairs.rules.rows.radii();
+        scaled_distance(range, radii[rows[0]] + radii[rows[1]], radius + self.radius(other))
+    }
+
     /// Squared distance of a discontinuity of two particles `[length^2]`. `squared` applies to the diameters of the two
     /// species.
     #[inline]

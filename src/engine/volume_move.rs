@@ -6,6 +6,7 @@ use std::convert::Infallible;
 use super::set_state::PairStates;
 use super::{Chosen, Simulation};
 use crate::Vector;
+use crate::base::numbers::id;
 use crate::engine::neighbours::cell_list::CellList;
 use crate::model::limits::LARGEST;
 use crate::model::molecules::Molecules;
@@ -16,7 +17,8 @@ use crate::model::{Bond, InteractionId, Potential, Scene, SpeciesId};
 #[derive(Debug, Clone)]
 pub(crate) struct Scaling {
     molecules: Molecules,
-    species: Vec<SpeciesId>,
+    /// Species and radius of each particle, in the order of ids.
+    kinds: Vec<(SpeciesId, f64)>,
     /// Pairs with a bond, the lower id first.
     bonded: HashSet<[u32; 2]>,
     /// Longest interaction range of pairs without a bond `[length]`.
@@ -38,21 +40,26 @@ pub(crate) struct Scaled {
 impl Scaling {
     pub fn of(simulation: &Simulation) -> Self {
         let scene = &simulation.scene;
-        let mut species = Vec::new();
+        let (mut kinds, mut masses) = (Vec::new(), Vec::new());
+        let mut largest = vec![0.0_f64; scene.species.len()];
         let Ok(()) = simulation.for_each_now(|particle| {
-            species.push(particle.species);
+            let number = particle.species.0 as usize;
+            let radius = 0.5 * particle.diameter.unwrap_or(scene.species[number].diameter);
+            kinds.push((particle.species, radius));
+            masses.push(simulation.mass_of(&particle));
+            largest[number] = largest[number].max(radius);
             Ok::<(), Infallible>(())
         });
-        let masses = species.iter().map(|id| scene.species[id.0 as usize].mass).collect();
         let counts = simulation.population();
         let meet = |[a, b]: [usize; 2]| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 };
         let potential = |id: InteractionId| &scene.interactions[id.0 as usize].potential;
-        let ranges = scene.table.iter().filter(|(pair, _)| meet(*pair)).map(|(_, id)| potential(id).range());
-        let range = ranges.fold(0.0, f64::max);
+        let kind = |number: usize| (SpeciesId(id(number)), largest[number]);
+        let pairs = scene.table.iter().map(|(pair, _)| pair).filter(|pair| meet(*pair));
+        let range = pairs.map(|[a, b]| scene.range_with(kind(a), kind(b))).fold(0.0, f64::max);
         let longest = scene.bonds.iter().map(|bond| potential(bond.interaction).range()).fold(range, f64::max);
         Self {
             molecules: Molecules::of(scene, masses),
-            species,
+            kinds,
             bonded: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             range,
             shortest: (2.0 * longest).max(1.0 / LARGEST),
@@ -105,10 +112,13 @@ impl Simulation {
         if scaling.range > 0.0 {
             let cells = CellList::new(space, 0.0, scaling.range, (0..).zip(inside.iter().copied()));
             cells.for_each_pair(|a, b, _, square| {
-                let [kind_a, kind_b] = [a, b].map(|id| scaling.species[id as usize]);
+                let pair = [a, b].map(|id| scaling.kinds[id as usize]);
                 let is_bonded = || scaling.bonded.contains(&[a.min(b), a.max(b)]);
-                if let Some(id) = scene.interaction_of(kind_a, kind_b).filter(|_| !is_bonded()) {
-                    add(potential(id), square.sqrt());
+                let distance = square.sqrt();
+                if let Some(id) = scene.interaction_of(pair[0].0, pair[1].0).filter(|_| !is_bonded())
+                    && distance <= scene.range_with(pair[0], pair[1])
+                {
+                    add(&scene.potential_between(id, pair), distance);
                 }
             });
         }

@@ -4,7 +4,7 @@ use super::error::StartError;
 use crate::Vector;
 use crate::engine::{EngineError, Simulation, Until};
 use crate::model::random::{Purpose, Random};
-use crate::model::{ExchangePlan, Scene, Species, Thermostat};
+use crate::model::{ExchangePlan, Particle, Scene, Species, Thermostat};
 use crate::run::audit::Ledger;
 
 /// Number of engine steps between two checks for a pause. The steps take a few milliseconds.
@@ -23,12 +23,11 @@ impl Replica {
         let temperature = plan.temperatures_of_places()[number];
         own.run.thermostat = Some(bath(plan, temperature));
         let mut random = Random::new(seed, Purpose::Exchange, 1 + number);
-        let velocity = |species: &Species| match species.is_static() {
+        let velocity = |particle: &Particle| match scene.is_static(particle) {
             true => Vector::zeros(),
-            false => random.normal_vector(&scene.space) * (temperature / species.mass).sqrt(),
+            false => random.normal_vector(&scene.space) * (temperature / scene.mass(particle)).sqrt(),
         };
-        let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
-        let velocities: Vec<Vector> = species.map(velocity).collect();
+        let velocities: Vec<Vector> = scene.particles.iter().map(velocity).collect();
         let keeps_start = scene.species.iter().any(Species::is_static);
         let mut simulation = Simulation::begin(own, keeps_start);
         let mut ledger = Ledger::open(&simulation, false);

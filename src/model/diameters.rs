@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Species, SpeciesId};
+use super::{Inlet, Species, SpeciesId};
 
 /// A distribution of diameters `[length]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,8 +53,8 @@ pub enum DiameterDistribution {
     },
 }
 
-/// Number of classes for means.
-const FOR_MEANS: usize = 1024;
+/// Number of equal shares of a distribution, for means and for new particles of an inlet.
+const SHARES: usize = 1024;
 
 impl DiameterDistribution {
     /// Divides the distribution among a number of particles. Each particle has the mean diameter of an equal share of the
@@ -84,11 +84,17 @@ impl DiameterDistribution {
     /// Mean of a function of the diameter.
     #[must_use]
     pub fn mean_of(&self, function: impl Fn(f64) -> f64) -> f64 {
+        self.shares().into_iter().map(|(diameter, share)| share * function(diameter)).sum()
+    }
+
+    /// Returns the mean diameters of 1,024 equal shares of the distribution, or the diameters of a list, each with its
+    /// share. The shares sum to 1.
+    pub(crate) fn shares(&self) -> Vec<(f64, f64)> {
         if let Self::List { diameters, shares } = self {
             let all: f64 = shares.iter().sum();
-            return diameters.iter().zip(shares).map(|(diameter, share)| share / all * function(*diameter)).sum();
+            return diameters.iter().zip(shares).map(|(diameter, share)| (*diameter, share / all)).collect();
         }
-        self.divided(FOR_MEANS).into_iter().map(function).sum::<f64>() / FOR_MEANS as f64
+        self.divided(SHARES).into_iter().map(|diameter| (diameter, 1.0 / SHARES as f64)).collect()
     }
 }
 
@@ -107,7 +113,7 @@ pub enum MassRule {
 pub struct IndividualDiameters {
     /// How the mass of a particle depends on its diameter.
     pub masses: MassRule,
-    /// The distribution of the diameters in fills; `None` if each diameter is given.
+    /// The distribution of the diameters in fills and inlets; `None` if each diameter is given.
     pub distribution: Option<DiameterDistribution>,
 }
 
@@ -137,6 +143,20 @@ pub(crate) fn ranges_of_diameters(
         range.largest = range.largest.max(diameter);
     }
     all
+}
+
+/// Returns the smallest and the largest individual diameter of the particles that inlets let in, with their species.
+pub(crate) fn diameters_of_newcomers<'a>(
+    species: &'a [Species],
+    inlets: &'a [Inlet],
+) -> impl Iterator<Item = (SpeciesId, f64)> + 'a {
+    let individual = |id: SpeciesId| Some((id, species[id.0 as usize].individual.as_ref()?.distribution.as_ref()?));
+    let distributed = inlets.iter().flat_map(Inlet::species).filter_map(individual);
+    distributed.flat_map(|(id, distribution)| {
+        let all = distribution.shares().into_iter().map(|(diameter, _)| diameter);
+        let [smallest, largest] = all.fold([f64::INFINITY, 0.0], |[a, b], diameter| [diameter.min(a), diameter.max(b)]);
+        [(id, smallest), (id, largest)]
+    })
 }
 
 /// Distance of a discontinuity of two particles `[length]`. `distance` applies to the diameters of the two species.

@@ -86,11 +86,11 @@ macro_rules! with_instruments {
             }
             /// Density, velocity and temperature on grids.
             profile = profiles: Vec<Profile> {
-                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: false
+                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: true
             }
             /// Stress and dissipated power on grids.
             stress = stresses: Vec<Stress> {
-                positive: [interval], bins: [], labels: [name], at_one_time: false, any_volume: false, any_number: true, any_species: true, any_size: false
+                positive: [interval], bins: [], labels: [name], at_one_time: false, any_volume: false, any_number: true, any_species: true, any_size: true
             }
             /// How well species are mixed, in the cells of a grid.
             mixing = mixings: Vec<Mixing> {
@@ -110,7 +110,7 @@ macro_rules! with_instruments {
             }
             /// Centre of mass, and its inclination in a drum.
             centre_of_mass = centre_of_mass: Option<CentreOfMass> {
-                positive: [interval], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: false
+                positive: [interval], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: true
             }
             /// Times that particles spend between an inlet and an outlet.
             residence_times = residence_times: Option<ResidenceTimes> {

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::diameters::{Diameters, ranges_of_diameters, scaled_distance};
+use super::diameters::{Diameters, diameters_of_newcomers, ranges_of_diameters, scaled_distance};
 use super::predecessor::LastState;
 use super::space::Boundary;
 use super::{
@@ -530,10 +530,11 @@ pub(crate) fn mass_of(particle: &Particle, species: &[Species], dimensions: usiz
 }
 
 impl Scene {
-    /// Returns the range of diameters of each species. If the diameters are individual, this is the range at the start.
+    /// Returns the range of diameters of each species. If the diameters are individual, this is the range at the start
+    /// and in inlets.
     pub(crate) fn diameters_of_species(&self) -> Vec<Diameters> {
         let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
-        ranges_of_diameters(&self.species, own)
+        ranges_of_diameters(&self.species, own.chain(diameters_of_newcomers(&self.species, &self.inlets)))
     }
 }
 

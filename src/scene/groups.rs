@@ -9,7 +9,7 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::surfaces::Surfaces;
 use crate::model::StaticSurface;
-use crate::model::diameters::{Diameters, ranges_of_diameters};
+use crate::model::diameters::{Diameters, diameters_of_newcomers, ranges_of_diameters};
 use crate::model::limits::{LARGEST, is_positive};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Bond, Inlet, Particle, ParticleId, Species, SpeciesId};
@@ -111,8 +111,13 @@ impl Groups {
 
     /// Returns the range of diameters of each species.
     pub(crate) fn ranges_of_diameters(&self, species: &[Species]) -> Vec<Diameters> {
+        self.ranges_with(species, &[])
+    }
+
+    /// Like [`Self::ranges_of_diameters`], with the particles that inlets let in.
+    pub(crate) fn ranges_with(&self, species: &[Species], inlets: &[Inlet]) -> Vec<Diameters> {
         let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
-        ranges_of_diameters(species, own)
+        ranges_of_diameters(species, own.chain(diameters_of_newcomers(species, inlets)))
     }
 
     pub(crate) fn counts(&self, species: usize) -> Vec<usize> {

@@ -88,7 +88,7 @@ impl SceneBuilder {
     pub(super) fn check_plan(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         let species = start.interactions.species;
         let counts = with_entering(start.groups.counts(species.len()), &start.inlets);
-        let diameters = start.groups.ranges_of_diameters(species);
+        let diameters = start.groups.ranges_with(species, &start.inlets);
         let occurring = counts.iter().zip(&diameters).filter(|(count, _)| **count > 0);
         let rows = occurring.map(|(_, range)| bands(range).len()).sum();
         // Sleeping grains have their own row in the tables.

@@ -37,11 +37,13 @@ sleep = { interval = 0.25, distance = DISTANCE, wake_speed = WAKE_SPEED }
 name = 'grain'
 mass = 1.3
 diameter = 1.0
+INDIVIDUAL
 material = 'stone'
 [[species]]
 name = 'large'
 mass = 2.9
 diameter = 1.4
+INDIVIDUAL
 material = 'stone'
 [[material]]
 between = ['stone', 'stone']
@@ -79,6 +81,8 @@ struct Recipe {
     /// Displacements of the resting grains from the points of a lattice, and their heights above the floor.
     lying: Vec<[f64; 3]>,
     falling: Vec<[f64; 3]>,
+    /// Relative spread of the diameters of a species; `None` if they are equal.
+    spread: Option<f64>,
     friction: Option<f64>,
     distance: f64,
     wake_speed: f64,
@@ -88,12 +92,14 @@ struct Recipe {
 fn recipe() -> impl Strategy<Value = Recipe> {
     let lying = prop::collection::vec([-0.2..0.2_f64, -0.2..0.2_f64, 0.001..0.03_f64], 4..9);
     let falling = prop::collection::vec([0.5..5.5_f64, 0.5..5.5_f64, 1.0..9.0_f64], 0..3);
+    let spread = prop::option::of(0.05..0.3_f64);
     let rough = prop::option::of(0.1..0.8_f64);
     let belt = prop_oneof![Just(0.0), 0.001..0.1_f64];
-    (lying, falling, rough, 1e-3..0.02_f64, 0.03..1.0_f64, belt).prop_map(
-        |(lying, falling, friction, distance, wake_speed, belt)| Recipe {
+    (lying, falling, spread, rough, 1e-3..0.02_f64, 0.03..1.0_f64, belt).prop_map(
+        |(lying, falling, spread, friction, distance, wake_speed, belt)| Recipe {
             lying,
             falling,
+            spread,
             friction,
             distance,
             wake_speed,
@@ -104,16 +110,20 @@ fn recipe() -> impl Strategy<Value = Recipe> {
 
 impl Recipe {
     fn scene(&self) -> Option<Scene> {
+        let own = |diameter: f64, k: u8| diameter * (1.0 - self.spread.unwrap_or(0.0) * f64::from(k * 5 % 8) / 7.0);
         let lying = self.lying.iter().zip(0_u8..).map(|([x, y, z], k)| {
-            let (column, row) = (f64::from(k % 3), f64::from(k / 3));
-            ([1.0 + 2.0 * column + x, 1.0 + 2.0 * row + y, 1.5 + z], "grain")
+            let (column, row, diameter) = (f64::from(k % 3), f64::from(k / 3), own(1.0, k));
+            ([1.0 + 2.0 * column + x, 1.0 + 2.0 * row + y, 1.0 + 0.5 * diameter + z], "grain", diameter)
         });
-        let falling =
-            self.falling.iter().zip(0_u8..).map(|([x, y, z], k)| ([*x, *y, 4.0 + 9.0 * f64::from(k) + z], "large"));
+        let falling = self.falling.iter().zip(0_u8..);
+        let falling = falling.map(|([x, y, z], k)| ([*x, *y, 4.0 + 9.0 * f64::from(k) + z], "large", own(1.4, k + 1)));
         let particles: String = lying
             .chain(falling)
-            .map(|(position, species)| {
-                format!("[[particle]]\nspecies = '{species}'\nposition = {position:?}\nvelocity = [0.0, 0.0, 0.0]\n")
+            .map(|(position, species, diameter)| {
+                let diameter = self.spread.map_or_else(String::new, |_| format!("diameter = {diameter}\n"));
+                format!(
+                    "[[particle]]\nspecies = '{species}'\nposition = {position:?}\nvelocity = [0.0, 0.0, 0.0]\n{diameter}"
+                )
             })
             .collect();
         let rough = self.friction.map_or_else(String::new, |friction| format!("friction = {friction}\n"));
@@ -123,6 +133,7 @@ impl Recipe {
             String::new()
         };
         let toml = BOX
+            .replace("INDIVIDUAL", self.spread.map_or("", |_| "diameters = 'individual'"))
             .replace("DISTANCE", &self.distance.to_string())
             .replace("WAKE_SPEED", &self.wake_speed.to_string())
             .replace("ROUGH", &rough)

@@ -7,7 +7,7 @@ use carom::Vector;
 use carom::analysis::statistics::Estimate;
 use carom::exchange::{Exchange, ExchangeResults, PotentialEnergies, ThermalCurves};
 use carom::model::exchange_plan::{ExchangeEnsemble, ExchangePlan};
-use carom::model::{Potential, RunPlan, Scene, Space, Until};
+use carom::model::{MassRule, Potential, RunPlan, Scene, Space, Until};
 use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 pub const TEMPERATURES: [f64; 4] = [0.3, 0.42, 0.63, 1.1];
@@ -145,6 +145,24 @@ fn two_particles_in_a_well_have_their_exact_populations() {
         assert_eq!(neighbours.attempts, 10_000);
     }
     assert!(results.round_trips.iter().all(|trips| *trips > 500), "{:?}", results.round_trips);
+}
+
+#[test]
+fn two_particles_with_individual_diameters_have_their_exact_populations() {
+    // The sum of the two radii is 1.
+    let pair = SceneBuilder::new("pair")
+        .space(Space::periodic_cube(LENGTH))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(0.9).individual_diameters(MassRule::Volume))
+        .interaction(InteractionDraft::new(Model::SquareWell { lambda: LAMBDA, well_depth: DEPTH }).between("A", "A"))
+        .sized_particle("A", 1.3, Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+        .sized_particle("A", 0.7, Vector::new(2.7, 2.7, 2.7), Vector::zeros());
+    let results = results(scene(pair, 1, &TEMPERATURES, 2.0, 6_000));
+    for (place, temperature) in TEMPERATURES.into_iter().enumerate() {
+        let temperatures = results.temperatures[place].observables["temperature"];
+        let bound = deviation(population(&results, place, -DEPTH), bound(temperature));
+        let deviations = [bound, deviation(temperatures, temperature)];
+        assert!(deviations.iter().all(|it| it.abs() < 3.5), "{temperature}: {deviations:?}");
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use carom::Vector;
 use carom::analysis::statistics::Estimate;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Barostat, RunPlan, Scene, Thermostat, Until};
+use carom::model::{Barostat, MassRule, RunPlan, Scene, Thermostat, Until};
 use carom::run::Finished;
 use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
@@ -89,18 +89,38 @@ fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
     scene.run(plan(pressure, 0.4, 1.1, moves)).build().unwrap()
 }
 
+/// Like [`rods`], with one species of individual lengths.
+fn unlike_rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
+    let length: f64 = 2.0 * rods.iter().map(|(_, length)| length).sum::<f64>();
+    let mut scene = SceneBuilder::new("rods")
+        .seed(5)
+        .space(space(length, 1))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(0.7).individual_diameters(MassRule::Volume))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"));
+    for (index, (_, length)) in rods.iter().enumerate() {
+        let (x, speed) = (1.5 * index as f64 + 0.5, 0.3 - 0.4 * index as f64);
+        scene = scene.sized_particle("A", *length, Vector::new(x, 0.0, 0.0), Vector::new(speed, 0.0, 0.0));
+    }
+    scene.run(plan(pressure, 0.4, 1.1, moves)).build().unwrap()
+}
+
 #[test]
 fn ring_of_rods_has_the_exact_mean_length_and_variance() {
     // The configuration integral is Q = L (L - a)^(N - 1), with the sum `a` of all contact distances. One of the N rods
     // may be anywhere on the ring of length L. The others share the free length x = L - a in a fixed order.
-    for (all, pressure) in [(&[(1.3, 1.0), (0.7, 0.6)][..], 0.9), (&[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4)] {
+    let cases = [
+        (rods as fn(&[(f64, f64)], f64, u32) -> Scene, &[(1.3, 1.0), (0.7, 0.6)][..], 0.9),
+        (rods, &[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4),
+        (unlike_rods, &[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4),
+    ];
+    for (scene, all, pressure) in cases {
         let (n, a) = (i32::try_from(all.len()).unwrap(), all.iter().map(|(_, length)| length).sum::<f64>());
         let b = pressure / TEMPERATURE;
         // The integral of x^(k - 1) exp(-b x).
         let gamma = |k: i32| (1..k).map(f64::from).product::<f64>() / b.powi(k);
         let of = |k: i32| gamma(n + 1 + k) + a * gamma(n + k);
         let (mean, square) = (of(1) / of(0), of(2) / of(0));
-        let finished = finish(rods(all, pressure, 60_000));
+        let finished = finish(scene(all, pressure, 60_000));
         compare(&finished, [a + mean, square - mean * mean]);
         // The mean of d/dV ln Q is P / T, so the virial gives the pressure P.
         let (virial, error) = observable(&finished, "pressure");
@@ -131,22 +151,38 @@ fn two_disks_have_exact_volumes_down_to_the_smallest_box() {
 #[test]
 fn a_square_well_pair_has_its_exact_volume_and_energy() {
     let (pressure, depth, lambda): (f64, f64, f64) = (0.06, 2.3, 1.5);
-    let well = Potential::square_well(1.0, lambda, depth).unwrap();
-    let scene = SceneBuilder::new("pair")
-        .seed(4)
-        .space(space(3.5, 3))
+    let (places, velocities) = (
+        [Vector::new(0.5, 0.5, 0.5), Vector::new(2.0, 2.1, 1.9)],
+        [Vector::new(0.4, 0.3, 0.1), Vector::new(-0.2, 0.9, 0.2)],
+    );
+    let pair = SceneBuilder::new("pair").seed(4).space(space(3.5, 3));
+    let equal = pair
+        .clone()
         .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
-        .interaction(InteractionDraft::new(well).between("A", "A"))
-        .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(0.4, 0.3, 0.1))
-        .particle("A", Vector::new(2.0, 2.1, 1.9), Vector::new(-0.2, 0.9, 0.2))
-        .run(plan(pressure, 0.4, 1.2, 60_000));
+        .interaction(InteractionDraft::new(Potential::square_well(1.0, lambda, depth).unwrap()).between("A", "A"))
+        .particle("A", places[0], velocities[0])
+        .particle("A", places[1], velocities[1]);
+    // The sum of the two radii is 1.
+    let unlike = pair
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.9).individual_diameters(MassRule::Volume))
+        .interaction(InteractionDraft::new(Model::SquareWell { lambda, well_depth: depth }).between("A", "A"))
+        .sized_particle("A", 1.1, places[0], velocities[0])
+        .sized_particle("A", 0.9, places[1], velocities[1]);
+    // The box must have room for two particles of the largest diameter.
+    for (scene, largest) in [(equal, 1.0), (unlike, 1.1_f64)] {
+        let least = (2.0 * lambda * largest).powi(3);
+        check_square_well_pair(scene.run(plan(pressure, 0.4, 1.2, 60_000)), [pressure, depth, lambda, least]);
+    }
+}
+
+fn check_square_well_pair(scene: SceneBuilder, [pressure, depth, lambda, least]: [f64; 4]) {
     let finished = finish(scene.build().unwrap());
     let core = 4.0 * PI / 3.0;
     let shell = core * (lambda.powi(3) - 1.0);
     let bound = shell * libm::exp(depth / TEMPERATURE);
     let weight = |volume: f64| libm::exp(-pressure * volume / TEMPERATURE);
     let density = |volume: f64| volume * (volume - core - shell + bound) * weight(volume);
-    let (least, width) = (27.0, 900.0);
+    let width = 900.0;
     compare(&finished, moments(least, width, density));
     let sum = |of: &dyn Fn(f64) -> f64| {
         let steps = 100_000;

@@ -2,7 +2,9 @@
 
 use carom::engine::Snapshot;
 use carom::model::measurement_plan::{PressureTensor, RadialDistribution, Relaxation};
-use carom::model::{Barostat, MeasurementPlan, RunPlan, Scene, StagePlan, Swap, Thermostat, Until};
+use carom::model::{
+    Barostat, DiameterDistribution, MassRule, MeasurementPlan, RunPlan, Scene, StagePlan, Swap, Thermostat, Until,
+};
 use carom::run::run;
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::ops::ControlFlow;
@@ -36,6 +38,20 @@ fn mixture_with(plan: RunPlan, measure: MeasurementPlan) -> Scene {
     scene.measure(measure).run(plan).build().unwrap()
 }
 
+/// Spheres with individual diameters.
+fn sized(plan: RunPlan) -> Scene {
+    let diameters = DiameterDistribution::Uniform { lower: 0.8, upper: 1.2 };
+    SceneBuilder::new("sized")
+        .seed(5)
+        .species(SpeciesDraft::new("A").mass(0.7).individual_diameters(MassRule::Volume).distributed(diameters))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(256).packing_fraction(0.35))
+        .temperature(1.0)
+        .run(plan)
+        .build()
+        .unwrap()
+}
+
 fn swap(interval: f64) -> Option<Swap> {
     Some(Swap { interval, attempts: None, largest_ratio: None })
 }
@@ -55,18 +71,19 @@ fn pauses_and_threads_do_not_change_a_run_with_swap_moves() {
         name: "mix".to_owned(),
         limit: Until::time(2.0),
         thermostat: bath,
-        // Volume moves must know the exchanged species.
+        // Volume moves must know the exchanged species and diameters.
         barostat: Some(Barostat { pressure: 3.0, interval: 0.02, amplitude: Some(0.003) }),
         swap: swap(0.07),
         ..StagePlan::default()
     };
     let plan = RunPlan { stages: vec![stage], limit: Until::time(1.5), swap: swap(0.11), ..RunPlan::default() };
-    let scene = mixture(plan);
-    let whole = end(&scene, 1, None);
-    assert!((whole.2 / scene.space().volume() - 1.0).abs() > 0.005, "{}", whole.2);
-    assert_eq!(end(&scene, 1, Some(1_234)), whole);
-    assert_eq!(end(&scene, 2, Some(5_001)), whole);
-    assert_eq!(end(&scene, 3, None), whole);
+    for scene in [mixture(plan.clone()), sized(plan)] {
+        let whole = end(&scene, 1, None);
+        assert!((whole.2 / scene.space().volume() - 1.0).abs() > 0.005, "{}", whole.2);
+        assert_eq!(end(&scene, 1, Some(1_234)), whole);
+        assert_eq!(end(&scene, 2, Some(5_001)), whole);
+        assert_eq!(end(&scene, 3, None), whole);
+    }
 }
 
 #[test]

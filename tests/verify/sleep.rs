@@ -31,8 +31,19 @@ fn scene(text: &str) -> Scene {
     Scene::from_toml(text, "sleep.toml").unwrap()
 }
 
-fn proof(from: u64, events: u64) -> carom::check::verify::Certificate {
-    verify(scene(GRAINS), EventRange { from, events }, &mut |_| ControlFlow::Continue(()))
+/// Like [`GRAINS`], with individual diameters.
+fn sized_grains() -> String {
+    let individual = |lower, upper| {
+        format!("diameter = {{ distribution = 'uniform', lower = {lower}, upper = {upper} }}, diameters = 'individual'")
+    };
+    GRAINS
+        .replace("diameter = 0.9", &individual(0.7, 1.1))
+        .replace("diameter = 1.1", &individual(0.9, 1.2))
+        .replace("species = 'b', position", "species = 'b', diameter = 1.15, position")
+}
+
+fn proof(text: &str, from: u64, events: u64) -> carom::check::verify::Certificate {
+    verify(scene(text), EventRange { from, events }, &mut |_| ControlFlow::Continue(()))
 }
 
 type Spoil = fn(&mut Event);
@@ -79,17 +90,19 @@ impl Recording {
 
 #[test]
 fn grains_that_sleep_and_wake_are_proven_from_any_event_on() {
-    let mut simulation = Simulation::without_plan(scene(GRAINS));
-    simulation.advance(Until::time(20.0)).unwrap();
-    let counts = *simulation.event_counts();
-    assert!(counts.rest > 20 && counts.wake > 8, "{} {}", counts.rest, counts.wake);
-    let all = counts.physical();
-    let whole = proof(0, u64::MAX);
-    assert!(whole.is_proven(), "{:?}", whole.end);
-    assert_eq!(whole.counts.events(), all);
-    for part in 1..6 {
-        let proof = proof(part * all / 6, all / 8);
-        assert!(proof.is_proven(), "{part}: {:?}", proof.end);
+    for text in [GRAINS.to_owned(), sized_grains()] {
+        let mut simulation = Simulation::without_plan(scene(&text));
+        simulation.advance(Until::time(20.0)).unwrap();
+        let counts = *simulation.event_counts();
+        assert!(counts.rest > 20 && counts.wake > 8, "{} {}", counts.rest, counts.wake);
+        let all = counts.physical();
+        let whole = proof(&text, 0, u64::MAX);
+        assert!(whole.is_proven(), "{:?}", whole.end);
+        assert_eq!(whole.counts.events(), all);
+        for part in 1..6 {
+            let proof = proof(&text, part * all / 6, all / 8);
+            assert!(proof.is_proven(), "{part}: {:?}", proof.end);
+        }
     }
 }
 

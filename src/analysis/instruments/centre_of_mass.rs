@@ -82,11 +82,10 @@ impl CentreOfMass {
     }
 
     fn now(&self, sample: &Sample<'_>, system: &SystemDescription) -> Now {
-        let masses = &system.species_masses;
         // For each species, its mass, and the sum of mass times position.
-        let mut sums = vec![(0.0, Vector::zeros()); masses.len()];
-        for (species, position) in sample.species.iter().zip(sample.positions) {
-            let mass = masses[species.0 as usize];
+        let mut sums = vec![(0.0, Vector::zeros()); system.species_masses.len()];
+        for (index, (species, position)) in sample.species.iter().zip(sample.positions).enumerate() {
+            let mass = system.mass_in(sample, index);
             if mass.is_finite() {
                 let (sum, moment) = &mut sums[species.0 as usize];
                 *sum += mass;

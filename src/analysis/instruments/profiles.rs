@@ -67,8 +67,9 @@ impl Instrument for Profile {
             return;
         }
         let mut values = vec![0.0; self.curve.len()];
-        for ((species, position), velocity) in sample.species.iter().zip(sample.positions).zip(sample.velocities) {
-            let mass = system.species_masses[species.0 as usize];
+        let states = sample.species.iter().zip(sample.positions).zip(sample.velocities).enumerate();
+        for (index, ((species, position), velocity)) in states {
+            let mass = system.mass_in(sample, index);
             if !(mass.is_finite() && self.species.is_none_or(|counted| counted == species.0)) {
                 continue;
             }

@@ -81,8 +81,8 @@ impl Stress {
     }
 
     fn add_particles(&self, sample: &Sample<'_>, system: &SystemDescription, values: &mut [f64]) {
-        for ((species, position), velocity) in sample.species.iter().zip(sample.positions).zip(sample.velocities) {
-            let mass = system.species_masses[species.0 as usize];
+        for (index, (position, velocity)) in sample.positions.iter().zip(sample.velocities).enumerate() {
+            let mass = system.mass_in(sample, index);
             if !mass.is_finite() {
                 continue;
             }
@@ -235,5 +235,27 @@ impl Cell {
         let mut terms = self.kinetic([a, b])?;
         terms.push((self.first + COLLISIONS + 3 * a + b, 1.0));
         Some(terms)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::instruments::test_system::{instrument, measure, unlike_spheres};
+
+    #[test]
+    fn the_kinetic_pressure_of_individual_diameters_follows_from_the_energy() {
+        let (system, mut simulation) = unlike_spheres(40);
+        let plan = plan::Stress { name: "s".into(), bins: [1; 3], lower: None, upper: None, interval: Some(0.5) };
+        let mut stress = instrument(&simulation, &system, 5.0, |setup| Stress::new(&plan, setup));
+        measure(&mut simulation, &system, &mut stress, 5.0);
+        let mut measured = Measured::default();
+        stress.report(&system, &mut measured);
+        let kinetic = measured.curves[0].series.iter().find(|series| series.name == "kinetic pressure").unwrap();
+        let found = kinetic.values[0].unwrap();
+        // The momentum is conserved, and the mean velocity is computed from ten samples of 40 velocities.
+        let correction = 40.0 / 39.0 / (1.0 - 1.0 / 400.0);
+        let expected = 2.0 / 3.0 * simulation.energy().kinetic / system.space.volume() * correction;
+        assert!((found / expected - 1.0).abs() < 1e-10, "{found} {expected}");
     }
 }

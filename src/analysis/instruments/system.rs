@@ -6,10 +6,11 @@ use crate::base::numbers::id;
 use crate::base::text::identifiers;
 use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
+use crate::model::scene::own_volume;
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{
-    Bond, ContactLaw, InteractionId, Particle, ParticleId, Scene, SceneSurface, SpeciesId, SpeciesPairs, SurfaceLaw,
-    SurfaceShape, Units,
+    Bond, ContactLaw, InteractionId, Particle, ParticleId, Scene, SceneSurface, Species, SpeciesId, SpeciesPairs,
+    SurfaceLaw, SurfaceShape, Units,
 };
 use std::convert::Infallible;
 use std::f64::consts::PI;
@@ -42,6 +43,8 @@ pub struct SystemDescription {
     pub moving: Vec<u32>,
     /// Mass of each species `[mass]`; infinite for static species.
     pub species_masses: Vec<f64>,
+    /// For each species, whether the mass of a particle is proportional to its volume.
+    pub(crate) has_masses_by_volume: Vec<bool>,
     /// Whether particles enter or leave.
     pub has_flow: bool,
     /// For each pair of species with hard cores, the contact distance of the cores `[length]`.
@@ -201,6 +204,7 @@ impl SystemDescription {
             species,
             masses,
             species_masses: scene.species.iter().map(|species| species.mass).collect(),
+            has_masses_by_volume: scene.species.iter().map(Species::has_different_masses).collect(),
             has_flow: scene.has_flow(),
             cores: scene.table.map(|id| potential(&id).core()),
             steps_outside_cores,
@@ -275,6 +279,19 @@ impl SystemDescription {
         own.unwrap_or_else(|| self.diameters[self.species[id as usize] as usize])
     }
 
+    /// Mass of the particle with an index in a sample `[mass]`; infinite if it is static.
+    pub(super) fn mass_in(&self, sample: &Sample<'_>, index: usize) -> f64 {
+        let species = sample.species[index].0 as usize;
+        let mass = self.species_masses[species];
+        match sample.diameters.get(index) {
+            Some(diameter) if self.has_masses_by_volume.get(species) == Some(&true) => {
+                let dimensions = self.space.dimensions();
+                mass * own_volume(*diameter, dimensions) / own_volume(self.diameters[species], dimensions)
+            }
+            _ => mass,
+        }
+    }
+
     pub(super) fn moving_mass(&self) -> f64 {
         self.moving.iter().map(|&id| self.masses[id as usize]).sum()
     }
@@ -338,6 +355,7 @@ impl SystemDescription {
             masses: vec![1.0; count as usize],
             moving: (0..count).collect(),
             species_masses: vec![1.0],
+            has_masses_by_volume: vec![false],
             has_flow: false,
             cores: SpeciesPairs::new(1),
             steps_outside_cores: SpeciesPairs::new(1),
@@ -388,6 +406,8 @@ pub struct Sample<'a> {
     pub velocities: &'a [Vector],
     /// Spins `[1 / time]`, `N x 3`; empty if the scene has no spins.
     pub spins: &'a [Vector],
+    /// Diameters of the particles `[length]`; empty unless particles have individual diameters.
+    pub diameters: &'a [f64],
     /// Periods travelled since the start, along each axis.
     pub images: &'a [[i32; 3]],
     /// Displacement along x of the periodic image above `[length]`, in `(-L_x / 2, L_x / 2]`; 0 without shear.
@@ -405,6 +425,7 @@ impl<'a> Sample<'a> {
             positions: &snapshot.positions,
             velocities: &snapshot.velocities,
             spins: &snapshot.spins,
+            diameters: &snapshot.diameters,
             images: &snapshot.images,
             displacement: snapshot.displacement,
         }

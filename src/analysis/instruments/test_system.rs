@@ -8,8 +8,8 @@ use super::quantity::{Measured, Number};
 use super::system::{Sample, SystemDescription};
 use crate::engine::event::Event;
 use crate::engine::{Simulation, Until};
-use crate::model::Scene;
-use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
+use crate::model::{DiameterDistribution, MassRule, Scene};
+use crate::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
 /// Hard spheres of diameter, mass and temperature 1 in a periodic cube, starting from a crystal.
 pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (SystemDescription, Simulation) {
@@ -19,6 +19,21 @@ pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (SystemDescript
             .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
             .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
             .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(packing_fraction))
+            .temperature(1.0)
+            .build()
+            .unwrap(),
+    )
+}
+
+/// Hard spheres with individual diameters at a temperature of 1.
+pub(super) fn unlike_spheres(count: u64) -> (SystemDescription, Simulation) {
+    let diameters = DiameterDistribution::Uniform { lower: 0.5, upper: 1.3 };
+    start(
+        SceneBuilder::new("fluid")
+            .seed(5)
+            .species(SpeciesDraft::new("A").mass(1.3).individual_diameters(MassRule::Volume).distributed(diameters))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .fill(Fill::new(Arrangement::Random, "A").count(count).packing_fraction(0.2))
             .temperature(1.0)
             .build()
             .unwrap(),

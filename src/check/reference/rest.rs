@@ -16,7 +16,7 @@ pub(super) struct Sleepers {
     plan: Sleep,
     fewest_contacts: f64,
     most_contacts: f64,
-    /// For each species, a static species of the same diameter.
+    /// For each particle, a static species of the same diameter.
     pub still: Vec<Species>,
     searches: u32,
     pub is_asleep: Vec<bool>,
@@ -34,12 +34,11 @@ impl Sleepers {
     pub fn of(scene: &Scene) -> Option<Self> {
         let (plan, contact_time) = (scene.sleep?, scene.contact_time?);
         let count = scene.particles.len();
-        let still = |of: &Species| Species::new(&of.name, f64::INFINITY, of.diameter);
         Some(Self {
             plan,
             fewest_contacts: plan.fewest_contacts(contact_time),
             most_contacts: plan.most_contacts(contact_time),
-            still: scene.species.iter().map(still).collect(),
+            still: scene.particles.iter().map(|particle| still(&scene.own_species(particle))).collect(),
             searches: 0,
             is_asleep: vec![false; count],
             places: scene.particles.iter().map(|particle| particle.position).collect(),
@@ -53,12 +52,18 @@ impl Sleepers {
         f64::from(self.searches + 1) * self.plan.interval
     }
 
-    pub fn meet_newcomer(&mut self, place: Vector) {
+    pub fn meet_newcomer(&mut self, own: &Species, place: Vector) {
+        self.still.push(still(own));
         self.is_asleep.push(false);
         self.places.push(place);
         self.contacts.push(0);
         self.is_driven.push(false);
     }
+}
+
+/// A static species of the same diameter.
+fn still(own: &Species) -> Species {
+    Species::new(&own.name, f64::INFINITY, own.diameter)
 }
 
 impl Reference {

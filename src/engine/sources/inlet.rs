@@ -8,7 +8,9 @@ use crate::engine::contact::apply::With;
 use crate::engine::event::CountedKind;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::observe::Observe;
+use crate::engine::pairs::rows::Rows;
 use crate::engine::parts::Engine;
+use crate::engine::sizes::Size;
 use crate::engine::surfaces::{FIRST_SURFACE, Surface};
 use crate::engine::{Chosen, Invariant, InvariantBroken, Simulation};
 use crate::model::limits::MOST_PARTICLES;
@@ -42,6 +44,49 @@ pub struct InletCounts {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Inlets {
     list: Vec<Source>,
+    sizes: Vec<SizesOfSpecies>,
+}
+
+/// Sizes of the new particles of a species.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct SizesOfSpecies {
+    /// Empty unless the species has individual diameters and enters at an inlet.
+    individual: Vec<Size>,
+    /// Sums of the shares of all sizes up to each size; the last sum is 1 within round-off.
+    sums: Vec<f64>,
+}
+
+impl SizesOfSpecies {
+    fn all(scene: &Scene) -> Vec<Self> {
+        let mut all = vec![Self::default(); scene.species.len()];
+        for id in scene.inlets.iter().flat_map(Inlet::species) {
+            let individual = scene.species[id.0 as usize].individual.as_ref();
+            let Some(distribution) = individual.and_then(|it| it.distribution.as_ref()) else { continue };
+            let mut sum = 0.0;
+            let of = |(diameter, share): (f64, f64)| {
+                sum += share;
+                (Size::of(scene, &Particle::new(id, Vector::zeros(), Vector::zeros()).diameter(diameter)), sum)
+            };
+            let (individual, sums) = distribution.shares().into_iter().map(of).unzip();
+            all[id.0 as usize] = Self { individual, sums };
+        }
+        all
+    }
+
+    /// Draws an individual size; `None` if the particles of the species are equal.
+    fn draw(&self, random: &mut Random) -> Option<Size> {
+        let last = self.individual.len().checked_sub(1)?;
+        let number = random.uniform();
+        Some(self.individual[self.sums.partition_point(|sum| *sum <= number).min(last)])
+    }
+}
+
+/// A particle that waits for a place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(in crate::engine) struct Newcomer {
+    pub species: SpeciesId,
+    /// `None` if the particles of the species are equal.
+    pub size: Option<Size>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -56,13 +101,13 @@ struct Source {
     next: f64,
     /// Whether the inlet tries another waiting particle at the current time.
     is_repeated: bool,
-    /// Species of the new particle that enters next. It is drawn once, so that large particles, which wait longer for a
-    /// place, enter as often as they should.
-    species: Option<SpeciesId>,
+    /// The new particle that enters next. It is drawn once, so that large particles, which wait longer for a place,
+    /// enter as often as they should.
+    newcomer: Option<Newcomer>,
     /// Numbers of the outlets whose particles return, as in [`Other::Surface`](crate::engine::event::Other::Surface).
     outlets: Vec<u32>,
-    /// Species of the particles that wait to return, in the order in which they left.
-    returning: VecDeque<SpeciesId>,
+    /// Particles that wait to return, in the order in which they left.
+    returning: VecDeque<Newcomer>,
     /// Time since the epoch at which the first of them is tried; infinite if none waits.
     next_return: f64,
 }
@@ -80,13 +125,13 @@ impl Inlets {
                 attempts: 0,
                 next: inlet.attempt(0) - scene.start_time,
                 is_repeated: false,
-                species: None,
+                newcomer: None,
                 outlets: outlets_of(inlet, scene),
                 returning: VecDeque::new(),
                 next_return: f64::INFINITY,
             })
             .collect();
-        (!list.is_empty()).then_some(Self { list })
+        (!list.is_empty()).then(|| Self { list, sizes: SizesOfSpecies::all(scene) })
     }
 
     pub fn next(&self) -> f64 {
@@ -108,9 +153,9 @@ impl Inlets {
 
     /// Records that a particle leaves at an outlet, at the time `now` since the epoch. The particle then waits at the
     /// inlet that takes the particles of this outlet, if there is one.
-    pub fn take(&mut self, species: SpeciesId, outlet: u32, now: f64) {
+    pub fn take(&mut self, particle: Newcomer, outlet: u32, now: f64) {
         let Some(source) = self.list.iter_mut().find(|source| source.outlets.contains(&outlet)) else { return };
-        source.returning.push_back(species);
+        source.returning.push_back(particle);
         // If others wait already, all are tried together.
         if source.next_return == f64::INFINITY {
             source.next_return = now;
@@ -129,10 +174,21 @@ impl Inlets {
         self.list.iter().map(of_one).collect()
     }
 
-    /// Checks data from a file: the species of all waiting particles must exist. `species` is the number of species.
-    pub fn are_sound(&self, species: usize) -> bool {
-        let waiting = self.list.iter().flat_map(|source| source.returning.iter().chain(&source.species));
-        waiting.into_iter().all(|id| (id.0 as usize) < species)
+    /// Checks data from a file: the species of all waiting particles must exist, and their diameters must lie in the
+    /// range of their species. `species` is the number of species.
+    pub fn are_sound(&self, species: usize, rows: &Rows) -> bool {
+        let waiting = self.list.iter().flat_map(|source| source.returning.iter().chain(&source.newcomer)).copied();
+        let sizes = (0..).zip(&self.sizes);
+        let drawn = sizes.flat_map(|(id, sizes)| {
+            sizes.individual.iter().map(move |size| Newcomer { species: SpeciesId(id), size: Some(*size) })
+        });
+        let is_sound = |Newcomer { species: id, size }: Newcomer| {
+            let is_in_range =
+                |size: Size| rows.diameters(id).contains(&(2.0 * size.radius)) && size.inverse_mass >= 0.0;
+            (id.0 as usize) < species && size.is_none_or(is_in_range)
+        };
+        let has_sums = |sizes: &SizesOfSpecies| sizes.individual.len() == sizes.sums.len();
+        self.sizes.len() == species && self.sizes.iter().all(has_sums) && waiting.chain(drawn).all(is_sound)
     }
 }
 
@@ -178,12 +234,15 @@ impl Source {
         self.inlet.count.is_some_and(|count| self.new_particles() >= count)
     }
 
-    /// Species of the particle that is tried next. Particles that return come before new ones.
-    fn next_species(&mut self) -> SpeciesId {
-        let Self { inlet, random, species, returning, .. } = self;
+    /// The particle that is tried next. Particles that return come before new ones.
+    fn next_newcomer(&mut self, sizes: &[SizesOfSpecies]) -> Newcomer {
+        let Self { inlet, random, newcomer, returning, .. } = self;
         match returning.front() {
             Some(first) => *first,
-            None => *species.get_or_insert_with(|| inlet.species_for(random.uniform())),
+            None => *newcomer.get_or_insert_with(|| {
+                let species = inlet.species_for(random.uniform());
+                Newcomer { species, size: sizes[species.0 as usize].draw(random) }
+            }),
         }
     }
 
@@ -193,7 +252,7 @@ impl Source {
         if self.returning.pop_front().is_some() {
             self.counts.returned += 1;
         } else {
-            self.species = None;
+            self.newcomer = None;
             self.counts.waiting -= 1;
         }
     }
@@ -217,13 +276,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         let next = inlets.next();
-        let Some((index, source)) = (0..).zip(&mut inlets.list).find(|(_, source)| source.earliest() <= next) else {
+        let Inlets { list, sizes } = &mut *inlets;
+        let Some((index, source)) = (0..).zip(list).find(|(_, source)| source.earliest() <= next) else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = next;
         let may_enter =
             source.is_due(next, self.state.moving as u64) && u64::from(self.state.next_name) < MOST_PARTICLES;
-        let (particle, tried) = if may_enter { self.draw_free(source) } else { (None, 0) };
+        let (particle, tried) = if may_enter { self.draw_free(source, sizes) } else { (None, 0) };
         source.counts.blocked += u64::from(may_enter && particle.is_none());
         if particle.is_some() {
             source.let_go();
@@ -242,28 +302,40 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.inlets = Some(inlets);
         let cost = Repredict::Nothing { steps: tried / PER_STEP };
         let Some(particle) = particle else { return Ok((cost, ControlFlow::Continue(()))) };
-        let flow = self.enter((&[particle], None), (With::Inlet(index), Some(CountedKind::Entry)), observe, |_, _| {});
+        let (particle, size) = particle;
+        let sizes = self.has_sizes().then_some(std::slice::from_ref(&size));
+        let how = (With::Inlet(index), Some(CountedKind::Entry));
+        let flow = self.enter((&[particle], sizes), how, observe, |_, _| {});
         Ok((cost, flow))
     }
 
     /// Draws a particle at a free place; `None` if no place was free. Also returns the number of places that were
     /// tried.
-    fn draw_free(&mut self, source: &mut Source) -> (Option<Particle>, u64) {
-        let kind = source.next_species();
+    fn draw_free(&mut self, source: &mut Source, sizes: &[SizesOfSpecies]) -> (Option<(Particle, Size)>, u64) {
+        let newcomer = source.next_newcomer(sizes);
         let Source { inlet, random, .. } = source;
-        let row = self.pairs.rules.rows.row(kind);
-        let (radius, inverse_mass) = {
-            let species = &self.pairs.rules.species[usize::from(row)];
-            (species.radius, species.inverse_mass)
-        };
+        let size = self.size_of(newcomer);
+        let Newcomer { species, size: individual } = newcomer;
+        let diameter = individual.map(|size| 2.0 * size.radius);
+        let particle = Particle { diameter, ..Particle::new(species, Vector::zeros(), inlet.velocity) };
+        let row = self.pairs.rules.rows.row_of(&particle);
         let (mut near, mut tried) = (Candidates::default(), 0);
         let mut places = (0..ATTEMPTS).map(|_| {
             tried += 1;
-            inlet.region.draw(&self.state.space, radius, random)
+            inlet.region.draw(&self.state.space, size.radius, random)
         });
-        let Some(place) = places.find(|place| self.is_free(place, row, &mut near)) else { return (None, tried) };
-        let drawn = random.normal_vector(&self.state.space) * (inlet.temperature * inverse_mass).sqrt();
-        (Some(Particle::new(kind, place, inlet.velocity + drawn)), tried)
+        let place = places.find(|place| self.is_free(place, (row, size.radius), &mut near));
+        let Some(position) = place else { return (None, tried) };
+        let drawn = random.normal_vector(&self.state.space) * (inlet.temperature * size.inverse_mass).sqrt();
+        (Some((Particle { position, velocity: inlet.velocity + drawn, ..particle }, size)), tried)
+    }
+
+    fn size_of(&self, newcomer: Newcomer) -> Size {
+        newcomer.size.unwrap_or_else(|| {
+            let rules = &self.pairs.rules;
+            let species = &rules.species[usize::from(rules.rows.row(newcomer.species))];
+            Size { radius: species.radius, inverse_mass: species.inverse_mass }
+        })
     }
 
     /// Returns the time since the epoch of the next attempt to place the first returning particle.
@@ -272,10 +344,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// diameter, so the interval between attempts is a fraction of this time.
     fn next_try(&self, source: &Source) -> f64 {
         let Some(first) = source.returning.front() else { return f64::INFINITY };
-        let species = &self.pairs.rules.species[usize::from(self.pairs.rules.rows.row(*first))];
+        let rules = &self.pairs.rules;
+        let acceleration = rules.species[usize::from(rules.rows.row(first.species))].acceleration.norm();
+        let Size { radius, inverse_mass } = self.size_of(*first);
         let Inlet { velocity, temperature, .. } = &source.inlet;
-        let speed = (velocity.norm_squared() + temperature * species.inverse_mass).sqrt();
-        let (diameter, acceleration) = (2.0 * species.radius, species.acceleration.norm());
+        let speed = (velocity.norm_squared() + temperature * inverse_mass).sqrt();
+        let diameter = 2.0 * radius;
         // The positive solution of v t + a t^2 / 2 = d.
         let time = 2.0 * diameter / (speed + (speed * speed + 2.0 * acceleration * diameter).sqrt());
         let now = self.clock.now;
@@ -283,9 +357,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Whether a new particle at `position` would be beyond the range of all other particles, and touch no surface.
-    fn is_free(&self, position: &Vector, row: u16, near: &mut Candidates) -> bool {
+    fn is_free(&self, position: &Vector, (row, radius): (u16, f64), near: &mut Candidates) -> bool {
         let is_far = |other: u32| {
-            let range = self.ranges.at(usize::from(row), usize::from(self.row(other)));
+            let range = self.range_between((row, radius), other);
             let (there, _) = self.state_at(other, self.clock.now);
             range < 0.0 || self.nearest(position - there, Vector::zeros(), self.clock.now).0.position.norm() > range
         };
@@ -295,7 +369,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.neighbours.find_candidates_at(position, row, near);
             near.found().iter().all(|&other| is_far(other))
         };
-        let radius = self.pairs.rules.species[usize::from(row)].radius;
         let mut touches = !is_clear;
         if is_clear {
             self.sources.surfaces.for_each_near((position, radius), row, self.time(), |surface, position| {

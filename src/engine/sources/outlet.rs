@@ -7,6 +7,8 @@ use crate::engine::observe::Observe;
 use crate::engine::pairs::states::PairState;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
+use crate::engine::sizes::Size;
+use crate::engine::sources::inlet::Newcomer;
 use crate::engine::sources::surface::Touching;
 use crate::engine::surfaces::Surface;
 use std::ops::ControlFlow;
@@ -42,10 +44,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Tells the inlet of an outlet, if there is one, that a particle returns.
     fn send_back(&mut self, particle: u32, outlet: u32) {
-        let species = self.pairs.rules.rows.species()[usize::from(self.row(particle))];
+        let species = self.species_of(particle);
+        let size = self.own_diameter(particle).map(|_| Size {
+            radius: self.state.sizes.radii[particle as usize],
+            inverse_mass: self.state.sizes.inverse_masses[particle as usize],
+        });
         let number = self.sources.surfaces.get(outlet).map(|placed| placed.number);
         if let (Some(inlets), Some(number)) = (&mut self.sources.inlets, number) {
-            inlets.take(species, number, self.clock.now);
+            inlets.take(Newcomer { species, size }, number, self.clock.now);
         }
     }
 

@@ -219,7 +219,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn find_touching(&self, particle: u32, place: &Vector, distance: f64, near: &mut Candidates) {
         self.neighbours.find_candidates_at(place, self.row(particle), near);
         near.retain(|other| {
-            let range = self.ranges.at(usize::from(self.row(particle)), usize::from(self.row(other)));
+            let range = self.range_between((self.row(particle), self.radius(particle)), other);
             let (there, _) = self.state_at(other, self.clock.now);
             let apart = self.nearest(place - there, Vector::zeros(), self.clock.now).0.position.norm();
             other != particle && range >= 0.0 && apart <= range + distance

@@ -1,6 +1,7 @@
 //! Validates inlets.
 
 use crate::Vector;
+use crate::model::diameters::diameters_of_newcomers;
 use crate::model::limits::MOST_PARTICLES;
 use crate::model::space::{Boundary, Space};
 use crate::model::{FillRegion, Format, Inlet, Region, Scene, Species};
@@ -21,7 +22,11 @@ impl SceneBuilder {
         space: &Space,
     ) -> Result<Vec<Inlet>, SceneError> {
         let first = self.parts.inlets.len();
-        let drafted = self.inlets.iter().zip(first..).map(|(draft, index)| self.resolved_inlet(draft, index, species));
+        let drafted = self
+            .inlets
+            .iter()
+            .zip(first..)
+            .map(|(draft, index)| self.resolved_inlet(draft, index, species, space.dimensions()));
         let inlets = self.parts.inlets.iter().cloned().map(Ok).chain(drafted).collect::<Result<Vec<_>, _>>()?;
         let mut taken = Taken::default();
         for (index, inlet) in inlets.iter().enumerate() {
@@ -33,8 +38,10 @@ impl SceneBuilder {
             on_flat_axes(&inlet.velocity, &Vector::zeros(), space, &at.key("velocity"))?;
             not_negative(inlet.temperature, at.key("temperature"))?;
             region_of(Some(inlet.region), space, &at)?;
-            let diameters = inlet.species().map(|id| species[id.0 as usize].diameter);
-            let largest = diameters.fold(0.0, f64::max);
+            let equal = inlet.species().filter(|id| species[id.0 as usize].individual.is_none());
+            let diameters = equal.map(|id| species[id.0 as usize].diameter);
+            let individual = diameters_of_newcomers(species, std::slice::from_ref(inlet)).map(|(_, diameter)| diameter);
+            let largest = diameters.chain(individual).fold(0.0, f64::max);
             if !has_room(&inlet.region, largest, space) {
                 let expected = format!("one in which a particle of diameter {largest} has room");
                 return refuse(at.key("region"), "too small", expected);
@@ -44,14 +51,21 @@ impl SceneBuilder {
     }
 
     /// Replaces names of species by ids, a mass rate by a rate, and times since a stage by simulated times.
-    fn resolved_inlet(&self, draft: &InletDraft, index: usize, species: &[Species]) -> Result<Inlet, SceneError> {
+    fn resolved_inlet(
+        &self,
+        draft: &InletDraft,
+        index: usize,
+        species: &[Species],
+        dimensions: usize,
+    ) -> Result<Inlet, SceneError> {
         let at = ConfigPath::entry("inlet", index);
         refuse_keys_of_new_particles(draft, &at)?;
         let is_single = draft.rate.is_none() && !draft.recirculate.is_empty();
         let shares = if is_single { Vec::new() } else { shares_of(&draft.composition, species, &at, "an inlet")? };
         let total: f64 = shares.iter().map(|(_, share)| share).sum();
         let composition: Vec<_> = shares.iter().map(|(id, share)| (*id, share / total)).collect();
-        let mean_mass: f64 = composition.iter().map(|(id, share)| share * species[id.0 as usize].mass).sum();
+        let mean_mass: f64 =
+            composition.iter().map(|(id, share)| share * mean_mass_of(&species[id.0 as usize], dimensions)).sum();
         let rate = match draft.rate {
             Some(Rate::Number(rate)) => rate,
             Some(Rate::Mass(rate)) => positive(rate, at.key("mass_rate"))? / mean_mass,
@@ -111,6 +125,12 @@ impl SceneBuilder {
     }
 }
 
+/// Mean mass of the new particles of a species in a space of the given number of dimensions `[mass]`.
+fn mean_mass_of(species: &Species, dimensions: usize) -> f64 {
+    let distribution = species.individual.as_ref().and_then(|individual| individual.distribution.as_ref());
+    distribution.map_or(species.mass, |it| it.mean_of(|diameter| species.own_mass(diameter, dimensions)))
+}
+
 /// Whether a particle of this diameter fits into a region. A box that fills a periodic axis has no sides along it.
 pub(super) fn has_room(region: &FillRegion, diameter: f64, space: &Space) -> bool {
     let FillRegion::Box(Region { lower, upper }) = region else { return region.has_room(0.5 * diameter) };
@@ -155,6 +175,10 @@ fn check_composition(inlet: &Inlet, species: &[Species], at: &ConfigPath) -> Res
         positive(*share, key.clone())?;
         if kind.is_static() {
             return refuse(key, format!("\"{}\", which is static", kind.name), "a species that moves");
+        }
+        if kind.individual.as_ref().is_some_and(|individual| individual.distribution.is_none()) {
+            let value = format!("`{}`, which has individual diameters", kind.name);
+            return refuse(key, value, "a species whose `diameter` is a distribution, from which an inlet draws");
         }
     }
     let sum: f64 = inlet.composition.iter().map(|(_, share)| share).sum();

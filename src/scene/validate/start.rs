@@ -33,7 +33,7 @@ pub(crate) struct Configuration<'a> {
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, inlets, .. } = start;
     let counts = with_entering(groups.counts(interactions.species.len()), inlets);
-    let diameters = groups.ranges_of_diameters(interactions.species);
+    let diameters = groups.ranges_with(interactions.species, inlets);
     let range = interactions
         .longest_range(&diameters, |a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
     let bonded = groups.bonds.iter().map(|(bond, _)| interactions.get(bond.interaction).potential.range());

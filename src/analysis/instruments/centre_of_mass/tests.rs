@@ -1,7 +1,7 @@
 use super::*;
 use crate::analysis::instruments::test_system::{Recorded, instrument, measure, number, report, start};
 use crate::model::space::Space;
-use crate::model::{ParticleId, Scene, SpeciesId};
+use crate::model::{MassRule, ParticleId, Scene, SpeciesId};
 use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 const WALLS: fn() -> Boundary = || Boundary::walls(1.0);
@@ -76,6 +76,20 @@ fn centres_of_mass_of_free_particles_are_exact() {
 }
 
 /// Angle of a single ball that moves for a tiny time.
+#[test]
+fn masses_of_individual_diameters_are_proportional_to_the_volume() {
+    let scene = SceneBuilder::new("centre")
+        .space(Space { boundary: [WALLS(), WALLS(), WALLS()], ..Space::periodic_cube(20.0) })
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0).individual_diameters(MassRule::Volume))
+        .sized_particle("A", 0.5, Vector::new(3.0, 4.0, 5.0), Vector::zeros())
+        .sized_particle("A", 1.5, Vector::new(8.0, 9.0, 11.0), Vector::zeros());
+    let measured = measured(without_interactions(scene, &["A"]).build().unwrap(), &plan(None), 1.0);
+    for (name, [one, other]) in [("x", [3.0, 8.0]), ("y", [4.0, 9.0]), ("z", [5.0, 11.0])] {
+        let exact = (one + 27.0 * other) / 28.0;
+        assert!((mean(&measured, &format!("centre_of_mass_{name}")) - exact).abs() < 1e-13, "{name}");
+    }
+}
+
 fn angle(boundary: [Boundary; 3], gravity: [f64; 3], [position, point]: [[f64; 3]; 2]) -> f64 {
     let scene = SceneBuilder::new("ball")
         .space(Space { boundary, ..Space::periodic_cube(20.0) })

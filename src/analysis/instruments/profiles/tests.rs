@@ -1,5 +1,6 @@
 use super::*;
 use crate::analysis::instruments::Series;
+use crate::analysis::instruments::test_system::{instrument, measure as run, unlike_spheres};
 use crate::analysis::statistics::tests::fits;
 use crate::model::SpeciesId;
 use crate::model::space::Space;
@@ -40,6 +41,19 @@ fn measure(
 fn plan(bins: [u64; 3]) -> plan::Profile {
     let name = "p".to_owned();
     plan::Profile { name, bins, lower: None, upper: None, species: None, interval: Some(1.0) }
+}
+
+#[test]
+fn the_temperature_of_individual_diameters_is_that_of_the_simulation() {
+    let (system, mut simulation) = unlike_spheres(40);
+    let mut profile = instrument(&simulation, &system, 5.0, |setup| Profile::new(&plan([1, 1, 1]), setup));
+    run(&mut simulation, &system, &mut profile, 5.0);
+    let mut measured = Measured::default();
+    profile.report(&system, &mut measured);
+    let temperature = measured.curves[0].series.last().unwrap().values[0].unwrap();
+    // The momentum is conserved.
+    let expected = 2.0 * simulation.energy().kinetic / f64::from(3 * 40 - 3);
+    assert!((temperature / expected - 1.0).abs() < 1e-12, "{temperature} {expected}");
 }
 
 #[test]

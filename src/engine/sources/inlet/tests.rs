@@ -8,7 +8,18 @@ use std::collections::VecDeque;
 
 /// A box with a floor that is an outlet, and two kinds of grains.
 fn flow(seed: u32, inlet: &str, more: &str) -> Scene {
-    let toml = format!(
+    Scene::from_toml(text_of_flow(seed, inlet, more), "flow.toml").unwrap()
+}
+
+/// Like [`flow`], with an individual diameter for each small grain.
+fn flow_of_sizes(seed: u32, inlet: &str, more: &str) -> Scene {
+    let distribution = "{ distribution = 'uniform', lower = 0.3, upper = 0.9 }, diameters = 'individual'";
+    let text = text_of_flow(seed, inlet, more).replace("diameter = 0.6", &format!("diameter = {distribution}"));
+    Scene::from_toml(text, "flow.toml").unwrap()
+}
+
+fn text_of_flow(seed: u32, inlet: &str, more: &str) -> String {
+    format!(
         "
         seed = {seed}
         space = {{ size = [9.0, 7.0, 30.0], x = 'walls', y = 'walls', z = 'open' }}
@@ -26,15 +37,23 @@ fn flow(seed: u32, inlet: &str, more: &str) -> Scene {
         inlet = [{{ {inlet} }}]
         run = {{ until_time = 40 }}
         {more}"
-    );
-    Scene::from_toml(&toml, "flow.toml").unwrap()
+    )
 }
+
+const DROPS: &str = "composition = { grain = 1, small = 2 }, temperature = 0.2, \
+    region = { lower = [1.0, 1.0, 24.0], upper = [8.0, 6.0, 29.0] }";
 
 /// A rain of grains.
 fn rain(more: &str, inlet: &str) -> Scene {
-    let drops = "composition = { grain = 1, small = 2 }, temperature = 0.2, \
-        region = { lower = [1.0, 1.0, 24.0], upper = [8.0, 6.0, 29.0] }";
-    flow(7, &format!("{drops}, {inlet}"), more)
+    flow(7, &format!("{DROPS}, {inlet}"), more)
+}
+
+/// The inlet's species and mass of a particle that enters.
+fn newcomer(event: &Event) -> (SpeciesId, f64) {
+    let Other::Inlet { inlet: 0, species } = event.other else { panic!("{event:?}") };
+    let mass = event.impulse.dot(&event.after[0]) / event.after[0].norm_squared();
+    assert!((event.impulse - event.after[0] * mass).norm() < 1e-12, "{event:?}");
+    (species, mass)
 }
 
 fn events(scene: &Scene, until: f64) -> (Simulation, Vec<Event>) {
@@ -46,7 +65,12 @@ fn events(scene: &Scene, until: f64) -> (Simulation, Vec<Event>) {
 
 #[test]
 fn energy_and_momentum_of_a_flow_are_in_the_ledger() {
-    let scene = rain("", "rate = 6.0");
+    for scene in [rain("", "rate = 6.0"), flow_of_sizes(7, &format!("{DROPS}, rate = 6.0"), "")] {
+        check_ledger(scene);
+    }
+}
+
+fn check_ledger(scene: Scene) {
     let mut simulation = Simulation::new(scene).unwrap();
     let mut brought = Vector::zeros();
     for time in [5.0, 11.0, 23.0, 40.0] {
@@ -76,19 +100,22 @@ fn compared_with_reference(scene: &Scene, until: f64) -> (Simulation, usize) {
     alone.inlets.clear();
     let mut reference = Reference::new(&alone).unwrap();
     let mut exits = 0;
-    let mut species_of: Vec<SpeciesId> = scene.particles.iter().map(|particle| particle.species).collect();
+    let mut kinds: Vec<(SpeciesId, f64)> =
+        scene.particles.iter().map(|particle| (particle.species, scene.mass(particle))).collect();
     let (mut outside, mut returned) = (VecDeque::new(), 0);
     for event in &found {
         if let EventKind::Entry = event.kind {
             assert!(reference.step_before(event.time).is_none(), "{event:?}");
-            let has_mass = |mass: f64| (event.impulse - event.after[0] * mass).norm() < 1e-12;
-            let species = (0..).zip(&scene.species).find(|(_, species)| has_mass(species.mass)).unwrap().0;
-            let id = reference.insert(Particle::new(SpeciesId(species), event.positions[0], event.after[0]));
-            assert_eq!(id, event.particle);
-            assert_eq!(event.other, Other::Inlet { inlet: 0, species: SpeciesId(species) });
-            species_of.push(SpeciesId(species));
+            let (id, mass) = newcomer(event);
+            let species = &scene.species[id.0 as usize];
+            let diameter = species.individual.as_ref().map(|_| species.diameter * libm::cbrt(mass / species.mass));
+            assert!(diameter.is_some() || (mass - species.mass).abs() < 1e-12, "{event:?}");
+            let particle = Particle { diameter, ..Particle::new(id, event.positions[0], event.after[0]) };
+            assert_eq!(reference.insert(particle), event.particle);
+            kinds.push((id, mass));
             if !scene.inlets[0].has_new_particles() {
-                assert_eq!(outside.pop_front(), Some(SpeciesId(species)), "{event:?}");
+                let (first, its_mass): (SpeciesId, f64) = outside.pop_front().unwrap();
+                assert!(first == id && (its_mass / mass - 1.0).abs() < 1e-12, "{event:?}");
                 returned += 1;
             }
             continue;
@@ -99,7 +126,7 @@ fn compared_with_reference(scene: &Scene, until: f64) -> (Simulation, usize) {
         assert!(same && (event.time - expected.time).abs() < 1e-6, "{event:?} {expected:?}");
         if let EventKind::Exit = event.kind {
             exits += 1;
-            outside.push_back(species_of[event.particle.0 as usize]);
+            outside.push_back(kinds[event.particle.0 as usize]);
             assert!(matches!(expected.kind, ReferenceKind::Exit { number: 0 }), "{expected:?}");
             assert!((event.before[0] - expected.before[0]).norm() < 1e-5);
             assert_eq!(event.after[0], Vector::zeros());
@@ -117,10 +144,14 @@ fn flow_is_the_flow_of_the_reference_engine() {
     for (seed, inlet) in
         [(1, "rate = 3.0"), (2, "rate = 9.0"), (3, "rate = 5.0, keep = 20"), (4, "rate = 8.0, count = 60")]
     {
-        let mut scene = rain("", inlet);
-        scene.seed = seed;
-        let (_, exits) = compared_with_reference(&scene, 14.0);
-        assert!(exits > 10, "{exits}");
+        // Round-off of the diameters grows fast.
+        let unlike = flow_of_sizes(7, &format!("{DROPS}, {inlet}"), "");
+        for (mut scene, until, fewest) in [(rain("", inlet), 14.0, 10), (unlike, 9.0, 3)] {
+            scene.seed = seed;
+            let (simulation, exits) = compared_with_reference(&scene, until);
+            assert!(exits >= fewest, "{exits}");
+            assert_eq!(simulation.unsound_index(), None);
+        }
     }
 }
 
@@ -210,7 +241,8 @@ fn all_waiting_grains_enter_when_there_is_room() {
 
 #[test]
 fn pauses_and_copies_do_not_change_a_flow() {
-    for scene in [rain("", "rate = 7.0, keep = 40"), mill(WIDE), mill(NARROW)] {
+    let unlike = [flow_of_sizes(7, &format!("{DROPS}, rate = 7.0, keep = 40"), ""), flow_of_sizes(2, NARROW, FILL)];
+    for scene in [rain("", "rate = 7.0, keep = 40"), mill(WIDE), mill(NARROW)].into_iter().chain(unlike) {
         check_pauses(scene);
     }
 }
@@ -395,6 +427,49 @@ fn composition_does_not_depend_on_who_finds_a_place() {
 }
 
 #[test]
+fn diameters_of_new_grains_have_the_distribution_of_their_species() {
+    // Small grains find a place more often than large ones.
+    let toml = |distribution: &str| {
+        format!(
+            "
+            seed = 12
+            space = {{ size = [6.0, 6.0, 30.0], x = 'walls', y = 'walls', z = 'open' }}
+            species = [{{ name = 'grain', mass = 1.3, diameter = {{ {distribution} }}, diameters = 'individual' }}]
+            interaction = [{{ species = ['grain', 'grain'], potential = 'hard-sphere' }}]
+            surface = [{{ shape = 'plane', point = [0.0, 0.0, 1.0], normal = [0.0, 0.0, 1.0], outlet = true }}]
+            inlet = [{{ species = 'grain', region = {{ lower = [0.0, 0.0, 25.0], upper = [6.0, 6.0, 27.5] }}, velocity = [0.0, 0.0, -1.0], rate = 500.0 }}]
+            run = {{ until_time = 400 }}"
+        )
+    };
+    for distribution in [
+        "distribution = 'power-law', exponent = 3.0, lower = 0.5, upper = 2.0",
+        "distribution = 'list', diameters = [1.7, 0.6, 1.1], shares = [1.0, 2.0, 0.5]",
+    ] {
+        let scene = Scene::from_toml(toml(distribution), "crowd.toml").unwrap();
+        let species = scene.species[0].clone();
+        let mut simulation = Simulation::new(scene).unwrap();
+        let mut diameters = Vec::new();
+        let mut see = |event: &Event| {
+            if event.kind == EventKind::Entry {
+                diameters.push(species.diameter * libm::cbrt(newcomer(event).1 / species.mass));
+            }
+        };
+        simulation.advance_with(Until::time(100.0), &mut see).unwrap();
+        assert!(simulation.inlets()[0].blocked > 5_000 && diameters.len() > 500, "{:?}", simulation.inlets());
+        assert_eq!(simulation.real_overlaps(), []);
+        let own = species.individual.unwrap().distribution.unwrap();
+        let count = diameters.len() as f64;
+        for power in 1..=3_i32 {
+            let expected = own.mean_of(|diameter| libm::pow(diameter, f64::from(power)));
+            let square = own.mean_of(|diameter| libm::pow(diameter, f64::from(2 * power)));
+            let found = diameters.iter().map(|diameter| libm::pow(*diameter, f64::from(power))).sum::<f64>() / count;
+            let error = ((square - expected * expected) / count).sqrt();
+            assert!((found - expected).abs() < 4.0 * error, "{distribution} {power}: {found} {expected} +- {error}");
+        }
+    }
+}
+
+#[test]
 fn queue_and_search_follow_the_number_of_particles() {
     let mut simulation = Simulation::new(rain("", "rate = 60.0, keep = 300")).unwrap();
     let mut sizes = Vec::new();
@@ -410,11 +485,12 @@ fn queue_and_search_follow_the_number_of_particles() {
     assert!(sizes[2] >= 8 * sizes[0], "{sizes:?}");
 }
 
+const FILL: &str = "fill = [{ composition = { grain = 1, small = 2 }, count = 60, arrangement = 'random', \
+    temperature = 1.0, region = { lower = [1.0, 1.0, 12.0], upper = [8.0, 6.0, 23.0] } }]";
+
 /// Grains fall from a fill, and return at an inlet with the region and settings in `inlet`.
 fn mill(inlet: &str) -> Scene {
-    let fill = "fill = [{ composition = { grain = 1, small = 2 }, count = 60, arrangement = 'random', temperature = 1.0, \
-        region = { lower = [1.0, 1.0, 12.0], upper = [8.0, 6.0, 23.0] } }]";
-    flow(2, inlet, fill)
+    flow(2, inlet, FILL)
 }
 
 /// At this inlet, few grains have to wait.
@@ -427,12 +503,14 @@ const NARROW: &str = "region = { lower = [2.0, 2.0, 24.0], upper = [4.0, 4.0, 25
 #[test]
 fn circulating_flow_is_the_flow_of_the_reference_engine() {
     for (seed, inlet, until) in [(1, WIDE, 9.0), (2, WIDE, 9.0), (3, NARROW, 9.0), (4, NARROW, 9.0)] {
-        let mut scene = mill(inlet);
-        scene.seed = seed;
-        let (simulation, exits) = compared_with_reference(&scene, until);
-        let counts = simulation.inlets()[0];
-        assert!(exits > 40 && counts.returned > 20, "{exits} {counts:?}");
-        assert_eq!(counts.waiting > 10, inlet == NARROW, "{counts:?}");
+        for mut scene in [mill(inlet), flow_of_sizes(2, inlet, FILL)] {
+            scene.seed = seed;
+            let (simulation, exits) = compared_with_reference(&scene, until);
+            let counts = simulation.inlets()[0];
+            assert!(exits > 40 && counts.returned >= 20, "{exits} {counts:?}");
+            assert_eq!(counts.waiting > 10, inlet == NARROW, "{counts:?}");
+            assert_eq!(simulation.unsound_index(), None);
+        }
     }
 }
 
@@ -455,7 +533,7 @@ fn circulation_conserves_the_composition() {
             let lacking: Vec<usize> = at_start.iter().zip(species(&simulation)).map(|(all, here)| all - here).collect();
             with_engine!(&simulation.engine, engine => {
                 let waiting = &engine.sources.inlets.as_ref().unwrap().list[0].returning;
-                assert_eq!(lacking, [0, 1].map(|kind| waiting.iter().filter(|id| id.0 == kind).count()));
+                assert_eq!(lacking, [0, 1].map(|kind| waiting.iter().filter(|it| it.species.0 == kind).count()));
             });
             assert!(counts.returned >= returned && counts.returned == counts.entered);
             (returned, least) = (counts.returned, least.min(present));
