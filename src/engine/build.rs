@@ -130,6 +130,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Sets the states of all pairs of the given particles, which are last in memory. Existing states are kept.
     pub(super) fn set_states_of(&mut self, scene: &Scene, particles: Range<u32>) {
+        let has_states = |id: InteractionId| scene.interactions[id.0 as usize].potential.accessible_states() != (0..=0);
+        if !scene.table.iter().any(|(_, id)| has_states(id)) {
+            return;
+        }
         let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
         let mut near = Candidates::default();
         for a in particles.clone() {
@@ -167,11 +171,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let [(one, v), (other, u)] = [a, b].map(|particle| self.state_at(particle, self.clock.now));
         let apart = self.nearest(one - other, v - u, self.clock.now).0;
         let rounding = rounding_of_distances(one.amax().max(other.amax()), &self.state.periods);
+        let potential = &scene.interactions[usize::from(interaction)].potential;
         let potential = if self.has_sizes() {
             let pair = [a, b].map(|particle| (self.species_of(particle), self.radius(particle)));
+            if !potential.is_bond() && apart.position.norm() > scene.range_with(pair[0], pair[1]) + rounding {
+                return 0;
+            }
             scene.potential_between(InteractionId(u32::from(interaction)), pair)
         } else {
-            Cow::Borrowed(&scene.interactions[usize::from(interaction)].potential)
+            Cow::Borrowed(potential)
         };
         let state = state_at_start(&potential, &apart, rounding);
         // A potential has at most a few thousand steps, so the state fits into 16 bits.

@@ -44,6 +44,12 @@ impl Sizes {
         self.radii.is_empty()
     }
 
+    /// The size of a particle; `None` if no particles have individual diameters.
+    pub fn get(&self, particle: u32) -> Option<Size> {
+        let radius = *self.radii.get(particle as usize)?;
+        Some(Size { radius, inverse_mass: self.inverse_masses[particle as usize] })
+    }
+
     pub fn swap(&mut self, [a, b]: [u32; 2]) {
         if !self.is_empty() {
             self.radii.swap(a as usize, b as usize);
@@ -65,9 +71,7 @@ impl Column for Sizes {
     }
 
     fn copy(&self, particle: u32, record: &mut Record) {
-        let at = particle as usize;
-        let size = || Size { radius: self.radii[at], inverse_mass: self.inverse_masses[at] };
-        record.size = (!self.is_empty()).then(size);
+        record.size = self.get(particle);
     }
 
     fn push(&mut self, record: &Record) {

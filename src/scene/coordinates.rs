@@ -18,7 +18,7 @@ use crate::scene::file::{CoordinatesFile, SpaceFile};
 use crate::scene::given::GivenParticles;
 use crate::scene::unvalidated::{Group, Listed, UnvalidatedBond};
 use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
-use crate::trajectory::frame::FrameParticle;
+use crate::trajectory::frame::{FrameParticle, SPINS};
 use crate::trajectory::{Frame, compressed};
 
 #[derive(Debug)]
@@ -75,6 +75,9 @@ pub(super) fn add(frames: &Frames<'_>, scene: &mut SceneBuilder) -> Result<Vec<R
         let mut start = parse(&text, file.frame).map_err(|(line, problem)| origin.wrong(line, problem))?;
         if let Some(input) = scene.parts.inputs.last_mut() {
             input.unused = std::mem::take(&mut start.beside.unused);
+            if start.frame.spins().is_some() {
+                input.unused.retain(|name| !SPINS.contains(&name.as_str()));
+            }
         }
         add_start(&start, origin, frames, (scene, &mut sizes))?;
     }
@@ -110,14 +113,16 @@ fn add_start(
         start.has_radii && named.is_some_and(|species| species.individual.is_some())
     };
     let are_individual: Vec<bool> = frame.species.iter().map(|species| is_individual(&species.name)).collect();
-    let particle = |it: &FrameParticle| {
+    let spins = frame.spins().filter(|_| origin.path.is_some()).unwrap_or_default();
+    let particle = |(index, it): (usize, &FrameParticle)| {
         let is_sized = are_individual.get(it.species.0 as usize) == Some(&true);
         let diameter = is_sized.then_some(2.0 * it.radius);
-        Particle { diameter, ..Particle::new(it.species, place(it.position), it.velocity) }
+        let spin = spins.get(index).copied().unwrap_or_default();
+        Particle { spin, diameter, ..Particle::new(it.species, place(it.position), it.velocity) }
     };
     let listed = Group::Listed(Listed {
         names: frame.species.iter().map(|species| species.name.clone()).collect(),
-        particles: frame.particles.iter().map(particle).collect(),
+        particles: frame.particles.iter().enumerate().map(particle).collect(),
         are_rows: origin.path.is_none(),
     });
     let group = scene.groups.len();

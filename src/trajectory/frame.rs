@@ -128,6 +128,13 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// Spins of the particles `[1 / time]`, from the scalars `omegax`, `omegay` and `omegaz`. `None` if a scalar is missing.
+    pub(crate) fn spins(&self) -> Option<Vec<Vector>> {
+        let values = |name: &str| self.scalars.iter().find(|scalar| scalar.name == name).map(|scalar| &scalar.values);
+        let [x, y, z] = SPINS.map(values);
+        Some(x?.iter().zip(y?).zip(z?).map(|((x, y), z)| Vector::new(*x, *y, *z)).collect())
+    }
+
     /// The particles of a scene at its start, in the order of their ids.
     #[must_use]
     pub fn start_of(scene: &Scene) -> Self {

@@ -22,53 +22,62 @@ const TRIES: usize = 200;
 
 #[test]
 fn random_stops_change_no_bit() {
-    let directory = tempfile::tempdir().unwrap();
-    let mut random = ChaCha8Rng::seed_from_u64(5);
-    let mut ways = [0; 3];
-    for (scene, events) in SCENES {
-        let whole = directory.path().join(format!("{scene}_whole"));
-        let begun = std::time::Instant::now();
-        finish(start(scene, events, &whole));
-        // Upper limit of the random time before a stop, in milliseconds.
-        let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 4;
-        let (mut runs, mut stops) = (0, 0);
-        let fresh = |runs: usize| {
-            let parts = directory.path().join(format!("{scene}_{runs}"));
-            (start(scene, events, &parts), parts)
-        };
-        let (mut command, mut parts) = fresh(runs);
-        for _ in 0..STOPS * TRIES {
-            let mut child = command.spawn().unwrap();
-            std::thread::sleep(Duration::from_millis(1 + random.next_u64() % latest));
-            let way = random.next_u32() % 3;
-            if !stop(&mut child, way) {
-                finish(resume(&parts));
-                assert_same(&whole, &parts, scene);
-                (latest, runs) = (latest - latest / 4, runs + 1);
-                (command, parts) = fresh(runs);
-                continue;
-            }
-            // A stop before the first checkpoint leaves nothing to continue.
-            if !parts.join("checkpoint").exists() {
-                latest += latest / 4 + 1;
-                command = start(scene, events, &parts);
-                continue;
-            }
-            ways[way as usize] += 1;
-            stops += 1;
-            command = resume(&parts);
-            if stops == STOPS {
-                break;
-            }
-        }
-        assert_eq!(stops, STOPS, "{scene}: stops that a run could be gone on from");
-        finish(command);
-        assert_same(&whole, &parts, scene);
-        let is_left = |file: &&PathBuf| file.to_string_lossy().ends_with(".partial");
-        assert_eq!(files_of(&parts).iter().find(is_left), None, "{scene}");
-    }
+    let halves = SCENES.chunks(SCENES.len().div_ceil(2));
+    let stopped = |half: &[(&str, &str)]| half.iter().map(|(scene, events)| stop_at_random(scene, events)).collect();
+    let ways: Vec<[usize; 3]> = std::thread::scope(|scope| {
+        let threads: Vec<_> = halves.map(|half| scope.spawn(move || stopped(half))).collect();
+        threads.into_iter().flat_map(|thread| -> Vec<[usize; 3]> { thread.join().unwrap() }).collect()
+    });
+    let ways = [0, 1, 2].map(|way| ways.iter().map(|ways| ways[way]).sum::<usize>());
     println!("stops: {} by SIGKILL, {} by SIGTERM, {} by SIGINT", ways[0], ways[1], ways[2]);
     assert!(ways.iter().all(|stops| *stops >= 4), "{ways:?}");
+}
+
+/// Stops a run and continues it several times. Returns how often it was stopped in each way.
+fn stop_at_random(scene: &str, events: &str) -> [usize; 3] {
+    let directory = tempfile::tempdir().unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(scene.bytes().map(u64::from).sum());
+    let whole = directory.path().join("whole");
+    let begun = std::time::Instant::now();
+    finish(start(scene, events, &whole));
+    // Upper limit of the random time before a stop, in milliseconds.
+    let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 4;
+    let (mut runs, mut stops, mut ways) = (0, 0, [0; 3]);
+    let fresh = |runs: usize| {
+        let parts = directory.path().join(runs.to_string());
+        (start(scene, events, &parts), parts)
+    };
+    let (mut command, mut parts) = fresh(runs);
+    for _ in 0..STOPS * TRIES {
+        let mut child = command.spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(1 + random.next_u64() % latest));
+        let way = random.next_u32() % 3;
+        if !stop(&mut child, way) {
+            finish(resume(&parts));
+            assert_same(&whole, &parts, scene);
+            (latest, runs) = (latest - latest / 4, runs + 1);
+            (command, parts) = fresh(runs);
+            continue;
+        }
+        // A stop before the first checkpoint leaves nothing to continue.
+        if !parts.join("checkpoint").exists() {
+            latest += latest / 4 + 1;
+            command = start(scene, events, &parts);
+            continue;
+        }
+        ways[way as usize] += 1;
+        stops += 1;
+        command = resume(&parts);
+        if stops == STOPS {
+            break;
+        }
+    }
+    assert_eq!(stops, STOPS, "{scene}: stops that a run could be gone on from");
+    finish(command);
+    assert_same(&whole, &parts, scene);
+    let is_left = |file: &&PathBuf| file.to_string_lossy().ends_with(".partial");
+    assert_eq!(files_of(&parts).iter().find(is_left), None, "{scene}");
+    ways
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! Inlets: new particles enter the system at regular times, and particles that have left return.
 
+pub(in crate::engine) mod newcomer;
+
 use serde::{Deserialize, Serialize};
 
+use self::newcomer::{Newcomer, SizesOfSpecies};
 use super::{PER_STEP, Repredict};
 use crate::Vector;
 use crate::engine::contact::apply::With;
@@ -45,48 +48,6 @@ pub struct InletCounts {
 pub(in crate::engine) struct Inlets {
     list: Vec<Source>,
     sizes: Vec<SizesOfSpecies>,
-}
-
-/// Sizes of the new particles of a species.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct SizesOfSpecies {
-    /// Empty unless the species has individual diameters and enters at an inlet.
-    individual: Vec<Size>,
-    /// Sums of the shares of all sizes up to each size; the last sum is 1 within round-off.
-    sums: Vec<f64>,
-}
-
-impl SizesOfSpecies {
-    fn all(scene: &Scene) -> Vec<Self> {
-        let mut all = vec![Self::default(); scene.species.len()];
-        for id in scene.inlets.iter().flat_map(Inlet::species) {
-            let individual = scene.species[id.0 as usize].individual.as_ref();
-            let Some(distribution) = individual.and_then(|it| it.distribution.as_ref()) else { continue };
-            let mut sum = 0.0;
-            let of = |(diameter, share): (f64, f64)| {
-                sum += share;
-                (Size::of(scene, &Particle::new(id, Vector::zeros(), Vector::zeros()).diameter(diameter)), sum)
-            };
-            let (individual, sums) = distribution.shares().into_iter().map(of).unzip();
-            all[id.0 as usize] = Self { individual, sums };
-        }
-        all
-    }
-
-    /// Draws an individual size; `None` if the particles of the species are equal.
-    fn draw(&self, random: &mut Random) -> Option<Size> {
-        let last = self.individual.len().checked_sub(1)?;
-        let number = random.uniform();
-        Some(self.individual[self.sums.partition_point(|sum| *sum <= number).min(last)])
-    }
-}
-
-/// A particle that waits for a place.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(in crate::engine) struct Newcomer {
-    pub species: SpeciesId,
-    /// `None` if the particles of the species are equal.
-    pub size: Option<Size>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -174,21 +135,13 @@ impl Inlets {
         self.list.iter().map(of_one).collect()
     }
 
-    /// Checks data from a file: the species of all waiting particles must exist, and their diameters must lie in the
-    /// range of their species. `species` is the number of species.
+    /// Checks the waiting particles and the sizes that were read from a file. `species` is the number of species.
     pub fn are_sound(&self, species: usize, rows: &Rows) -> bool {
-        let waiting = self.list.iter().flat_map(|source| source.returning.iter().chain(&source.newcomer)).copied();
-        let sizes = (0..).zip(&self.sizes);
-        let drawn = sizes.flat_map(|(id, sizes)| {
-            sizes.individual.iter().map(move |size| Newcomer { species: SpeciesId(id), size: Some(*size) })
-        });
-        let is_sound = |Newcomer { species: id, size }: Newcomer| {
-            let is_in_range =
-                |size: Size| rows.diameters(id).contains(&(2.0 * size.radius)) && size.inverse_mass >= 0.0;
-            (id.0 as usize) < species && size.is_none_or(is_in_range)
-        };
-        let has_sums = |sizes: &SizesOfSpecies| sizes.individual.len() == sizes.sums.len();
-        self.sizes.len() == species && self.sizes.iter().all(has_sums) && waiting.chain(drawn).all(is_sound)
+        let mut waiting = self.list.iter().flat_map(|source| source.returning.iter().chain(&source.newcomer));
+        let mut sizes = (0..).map(SpeciesId).zip(&self.sizes);
+        self.sizes.len() == species
+            && waiting.all(|newcomer| newcomer.is_sound(species, rows))
+            && sizes.all(|(id, sizes)| sizes.is_sound(id, species, rows))
     }
 }
 

@@ -7,8 +7,7 @@ use crate::engine::observe::Observe;
 use crate::engine::pairs::states::PairState;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
-use crate::engine::sizes::Size;
-use crate::engine::sources::inlet::Newcomer;
+use crate::engine::sources::inlet::newcomer::Newcomer;
 use crate::engine::sources::surface::Touching;
 use crate::engine::surfaces::Surface;
 use std::ops::ControlFlow;
@@ -45,10 +44,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Tells the inlet of an outlet, if there is one, that a particle returns.
     fn send_back(&mut self, particle: u32, outlet: u32) {
         let species = self.species_of(particle);
-        let size = self.own_diameter(particle).map(|_| Size {
-            radius: self.state.sizes.radii[particle as usize],
-            inverse_mass: self.state.sizes.inverse_masses[particle as usize],
-        });
+        let size = self.own_diameter(particle).and_then(|_| self.state.sizes.get(particle));
         let number = self.sources.surfaces.get(outlet).map(|placed| placed.number);
         if let (Some(inlets), Some(number)) = (&mut self.sources.inlets, number) {
             inlets.take(Newcomer { species, size }, number, self.clock.now);
