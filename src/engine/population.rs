@@ -15,7 +15,7 @@ use crate::engine::surfaces::Surface;
 use crate::model::limits::{LARGEST, MOST_PARTICLES};
 use crate::model::space::Boundary;
 use crate::model::{Particle, ParticleId, Scene, SpeciesId};
-use std::ops::{ControlFlow, Range};
+use std::ops::{ControlFlow, Range, RangeInclusive};
 
 impl Simulation {
     /// Inserts particles at the current time, and returns their ids.
@@ -116,7 +116,7 @@ impl Simulation {
         if !components().all(|component| component.abs() <= LARGEST) {
             return Err(SetStateError::NotFinite { particle });
         }
-        let allowed = with_engine!(&self.engine, engine => engine.pairs.rules.rows.diameters(new.species));
+        let allowed = self.range_of_diameters(new.species);
         let is_allowed = match (&species.individual, new.diameter) {
             (None, None) => true,
             (Some(_), Some(diameter)) => allowed.contains(&diameter),
@@ -149,6 +149,13 @@ impl Simulation {
             return Err(SetStateError::OutsideOfShearedBox { particle });
         }
         Ok(())
+    }
+}
+
+impl Simulation {
+    /// The range of diameters of a species at the start and in inlets `[length]`.
+    pub(crate) fn range_of_diameters(&self, species: SpeciesId) -> RangeInclusive<f64> {
+        with_engine!(&self.engine, engine => engine.pairs.rules.rows.diameters(species))
     }
 }
 

@@ -72,8 +72,8 @@ pub enum SetStateError {
         /// The species of this particle.
         species: SpeciesId,
     },
-    /// A new particle needs an individual diameter within the range of its species at the start, unless the species has
-    /// one diameter for all particles.
+    /// A new particle needs an individual diameter within the range of its species at the start and in inlets, unless the
+    /// species has one diameter for all particles.
     #[error(
         "particle {} has a wrong diameter, expected {}",
         particle.0,

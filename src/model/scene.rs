@@ -182,6 +182,9 @@ impl Particle {
     }
 }
 
+/// Largest relative difference of two distances that differ only by round-off.
+const ROUNDING: f64 = 1e-12;
+
 /// Declares `Scene` and `SceneParts` with the same fields. The fields of `SceneParts` are public. `Scene` has a method
 /// for each field, which returns the type after `=>`.
 macro_rules! scene {
@@ -203,10 +206,7 @@ macro_rules! scene {
             $($(#[$doc])* pub $field: $type,)*
         }
 
-        /// Largest relative difference of two distances that differ only by round-off.
-const ROUNDING: f64 = 1e-12;
-
-impl Scene {
+        impl Scene {
             $(
                 $(#[$doc])*
                 #[must_use]

@@ -391,6 +391,12 @@ fn losses(it: &Subject<'_>) -> Option<Found> {
     first_law(it, lossy, |law| format!("a run with an interaction of restitution {}", value(&law.restitution)))
 }
 
+/// Whether any contacts of the scene are rough.
+pub(super) fn is_rough(builder: &SceneBuilder, start: &Configuration<'_>) -> bool {
+    let parts = &builder.parts;
+    phases(&parts.run).any(|phase| roughness(&Subject { builder, parts, start, phase }).is_some())
+}
+
 fn roughness(it: &Subject<'_>) -> Option<Found> {
     let rough = |at: &ConfigPath, law: &ContactLaw| {
         let Roughness { tangential_restitution, friction } = law.roughness?;

@@ -120,6 +120,16 @@ impl Groups {
         ranges_of_diameters(species, own.chain(diameters_of_newcomers(species, inlets)))
     }
 
+    /// Removes the spins of the particles of each `[[file]]`.
+    pub(crate) fn forget_spins_of_files(&mut self) {
+        let ends = self.starts.iter().skip(1).map(|(first, _)| *first).chain([self.particles.len()]);
+        for ((first, at), end) in self.starts.iter().zip(ends) {
+            if at.is_in("file") {
+                self.particles[*first..end].iter_mut().for_each(|particle| particle.spin = Vector::zeros());
+            }
+        }
+    }
+
     pub(crate) fn counts(&self, species: usize) -> Vec<usize> {
         let mut counts = vec![0; species];
         for particle in &self.particles {

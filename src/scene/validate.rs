@@ -74,6 +74,9 @@ impl SceneBuilder {
             displacement_within_period(self.parts.displacement, space.size.x)
         };
         let mut start = Configuration { groups, interactions, space, displacement, surfaces, inlets };
+        if !compatibility::is_rough(self, &start) {
+            start.groups.forget_spins_of_files();
+        }
         self.check_plan(&start)?;
         let separated = self.separate(&mut start)?;
         self.check_places(&start)?;
@@ -94,7 +97,8 @@ impl SceneBuilder {
         // Sleeping grains have their own row in the tables.
         affordable_species(if self.parts.sleep.is_some() { 2 * rows } else { rows })?;
         start::check_ranges(start)?;
-        sleep::check_sleep(&self.parts, species)?;
+        surfaces::check_newcomers(start)?;
+        sleep::check_sleep(&self.parts, species, &diameters)?;
         units::check_units(&self.parts.units)?;
         compatibility::check(self, start)?;
         recirculation::check_recirculation(start, &self.parts)?;

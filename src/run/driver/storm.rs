@@ -9,8 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Driver;
 use crate::engine::Simulation;
-use crate::model::diameters::Diameters;
-use crate::model::{Scene, Species};
+use crate::model::{Scene, Species, SpeciesId};
 use crate::run::Ending;
 
 /// A storm has `MOST` events per moving particle, plus `FEWEST` events, within one contact time.
@@ -29,11 +28,12 @@ pub(in crate::run) struct StormWatch {
 impl StormWatch {
     /// Returns `None` for a scene without gravity or without a contact time.
     pub fn of(scene: &Scene, simulation: &Simulation, moving: u64) -> Option<Self> {
-        let fall = |(species, diameters): (&Species, Diameters)| {
+        let fall = |(id, species): (u32, &Species)| {
             let acceleration = species.acceleration.norm();
-            (!species.is_static() && acceleration > 0.0).then(|| (diameters.smallest / acceleration).sqrt())
+            let smallest = || *simulation.range_of_diameters(SpeciesId(id)).start();
+            (!species.is_static() && acceleration > 0.0).then(|| (smallest() / acceleration).sqrt())
         };
-        let fall = scene.species.iter().zip(scene.diameters_of_species()).filter_map(fall).reduce(f64::min)?;
+        let fall = (0..).zip(&scene.species).filter_map(fall).reduce(f64::min)?;
         // If the contact time is longer than the fall by one diameter, all contacts are elastic.
         let within = scene.contact_time?.min(fall);
         let most = FEWEST + MOST * moving;

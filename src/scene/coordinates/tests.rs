@@ -95,9 +95,13 @@ path = "start.xyz"
         surfaces: Vec::new(),
     };
     let scene = started(&frame, rough).unwrap();
-    let found: Vec<Vector> = scene.particles().iter().map(|particle| particle.spin).collect();
-    assert_eq!(found, [Vector::zeros(), spins[0], spins[1]]);
+    let found: Vec<(f64, Vector)> =
+        scene.particles().iter().map(|particle| (particle.position.x, particle.spin)).collect();
+    assert_eq!(found, [(1.0, Vector::zeros()), (3.0, spins[0]), (6.0, spins[1])]);
     assert_eq!(scene.inputs[0].unused, [] as [&str; 0]);
+    // Particles of a smooth scene do not spin.
+    let smooth = started(&frame, &rough.replace("friction = 0.5", "")).unwrap();
+    assert!(smooth.particles().iter().all(|particle| particle.spin == Vector::zeros()));
     let lost = Frame { scalars: frame.scalars[1..].to_vec(), ..frame };
     let scene = started(&lost, rough).unwrap();
     assert!(scene.particles().iter().all(|particle| particle.spin == Vector::zeros()));

@@ -28,9 +28,11 @@ pub(super) fn check_recirculation(start: &Configuration<'_>, parts: &SceneParts)
             }
             taken.push((name, inlet));
         }
-        let returning = returning_species(inlet, start);
-        check_motion(inlet, &returning, parts, &at)?;
-        let largest = returning.iter().map(|species| species.diameter).fold(0.0, f64::max);
+        let (all, returning) = (start.interactions.species, returning_species(inlet, start));
+        let species: Vec<&Species> = returning.iter().map(|index| &all[*index]).collect();
+        check_motion(inlet, &species, parts, &at)?;
+        let diameters = start.groups.ranges_with(all, &start.inlets);
+        let largest = returning.iter().map(|index| diameters[*index].largest).fold(0.0, f64::max);
         if !has_room(&inlet.region, largest, &start.space) {
             let expected = format!("one in which a particle of diameter {largest}, which may return, has room");
             return refuse(at.key("region"), "too small", expected);
@@ -54,8 +56,8 @@ fn check_outlet(name: &str, surfaces: &[SceneSurface], at: &ConfigPath) -> Resul
     }
 }
 
-/// Moving species of the scene whose particles can leave at an outlet of the inlet.
-fn returning_species<'s>(inlet: &Inlet, start: &Configuration<'s>) -> Vec<&'s Species> {
+/// Indices of the moving species of the scene whose particles can leave at an outlet of the inlet.
+fn returning_species(inlet: &Inlet, start: &Configuration<'_>) -> Vec<usize> {
     let outlets = start.surfaces.of_scene().iter().filter(|surface| inlet.recirculate.contains(&surface.name));
     let outlets: Vec<&SceneSurface> = outlets.collect();
     let species = start.interactions.species;
@@ -64,7 +66,7 @@ fn returning_species<'s>(inlet: &Inlet, start: &Configuration<'s>) -> Vec<&'s Sp
         let is_let_out = outlets.iter().any(|outlet| outlet.meets(SpeciesId(id(*index))));
         is_let_out && counts[*index] > 0 && !species.is_static()
     };
-    species.iter().enumerate().filter(returns).map(|(_, species)| species).collect()
+    species.iter().enumerate().filter(returns).map(|(index, _)| index).collect()
 }
 
 /// Particles that enter at rest and do not fall would never make room for the next ones.

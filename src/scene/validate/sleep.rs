@@ -1,6 +1,7 @@
 //! Validates when grains fall asleep.
 
 use crate::base::text::shortest;
+use crate::model::diameters::Diameters;
 use crate::model::{SceneParts, Sleep, Species};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
@@ -14,7 +15,7 @@ const MOST_FREQUENT: f64 = 20.0;
 /// contact.
 const LONGEST: f64 = 0.05;
 
-pub(super) fn check_sleep(parts: &SceneParts, species: &[Species]) -> Result<(), SceneError> {
+pub(super) fn check_sleep(parts: &SceneParts, species: &[Species], diameters: &[Diameters]) -> Result<(), SceneError> {
     let Some(sleep) = parts.sleep else { return Ok(()) };
     let at = |key| ConfigPath::root().key("dynamics").key("sleep").key(key);
     let Sleep { interval, distance, wake_speed } = sleep;
@@ -25,8 +26,8 @@ pub(super) fn check_sleep(parts: &SceneParts, species: &[Species]) -> Result<(),
     if interval < least {
         return refuse(at("interval"), interval, format!("at least {MOST_FREQUENT} contact times, which is {least}"));
     }
-    let moving = species.iter().filter(|species| !species.is_static());
-    let most = LONGEST * moving.map(|species| species.diameter).fold(f64::INFINITY, f64::min);
+    let moving = species.iter().zip(diameters).filter(|(species, _)| !species.is_static());
+    let most = LONGEST * moving.map(|(_, range)| range.smallest).fold(f64::INFINITY, f64::min);
     if distance > most {
         let expected = format!("at most {LONGEST} of the smallest diameter, which is {}", shortest(most));
         return refuse(at("distance"), distance, expected);

@@ -3,6 +3,7 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::base::text::shortest;
 use crate::engine::surfaces::{MOST_FEATURES, Surfaces};
+use crate::model::diameters::diameters_of_newcomers;
 use crate::model::run_plan::MEASUREMENT;
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
@@ -12,6 +13,7 @@ use crate::scene::diagnostic::{SceneError, refuse, unknown};
 use crate::scene::limits::{contact_law, finite_vector, not_negative, positive};
 use crate::scene::names::{self, Taken};
 use crate::scene::surface_draft::SurfaceDraft;
+use crate::scene::validate::start::Configuration;
 
 /// Smallest ratio of a particle's radius to the largest coordinate of a surface. It keeps round-off below the radius.
 const LEAST_RADIUS: f64 = 1e-9;
@@ -266,8 +268,29 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
     }
 }
 
+/// Particles with individual diameters that an inlet lets in must fit inside each hollow sphere and cylinder.
+pub(super) fn check_newcomers(start: &Configuration<'_>) -> Result<(), SceneError> {
+    let species = start.interactions.species;
+    for (id, diameter) in diameters_of_newcomers(species, &start.inlets) {
+        for (index, surface) in start.surfaces.of_scene().iter().enumerate().filter(|(_, surface)| surface.meets(id)) {
+            match surface.shape {
+                SurfaceShape::Sphere { radius: room, is_inside: true, .. }
+                | SurfaceShape::Cylinder { radius: room, is_inside: true, .. }
+                    if room <= 0.5 * diameter =>
+                {
+                    let name = &species[id.0 as usize].name;
+                    let expected = format!("more than {}, the largest radius of `{name}` at inlets", 0.5 * diameter);
+                    return refuse(ConfigPath::entry("surface", index).key("radius"), room, expected);
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Particles must fit inside a hollow sphere or cylinder. Particles with individual diameters are checked for this with
-/// their positions. The radius of a particle must be well above the round-off of coordinates.
+/// their positions, or by [`check_newcomers`]. The radius of a particle must be well above the round-off of coordinates.
 fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let meeting =
         (0..).zip(species).filter(|(index, species)| surface.meets(SpeciesId(*index)) && !species.is_static());

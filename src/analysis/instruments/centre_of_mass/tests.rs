@@ -75,7 +75,6 @@ fn centres_of_mass_of_free_particles_are_exact() {
     }
 }
 
-/// Angle of a single ball that moves for a tiny time.
 #[test]
 fn masses_of_individual_diameters_are_proportional_to_the_volume() {
     let scene = SceneBuilder::new("centre")
@@ -90,6 +89,7 @@ fn masses_of_individual_diameters_are_proportional_to_the_volume() {
     }
 }
 
+/// Angle of a single ball that moves for a tiny time.
 fn angle(boundary: [Boundary; 3], gravity: [f64; 3], [position, point]: [[f64; 3]; 2]) -> f64 {
     let scene = SceneBuilder::new("ball")
         .space(Space { boundary, ..Space::periodic_cube(20.0) })
