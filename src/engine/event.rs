@@ -80,7 +80,7 @@ pub struct Event {
     /// Zero for smooth contacts.
     pub torques: [Vector; 2],
     /// Distance of the discontinuity that the pair reached `[length]`. For a surface, the distance of the particle's
-    /// centre from the surface; 0 for a heat bath.
+    /// centre from the surface. For an entry, the diameter of the particle. 0 for a heat bath.
     pub distance: f64,
     /// Potential energy that a pair gained, or energy that a surface or heat bath supplied `[energy]`.
     pub energy_step: f64,

@@ -14,7 +14,7 @@ impl Simulation {
         let inlets = &self.scene.inlets;
         let has_inlets = with_engine!(&self.engine, engine => {
             let found = engine.sources.inlets.as_deref();
-            found.map_or(inlets.is_empty(), |it| it.are_those_of(inlets) && it.are_sound(species, &engine.pairs.rules.rows))
+            found.map_or(inlets.is_empty(), |it| it.are_those_of(inlets) && it.are_sound(species, &engine.pairs.rules))
         });
         if !has_inlets {
             return Some("the inlets");

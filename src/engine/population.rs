@@ -315,7 +315,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (position, inverse_mass) = (self.state.bodies[particle as usize].position, self.inverse_mass(particle));
         let change = Change::of_one(other, particle, &Vector::zeros(), velocity, inverse_mass);
         let supplied = change.supplied + self.energy_besides_motion(particle, &position);
-        let flow = self.apply(&Change { counted, supplied, ..change }, observe);
+        let distance = 2.0 * self.radius(particle);
+        let flow = self.apply(&Change { counted, supplied, distance, ..change }, observe);
         self.forget_contacts(particle);
         self.search_again();
         flow

@@ -97,8 +97,7 @@ pub struct Slabs {
     is_queue_empty: bool,
     /// Number of epochs when the system could not be cut.
     refused: Option<u64>,
-    /// Whether an observer ended the last run with an observer. The next run may end soon, too, so one thread begins
-    /// it.
+    /// Whether the observer ended the last run that had one. The next run may end soon, too, so one thread begins it.
     is_interrupted: bool,
     /// `None` to use several threads even if one thread is faster.
     pace: Option<Pace>,

@@ -52,11 +52,11 @@ impl Scaling {
         });
         let counts = simulation.population();
         let meet = |[a, b]: [usize; 2]| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 };
-        let potential = |id: InteractionId| &scene.interactions[id.0 as usize].potential;
         let kind = |number: usize| (SpeciesId(id(number)), largest[number]);
         let pairs = scene.table.iter().map(|(pair, _)| pair).filter(|pair| meet(*pair));
         let range = pairs.map(|[a, b]| scene.range_with(kind(a), kind(b))).fold(0.0, f64::max);
-        let longest = scene.bonds.iter().map(|bond| potential(bond.interaction).range()).fold(range, f64::max);
+        let of_bond = |bond: &Bond| scene.potential_between(bond.interaction, bond.pair.map(|id| kinds[id.0 as usize]));
+        let longest = scene.bonds.iter().map(|bond| of_bond(bond).range()).fold(range, f64::max);
         Self {
             molecules: Molecules::of(scene, masses),
             kinds,
@@ -126,7 +126,8 @@ impl Simulation {
         let (held, loose): (Vec<&Bond>, _) = scene.bonds.iter().partition(|bond| potential(bond.interaction).is_bond());
         for bond in loose {
             let [a, b] = bond.pair.map(|id| inside[id.0 as usize]);
-            add(potential(bond.interaction), minimum_image(a - b, &periods).norm());
+            let kinds = bond.pair.map(|id| scaling.kinds[id.0 as usize]);
+            add(&scene.potential_between(bond.interaction, kinds), minimum_image(a - b, &periods).norm());
         }
         // A volume move does not change the lengths of bonds.
         let state = |bond: &Bond| usize::from(self.pair_state(bond.pair[0], bond.pair[1]));

@@ -98,7 +98,11 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
             umbrella: None,
         })
         .measure(MeasurementPlan {
-            radial_distribution: Some(RadialDistribution { cutoff: Some(cutoff), bins: Some(21), interval: None }),
+            radial_distribution: Some(RadialDistribution {
+                cutoff: Some(cutoff),
+                bins: Some(21),
+                ..RadialDistribution::default()
+            }),
             ..MeasurementPlan::default()
         })
         .run(RunPlan { equilibration: Until::time(20.0), limit: Until::time(8000.0), ..RunPlan::default() })

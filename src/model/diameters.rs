@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Inlet, Species, SpeciesId};
+use super::{Species, SpeciesId};
 
 /// A distribution of diameters `[length]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -146,13 +146,13 @@ pub(crate) fn ranges_of_diameters(
 }
 
 /// Returns the smallest and the largest individual diameter of the particles that inlets let in, with their species.
-pub(crate) fn diameters_of_newcomers<'a>(
-    species: &'a [Species],
-    inlets: &'a [Inlet],
-) -> impl Iterator<Item = (SpeciesId, f64)> + 'a {
+/// `entering` are the species of the inlets.
+pub(crate) fn diameters_of_newcomers(
+    species: &[Species],
+    entering: impl Iterator<Item = SpeciesId>,
+) -> impl Iterator<Item = (SpeciesId, f64)> {
     let individual = |id: SpeciesId| Some((id, species[id.0 as usize].individual.as_ref()?.distribution.as_ref()?));
-    let distributed = inlets.iter().flat_map(Inlet::species).filter_map(individual);
-    distributed.flat_map(|(id, distribution)| {
+    entering.filter_map(individual).flat_map(|(id, distribution)| {
         let all = distribution.shares().into_iter().map(|(diameter, _)| diameter);
         let [smallest, largest] = all.fold([f64::INFINITY, 0.0], |[a, b], diameter| [diameter.min(a), diameter.max(b)]);
         [(id, smallest), (id, largest)]

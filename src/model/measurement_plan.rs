@@ -42,7 +42,6 @@ pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 /// - `any_volume`: true if the volume of the box may change. A barostat requires this.
 /// - `any_number`: true if particles may enter and leave. Inlets and outlets require this.
 /// - `any_species`: true if particles may exchange their species. Swap moves require this.
-/// - `any_size`: true if particles of a species may have different diameters and masses.
 ///
 /// The order is the order of the fields in checkpoints.
 macro_rules! with_instruments {
@@ -50,79 +49,79 @@ macro_rules! with_instruments {
         $with! {
             /// Pressure tensor, compressibility factor and rates of events.
             pressure_tensor = pressure_tensor: Option<PressureTensor> {
-                positive: [interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true, any_size: true
+                positive: [interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true
             }
             /// Radial distribution function of each pair of species.
             radial_distribution = radial_distribution: Option<RadialDistribution> {
-                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true, any_size: true
+                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true
             }
             /// Static structure factor.
             structure_factor = structure_factor: Option<StructureFactor> {
-                positive: [interval, largest], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true, any_size: true
+                positive: [interval, largest], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true
             }
             /// Mean squared displacement, velocity autocorrelation and diffusion coefficient.
             diffusion = diffusion: Option<Diffusion> {
-                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false, any_size: true
+                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false
             }
             /// Shear and bulk viscosity and thermal conductivity.
             transport = transport: Option<Transport> {
-                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false, any_size: true
+                positive: [interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false
             }
             /// Distributions of free paths and free times.
             free_paths = free_paths: Option<FreePaths> {
-                positive: [], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false, any_size: true
+                positive: [], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: false
             }
             /// Distributions of speeds in time windows.
             speeds = speeds: Option<Speeds> {
-                positive: [window, largest, interval], bins: [bins], labels: [], at_one_time: false, any_volume: true, any_number: false, any_species: true, any_size: false
+                positive: [window, largest, interval], bins: [bins], labels: [], at_one_time: false, any_volume: true, any_number: false, any_species: true
             }
             /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
             chains = chains: Option<Chains> {
-                positive: [interval], bins: [bins], labels: [], at_one_time: true, any_volume: true, any_number: false, any_species: false, any_size: false
+                positive: [interval], bins: [bins], labels: [], at_one_time: true, any_volume: true, any_number: false, any_species: false
             }
             /// Bond-orientational order.
             bond_order = bond_order: Option<BondOrder> {
-                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true, any_size: true
+                positive: [interval, cutoff], bins: [bins], labels: [], at_one_time: true, any_volume: false, any_number: false, any_species: true
             }
             /// Density, velocity and temperature on grids.
             profile = profiles: Vec<Profile> {
-                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: true
+                positive: [interval], bins: [], labels: [name, species], at_one_time: true, any_volume: false, any_number: true, any_species: true
             }
             /// Stress and dissipated power on grids.
             stress = stresses: Vec<Stress> {
-                positive: [interval], bins: [], labels: [name], at_one_time: false, any_volume: false, any_number: true, any_species: true, any_size: true
+                positive: [interval], bins: [], labels: [name], at_one_time: false, any_volume: false, any_number: true, any_species: true
             }
             /// How well species are mixed, in the cells of a grid.
             mixing = mixings: Vec<Mixing> {
-                positive: [interval], bins: [], labels: [name], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: true
+                positive: [interval], bins: [], labels: [name], at_one_time: true, any_volume: false, any_number: true, any_species: true
             }
             /// Flow of particles through planes.
             flow = flows: Vec<Flow> {
-                positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false, any_number: false, any_species: false, any_size: true
+                positive: [interval], bins: [], labels: [name, species], at_one_time: false, any_volume: false, any_number: false, any_species: false
             }
             /// Forces on walls and other surfaces.
             surface_forces = surface_forces: Option<SurfaceForces> {
-                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true, any_size: true
+                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true
             }
             /// Coordination numbers of particles in lasting contact.
             contacts = contacts: Option<Contacts> {
-                positive: [duration, interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: false, any_size: true
+                positive: [duration, interval], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: false
             }
             /// Centre of mass, and its inclination in a drum.
             centre_of_mass = centre_of_mass: Option<CentreOfMass> {
-                positive: [interval], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: true, any_species: true, any_size: true
+                positive: [interval], bins: [], labels: [], at_one_time: true, any_volume: false, any_number: true, any_species: true
             }
             /// Times that particles spend between an inlet and an outlet.
             residence_times = residence_times: Option<ResidenceTimes> {
-                positive: [longest], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: false, any_size: true
+                positive: [longest], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: false
             }
             /// Self-intermediate scattering function, overlap and its fluctuations.
             relaxation = relaxation: Option<Relaxation> {
-                positive: [wave_number, overlap, interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true, any_size: true
+                positive: [wave_number, overlap, interval, span], bins: [], labels: [], at_one_time: false, any_volume: false, any_number: false, any_species: true
             }
             /// Contact stress of each particle, also in the frames of the trajectory.
             particle_stress = particle_stress: Option<ParticleStress> {
-                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true, any_size: false
+                positive: [interval], bins: [bins], labels: [], at_one_time: false, any_volume: false, any_number: true, any_species: true
             }
         }
     };
@@ -137,7 +136,6 @@ pub(crate) struct InstrumentKind {
     pub any_volume: bool,
     pub any_number: bool,
     pub any_species: bool,
-    pub any_size: bool,
 }
 
 #[derive(Debug)]
@@ -152,14 +150,13 @@ pub(crate) struct Requested<'p> {
 }
 
 macro_rules! kind {
-    ($key:ident $at_one_time:literal $any_volume:literal $any_number:literal $any_species:literal $any_size:literal) => {
+    ($key:ident $at_one_time:literal $any_volume:literal $any_number:literal $any_species:literal) => {
         InstrumentKind {
             key: stringify!($key),
             at_one_time: $at_one_time,
             any_volume: $any_volume,
             any_number: $any_number,
             any_species: $any_species,
-            any_size: $any_size,
         }
     };
 }
@@ -168,7 +165,7 @@ macro_rules! measurement_plan {
     ($(
         $(#[$doc:meta])* $key:ident = $field:ident: $container:ident<$settings:ident> {
             positive: [$($positive:ident),*], bins: [$($bins:ident)?], labels: [$($name:ident $(, $species:ident)?)?],
-            at_one_time: $at_one_time:literal, any_volume: $any_volume:literal, any_number: $any_number:literal, any_species: $any_species:literal, any_size: $any_size:literal
+            at_one_time: $at_one_time:literal, any_volume: $any_volume:literal, any_number: $any_number:literal, any_species: $any_species:literal
         }
     )*) => {
         /// Instruments of a scene; none by default.
@@ -180,7 +177,7 @@ macro_rules! measurement_plan {
         }
 
         impl InstrumentKind {
-            pub const ALL: &[Self] = &[$(kind!($key $at_one_time $any_volume $any_number $any_species $any_size)),*];
+            pub const ALL: &[Self] = &[$(kind!($key $at_one_time $any_volume $any_number $any_species)),*];
         }
 
         impl MeasurementPlan {
@@ -189,7 +186,7 @@ macro_rules! measurement_plan {
                 $(all.extend(self.$field.iter().enumerate().map(|(index, it)| {
                     let name = [$(it.$name.as_str())?].first().copied();
                     Requested {
-                        kind: kind!($key $at_one_time $any_volume $any_number $any_species $any_size),
+                        kind: kind!($key $at_one_time $any_volume $any_number $any_species),
                         index: name.map(|_| index),
                         name,
                         species: <[&Option<String>]>::first(&[$($(&it.$species)?)?]).and_then(|species| species.as_ref()),
@@ -333,6 +330,9 @@ pub struct RadialDistribution {
     /// is periodic. It is at most four times the largest diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutoff: Option<f64>,
+    /// Whether distances are in units of the contact distance of each pair. The cutoff is then in these units.
+    #[serde(default)]
+    pub scaled: bool,
     /// Number of bins of each function; 200 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = RADIAL_BINS))]
     #[serde(default, deserialize_with = "whole::given")]

@@ -88,7 +88,7 @@ impl Species {
     /// Mass of a particle with an individual diameter `[mass]`.
     pub(crate) fn own_mass(&self, diameter: f64, dimensions: usize) -> f64 {
         if self.has_different_masses() {
-            self.mass * own_volume(diameter, dimensions) / own_volume(self.diameter, dimensions)
+            mass_by_volume(self.mass, [self.diameter, diameter], dimensions)
         } else {
             self.mass
         }
@@ -456,17 +456,13 @@ impl Scene {
     }
 
     /// Returns an interaction's potential for two particles, given by their species and radii `[length]`.
-    pub(crate) fn potential_between(
-        &self,
-        id: InteractionId,
-        [(a, of_a), (b, of_b)]: [(SpeciesId, f64); 2],
-    ) -> Cow<'_, Potential> {
-        let potential = &self.interactions[id.0 as usize].potential;
-        if !self.has_individual_diameters() {
-            return Cow::Borrowed(potential);
-        }
-        let [one, other] = [a, b].map(|id| 0.5 * self.species[id.0 as usize].diameter);
-        Cow::Owned(potential.scaled(one + other, of_a + of_b))
+    pub(crate) fn potential_between(&self, id: InteractionId, pair: [(SpeciesId, f64); 2]) -> Cow<'_, Potential> {
+        potential_for(&self.interactions[id.0 as usize].potential, &self.species, pair)
+    }
+
+    /// Returns the potential of a bond between its two particles.
+    pub(crate) fn potential_of_bond(&self, bond: &Bond) -> Cow<'_, Potential> {
+        self.potential_between(bond.interaction, kinds_of_bond(bond, &self.species, &self.particles))
     }
 
     /// Like [`Self::range`], for particles of given radii `[length]`.
@@ -523,6 +519,29 @@ impl Scene {
     }
 }
 
+/// Returns a potential for two particles, given by their species and radii `[length]`. `potential` applies to the diameters
+/// of the species.
+pub(crate) fn potential_for<'p>(
+    potential: &'p Potential,
+    species: &[Species],
+    [(a, of_a), (b, of_b)]: [(SpeciesId, f64); 2],
+) -> Cow<'p, Potential> {
+    if species.iter().all(|species| species.individual.is_none()) {
+        return Cow::Borrowed(potential);
+    }
+    let [one, other] = [a, b].map(|id| 0.5 * species[id.0 as usize].diameter);
+    Cow::Owned(potential.scaled(one + other, of_a + of_b))
+}
+
+/// Species and radii of the particles of a bond `[length]`.
+pub(crate) fn kinds_of_bond(bond: &Bond, species: &[Species], particles: &[Particle]) -> [(SpeciesId, f64); 2] {
+    bond.pair.map(|id| {
+        let particle = &particles[id.0 as usize];
+        let diameter = particle.diameter.unwrap_or(species[particle.species.0 as usize].diameter);
+        (particle.species, 0.5 * diameter)
+    })
+}
+
 /// Mass of a particle in a space of the given number of dimensions `[mass]`; infinite if it is static.
 pub(crate) fn mass_of(particle: &Particle, species: &[Species], dimensions: usize) -> f64 {
     let species = &species[particle.species.0 as usize];
@@ -534,8 +553,14 @@ impl Scene {
     /// and in inlets.
     pub(crate) fn diameters_of_species(&self) -> Vec<Diameters> {
         let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
-        ranges_of_diameters(&self.species, own.chain(diameters_of_newcomers(&self.species, &self.inlets)))
+        ranges_of_diameters(&self.species, own.chain(diameters_of_newcomers(&self.species, self.entering_species())))
     }
+}
+
+/// Mass of a particle whose mass is proportional to its volume `[mass]`. `mass` applies to the first of two diameters, and
+/// the result to the second.
+pub(crate) fn mass_by_volume(mass: f64, [from, to]: [f64; 2], dimensions: usize) -> f64 {
+    mass * own_volume(to, dimensions) / own_volume(from, dimensions)
 }
 
 /// Volume of a sphere, area of a disk or length of a rod with the given diameter, `[length^D]` in `D` dimensions.

@@ -314,6 +314,13 @@ const SIZES_BETWEEN_WALLS: Feature = feature("individual diameters between walls
     let is_walled = (0..3).any(|axis| it.start.space.walls(axis) > 0);
     given(is_walled && (SIZES.found)(it).is_some())
 });
+const SCALED: Feature = key(&["measure.radial_distribution.scaled"], |it| {
+    given(it.parts.measure.radial_distribution.as_ref().is_some_and(|radial| radial.scaled))
+});
+const NO_CORES: Feature = feature("no hard cores", &[], |it| {
+    let interactions = &it.start.interactions;
+    given(!interactions.pairs().any(|(_, id)| interactions.get(id).potential.core().is_some()))
+});
 const MIXING: Feature = feature("a [[measure.mixing]]", &["measure.mixing"], |it| {
     given_at(!it.parts.measure.mixings.is_empty(), || ConfigPath::root().key("measure").key("mixing").index(0))
 });
@@ -443,7 +450,6 @@ const ONLY_TRAJECTORIES: &str = "it writes only trajectories and a row for each 
 const HARD_SPHERES: &str =
     "only hard spheres without bonds, in a periodic box without gravity, static particles or shear";
 const PLAIN_SHEAR: &str = "no shear_rate, or a periodic box without gravity or static particles";
-const EQUAL: &str = "it supports only species whose particles are equal";
 const CONSTANT_SIZE: &str = "surfaces need particles of constant size in a box without shear";
 const ANDERSEN: &str = "a thermostat of the kind \"andersen\" in the same table";
 const OF_MOVES: &str = "it gives the temperature of the volume moves";
@@ -515,7 +521,8 @@ pub const EXCLUSIONS: &[Exclusion] = &[
     row(SWAP, INVALID_START, "with allow_invalid_start", "a start without overlaps", "swap moves are tested for overlaps of the exchanged particles only"),
     row(SWAP, GROWTH, "together with grow", "only one of them", "swap moves need constant diameters"),
     row(SWAP, FLOW, "", ABSENT, "its ensemble has a constant number of particles"),
-    row(SIZES, BONDS, "", ABSENT, EQUAL),
+    row(SCALED, SIDES, "in a box with walls or open sides", ABSENT, "the space that a particle can reach depends on its diameter"),
+    row(SCALED, NO_CORES, "without hard cores", "hard cores", "particles without cores have no contact distance"),
     row(RADIAL, SIZES_BETWEEN_WALLS, "", ABSENT, "the space that a particle can reach depends on its diameter"),
     row(FLOW, BONDS, "with bonds", ABSENT, "a bonded particle cannot leave alone"),
     row(FLOW, RESCALING, "with a thermostat that scales velocities", ABSENT, "the temperature of a flow is not measured"),

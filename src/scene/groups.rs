@@ -117,7 +117,7 @@ impl Groups {
     /// Like [`Self::ranges_of_diameters`], with the particles that inlets let in.
     pub(crate) fn ranges_with(&self, species: &[Species], inlets: &[Inlet]) -> Vec<Diameters> {
         let own = self.particles.iter().filter_map(|particle| Some((particle.species, particle.diameter?)));
-        ranges_of_diameters(species, own.chain(diameters_of_newcomers(species, inlets)))
+        ranges_of_diameters(species, own.chain(diameters_of_newcomers(species, inlets.iter().flat_map(Inlet::species))))
     }
 
     /// Removes the spins of the particles of each `[[file]]`.

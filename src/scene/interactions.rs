@@ -1,12 +1,14 @@
 //! The interaction of each pair of species.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use crate::base::numbers::id;
 use crate::model::diameters::{Diameters, scaled_distance};
 use crate::model::error::PotentialError;
+use crate::model::scene::{kinds_of_bond, potential_for};
 use crate::model::species_pairs::SpeciesPairs;
-use crate::model::{Interaction, InteractionId, Species, SpeciesId};
+use crate::model::{Bond, Interaction, InteractionId, Particle, Potential, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse, unknown};
@@ -173,6 +175,12 @@ impl<'a> Interactions<'a> {
 
     pub(crate) fn get(&self, id: InteractionId) -> &Interaction {
         &self.list[id.0 as usize]
+    }
+
+    /// Returns the potential of a bond between its two particles.
+    pub(crate) fn potential_of_bond(&self, bond: &Bond, particles: &[Particle]) -> Cow<'_, Potential> {
+        let kinds = kinds_of_bond(bond, self.species, particles);
+        potential_for(&self.get(bond.interaction).potential, self.species, kinds)
     }
 
     pub(crate) fn contacts(&self) -> Contacts {

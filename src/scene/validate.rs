@@ -132,7 +132,6 @@ impl SceneBuilder {
         plan::settle_thermostats(&mut scene)?;
         barostat::check_barostats(&scene)?;
         swap::check_output(&scene)?;
-        diameters::check_instruments(&scene)?;
         inlets::check_instruments(&scene)?;
         self.check_equilibrium(&scene)?;
         Ok(scene)

@@ -1,9 +1,15 @@
 //! Bonded chains: the pendulum and the polymers of `configs/`.
 
+use std::ops::ControlFlow;
+
+use carom::Vector;
 use carom::engine::{Simulation, Snapshot, Until};
+use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
-use carom::model::space::minimum_image;
-use carom::model::{ParticleId, Scene};
+use carom::model::space::{Space, minimum_image};
+use carom::model::{MassRule, MeasurementPlan, ParticleId, RunPlan, Scene, Thermostat};
+use carom::run;
+use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 /// Returns the largest relative amount by which a bond is too long or too short.
 fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
@@ -99,4 +105,46 @@ fn polymers_stay_whole() {
     // Each of the 300,000 events rounds the energies of two beads a few times. The temperature is near 1.
     let bound = 300_000.0 * 16.0 * 2.0 * f64::EPSILON;
     assert!((now.kinetic + now.potential - start.kinetic - start.potential).abs() < bound);
+}
+
+#[test]
+fn a_bond_between_individual_diameters_has_its_exact_length() {
+    // Between the ends of its range, the length r of the bond of two free beads has the density 4 pi r^2. The sum of the
+    // radii is 0.95, so that the range of the bond, 0.9 to 1.5 for diameters of 0.8, is larger by a factor of 0.95 / 0.8.
+    let scene = SceneBuilder::new("dumbbell")
+        .seed(3)
+        .space(Space::periodic_cube(9.0))
+        .species(SpeciesDraft::new("A").mass(1.3).diameter(0.8).individual_diameters(MassRule::Volume))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .interaction(InteractionDraft::new(Potential::bond(0.9, 1.5).unwrap()).named("link"))
+        .sized_particle("A", 1.3, Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+        .sized_particle("A", 0.6, Vector::new(2.4, 1.0, 1.0), Vector::zeros())
+        .bond([ParticleId(0), ParticleId(1)], "link")
+        .temperature(0.7)
+        .measure(MeasurementPlan {
+            chains: Some(plan::Chains { interval: Some(0.5), bins: Some(6) }),
+            ..MeasurementPlan::default()
+        })
+        .run(RunPlan {
+            limit: Until::time(20_000.0),
+            thermostat: Some(Thermostat::Andersen { temperature: 0.7, rate: 1.0, axes: [true; 3] }),
+            ..RunPlan::default()
+        });
+    let finished = run::run(scene.build().unwrap(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    let ends = [0.9_f64, 1.5].map(|end| end * 0.95 / 0.8);
+    let moment = |power: i32| (ends[1].powi(power + 3) - ends[0].powi(power + 3)) / f64::from(power + 3);
+    for (name, exact) in [("bond_length", moment(1) / moment(0)), ("mean_square_bond_length", moment(2) / moment(0))] {
+        let number = finished.measured.numbers.iter().find(|number| number.name == name).unwrap();
+        let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
+        assert!((mean - exact).abs() < 4.0 * error && error < 3e-3 * exact, "{name}: {mean} +- {error}, {exact}");
+    }
+    let curve = finished.measured.curves.iter().find(|curve| curve.name == "bond_length").unwrap();
+    let width = (ends[1] - ends[0]) / 6.0;
+    for (k, &centre) in curve.variables[0].values.iter().enumerate() {
+        let [lower, upper] = [centre - 0.5 * width, centre + 0.5 * width];
+        let exact = (upper.powi(3) - lower.powi(3)) / 3.0 / moment(0) / width;
+        let (value, error) = (curve.series[0].values[k].unwrap(), curve.series[0].standard_errors[k].unwrap());
+        assert!((value - exact).abs() < 4.0 * error && error < 0.05 * exact, "{centre}: {value} +- {error}, {exact}");
+    }
 }

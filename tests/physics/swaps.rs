@@ -17,10 +17,10 @@ fn mixture(plan: RunPlan) -> Scene {
         radial_distribution: Some(RadialDistribution::default()),
         ..MeasurementPlan::default()
     };
-    mixture_with(plan, measure)
+    mixture_with(256, plan, measure)
 }
 
-fn mixture_with(plan: RunPlan, measure: MeasurementPlan) -> Scene {
+fn mixture_with(count: u64, plan: RunPlan, measure: MeasurementPlan) -> Scene {
     let names = ["small", "middle", "large"];
     let sizes = [(0.8, 0.7), (1.0, 1.3), (1.2, 1.3)];
     let mut scene = SceneBuilder::new("mixture").seed(5);
@@ -34,18 +34,18 @@ fn mixture_with(plan: RunPlan, measure: MeasurementPlan) -> Scene {
     }
     let composition = names.map(|name| (name.to_owned(), 1.0)).to_vec();
     let fill = Fill { composition, ..Fill::new(Lattice::FaceCentredCubic, names[0]) };
-    let scene = scene.fill(fill.count(256).packing_fraction(0.35)).temperature(1.0);
+    let scene = scene.fill(fill.count(count).packing_fraction(0.35)).temperature(1.0);
     scene.measure(measure).run(plan).build().unwrap()
 }
 
 /// Spheres with individual diameters.
-fn sized(plan: RunPlan) -> Scene {
+fn sized(count: u64, plan: RunPlan) -> Scene {
     let diameters = DiameterDistribution::Uniform { lower: 0.8, upper: 1.2 };
     SceneBuilder::new("sized")
         .seed(5)
         .species(SpeciesDraft::new("A").mass(0.7).individual_diameters(MassRule::Volume).distributed(diameters))
         .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
-        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(256).packing_fraction(0.35))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(0.35))
         .temperature(1.0)
         .run(plan)
         .build()
@@ -65,7 +65,7 @@ fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String, 
 }
 
 #[test]
-fn pauses_and_threads_do_not_change_a_run_with_swap_moves() {
+fn pauses_do_not_change_a_run_with_swap_moves() {
     let bath = Some(Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] });
     let stage = StagePlan {
         name: "mix".to_owned(),
@@ -77,10 +77,19 @@ fn pauses_and_threads_do_not_change_a_run_with_swap_moves() {
         ..StagePlan::default()
     };
     let plan = RunPlan { stages: vec![stage], limit: Until::time(1.5), swap: swap(0.11), ..RunPlan::default() };
-    for scene in [mixture(plan.clone()), sized(plan)] {
+    for scene in [mixture(plan.clone()), sized(256, plan)] {
         let whole = end(&scene, 1, None);
         assert!((whole.2 / scene.space().volume() - 1.0).abs() > 0.005, "{}", whole.2);
         assert_eq!(end(&scene, 1, Some(1_234)), whole);
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_run_with_swap_moves() {
+    let plan = RunPlan { limit: Until::time(0.4), swap: swap(0.11), ..RunPlan::default() };
+    // Smaller systems run on one thread.
+    for scene in [mixture_with(4_000, plan.clone(), MeasurementPlan::default()), sized(4_000, plan)] {
+        let whole = end(&scene, 1, None);
         assert_eq!(end(&scene, 2, Some(5_001)), whole);
         assert_eq!(end(&scene, 3, None), whole);
     }
@@ -132,7 +141,7 @@ fn pilot_runs_leave_no_exchanged_species_behind() {
             relaxation: Some(Relaxation { interval: Some(0.05), span: Some(1.0), ..Relaxation::default() }),
             ..MeasurementPlan::default()
         };
-        run(mixture_with(plan, measure), &mut (), &mut |_| ControlFlow::Continue(())).unwrap()
+        run(mixture_with(256, plan, measure), &mut (), &mut |_| ControlFlow::Continue(())).unwrap()
     };
     let by_events = of(Until::events(20_000));
     let by_time = of(Until::time(by_events.simulation.time()));

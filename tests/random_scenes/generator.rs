@@ -71,7 +71,7 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     let mut dice = Dice::new(seed ^ 0x00f0_71c7);
     let text = if dice.chance(0.35) { roughened(&text, &mut dice, dimensions) } else { text };
     let mut dice = Dice::new(seed ^ 0xd1a3_e7e5);
-    let text = if dice.chance(0.2) && !text.contains("[[bond]]") { sized(&text, &mut dice) } else { text };
+    let text = if dice.chance(0.2) { sized(&text, &mut dice) } else { text };
     let mut dice = Dice::new(seed ^ 0x0e0f_0001);
     if dice.chance(0.3) { varied(&text, &mut dice) } else { text }
 }
@@ -79,7 +79,8 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
 /// Gives some species individual diameters. These are at most the diameter of the species.
 fn sized(text: &str, dice: &mut Dice) -> String {
     let (mut sized, mut name, mut of) = (String::new(), String::new(), Vec::new());
-    let narrowest = dice.pick(&[0.9, 0.6, 0.2]);
+    // Bonds scale with the diameters. With smaller ones, the first bonds would be too long.
+    let narrowest = dice.pick(if text.contains("[[bond]]") { &[0.97, 0.98] } else { &[0.9, 0.6, 0.2] });
     for line in text.lines() {
         let _ = writeln!(sized, "{line}");
         if let Some(given) = line.strip_prefix("name = ") {

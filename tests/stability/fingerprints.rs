@@ -103,7 +103,7 @@ const SCENES: [(&str, u64); 12] = [
 #[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
 const FINGERPRINTS: &[(&str, [u64; 3])] = &[
     ("bouncing_ball", [0x3eb7d631c4034797, 0x9fba7893bc15dcfa, 0x57abde7cf6cc7e08]),
-    ("circulating_silo", [0x7ac9f07281c99cc1, 0x8fe52a34a34aa0eb, 0x8c1c554f67fbd97b]),
+    ("circulating_silo", [0x7ac9f07281c99cc1, 0x26cf7f9127cac17b, 0x8c1c554f67fbd97b]),
     ("elastic_spheres_1d", [0x2f7cc64dd2137dfa, 0xb057f7ef9843d214, 0x8fef0acfd850f983]),
     ("everything", [0xa377722dbd8006d1, 0xeb069bdc005fc343, 0xca6fce05eb70cefc]),
     ("granular_cooling", [0xff38450fddfa14b5, 0x3e2e27ae99343fc5, 0xd6c454ac3d20e80b]),

@@ -66,7 +66,7 @@ fn cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> f64 {
 }
 
 pub(crate) fn shortened_cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> Option<String> {
-    plan.cutoff.and_then(|asked| shortened(asked, cutoff(plan, system), &system.space))
+    plan.cutoff.and_then(|asked| shortened([asked, cutoff(plan, system)], &system.space, None))
 }
 
 fn cell_list(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64) -> CellList {
@@ -110,7 +110,7 @@ impl BondOrder {
     }
 
     fn note(&self, system: &SystemDescription) -> String {
-        shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!(" ({why})"))
+        shortened([self.asked, self.cutoff], &system.space, None).map_or_else(String::new, |why| format!(" ({why})"))
     }
 
     fn bins(&self) -> Bins {

@@ -10,7 +10,7 @@ use super::quantity::{Curve, Measured, Normalisation, Number, Scalar};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::analysis::statistics::{BlockAverage, CurveAverage};
-use crate::engine::event::{Event, EventKind, Other};
+use crate::engine::event::{Event, EventKind};
 use crate::model::measurement_plan::{BINS, ParticleStress as Plan};
 use crate::model::scene::own_volume;
 use crate::model::space::AXES;
@@ -39,8 +39,8 @@ pub(super) struct ParticleStress {
     times: SamplingTimes,
     bins: usize,
     since: f64,
-    /// Species of the particles that are present, by id; empty if particles neither enter nor leave.
-    present: Vec<(u32, u32)>,
+    /// Diameters of the particles that are present, by id; empty if particles neither enter nor leave `[length]`.
+    present: Vec<(u32, f64)>,
     current: Sums,
     /// Mean stress of each particle in the last complete interval.
     latest: Sums,
@@ -130,13 +130,11 @@ impl ParticleStress {
     }
 
     fn diameter(&self, particle: u32, system: &SystemDescription) -> f64 {
-        let species = if system.has_flow {
-            let place = self.present.binary_search_by_key(&particle, |(id, _)| *id);
-            place.ok().map(|place| self.present[place].1)
-        } else {
-            system.species.get(particle as usize).copied()
-        };
-        species.map_or(1.0, |species| system.diameters[species as usize])
+        if !system.has_flow {
+            return system.diameter_of(particle);
+        }
+        let place = self.present.binary_search_by_key(&particle, |(id, _)| *id);
+        place.map_or(1.0, |place| self.present[place].1)
     }
 
     /// Adds the pressures of the moving particles.
@@ -162,9 +160,9 @@ impl ParticleStress {
     }
 }
 
-fn present(sample: &Sample<'_>, system: &SystemDescription) -> Vec<(u32, u32)> {
-    let all = sample.ids.iter().zip(sample.species).filter(|_| system.has_flow);
-    all.map(|(id, species)| (id.0, species.0)).collect()
+fn present(sample: &Sample<'_>, system: &SystemDescription) -> Vec<(u32, f64)> {
+    let all = sample.ids.iter().enumerate().filter(|_| system.has_flow);
+    all.map(|(index, id)| (id.0, system.diameter_in(sample, index))).collect()
 }
 
 /// Pressure and stress of each particle in the last complete interval. They are zero before the first interval ends, and
@@ -215,11 +213,7 @@ impl Instrument for ParticleStress {
                 self.current.add(event.particle.0, 1.0 / volume, event);
             }
             // New ids are larger than all others.
-            (EventKind::Entry, _) => {
-                if let Other::Inlet { species, .. } = event.other {
-                    self.present.push((event.particle.0, species.0));
-                }
-            }
+            (EventKind::Entry, _) if system.has_flow => self.present.push((event.particle.0, event.distance)),
             _ => {}
         }
     }

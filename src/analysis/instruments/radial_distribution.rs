@@ -2,6 +2,7 @@
 
 mod contact;
 mod room;
+mod scaled;
 mod unequal;
 
 use super::bins::Bins;
@@ -19,6 +20,7 @@ use crate::model::measurement_plan::RADIAL_BINS;
 use crate::model::space::{Boundary, Space};
 use contact::{CONTACT_BINS, Shell};
 use room::Room;
+use scaled::{contact_distance, largest_contact_distance, mean_contact_volume};
 use serde::{Deserialize, Serialize};
 use unequal::Rooms;
 
@@ -30,12 +32,18 @@ const MOST_SPECIES: usize = 8;
 /// `g_AB(r) = n_AB(r) / n_ideal(r)`. `n_AB` is the number of pairs in a bin, out of `N_A (N_A - 1) / 2` pairs within
 /// one species or `N_A N_B` pairs between two. `n_ideal` is the expected number for uncorrelated points in the same
 /// volume.
+///
+/// If distances are scaled, `r` is the distance of a pair divided by its contact distance. Pairs without hard cores are
+/// then left out.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RadialDistribution {
     times: SamplingTimes,
     asked: f64,
-    /// The requested cutoff, or the longest that the box allows `[length]`.
+    /// The requested cutoff, or the longest that the box allows `[length]`; if distances are scaled, in units of the
+    /// contact distance.
     cutoff: f64,
+    /// The largest contact distance of a pair `[length]`, if distances are scaled.
+    scaled_by: Option<f64>,
     bins: usize,
     ids: Vec<u32>,
     /// Class of each species; `None` for species that are in no pair.
@@ -66,8 +74,9 @@ impl RadialDistribution {
     pub fn new(plan: &plan::RadialDistribution, setup: &Setup<'_>) -> Self {
         let system = setup.system;
         let all = classes(system);
-        let reach = reach(system);
-        let asked = plan.cutoff.unwrap_or_else(|| default_cutoff(system));
+        let scaled_by = plan.scaled.then(|| largest_contact_distance(system));
+        let reach = reach(system, scaled_by);
+        let asked = plan.cutoff.unwrap_or_else(|| default_cutoff(system, scaled_by));
         let cutoff = asked.min(reach);
         let bins = Bins::planned(plan.bins, RADIAL_BINS);
         let mut pairs = Vec::new();
@@ -75,10 +84,9 @@ impl RadialDistribution {
         for (a, first) in all.iter().enumerate() {
             for (b, second) in all.iter().enumerate().skip(a).filter(|(_, second)| first.is_moving || second.is_moving)
             {
-                let diameters = [mean_diameter(system, first), mean_diameter(system, second)];
-                let probability = room_of(system, diameters);
+                let Some(probability) = probability(system, [first, second], (a == b, plan.scaled)) else { continue };
                 let number = if a == b { 0.5 * first.count * (first.count - 1.0) } else { first.count * second.count };
-                let shell = shell(system, first, second).filter(|shell| shell.end <= reach);
+                let shell = shell(system, [first, second], plan.scaled).filter(|shell| shell.end <= reach);
                 ideal.extend(edges(Bins::over(0.0, cutoff, bins)).map(|[from, to]| number * probability(from, to)));
                 let near = shell.map(|shell| edges(shell.bins())).into_iter().flatten();
                 let before = ideal_contact.len();
@@ -98,6 +106,7 @@ impl RadialDistribution {
             times: budgeted_times(setup, plan.interval, 0.0),
             asked,
             cutoff,
+            scaled_by,
             bins,
             classes: of_species,
             pairs,
@@ -119,7 +128,16 @@ impl RadialDistribution {
 
     /// Longest distance at which the instrument needs pairs, for the distribution or for a shell at contact.
     fn range(&self) -> f64 {
-        self.pairs.iter().filter_map(|pair| pair.shell).map(|shell| shell.end).fold(self.cutoff, f64::max)
+        let shells = self.pairs.iter().filter_map(|pair| pair.shell);
+        shells.map(|shell| shell.end).fold(self.cutoff, f64::max) * self.scaled_by.unwrap_or(1.0)
+    }
+
+    /// Returns the length in whose units the distance of two particles is given; 1 if distances are not scaled.
+    fn unit_of(&self, ids: [u32; 2], system: &SystemDescription) -> Option<f64> {
+        if self.scaled_by.is_none() {
+            return Some(1.0);
+        }
+        contact_distance(system, ids.map(|id| (system.species[id as usize] as usize, system.diameter_of(id))))
     }
 
     fn pair_table(&self) -> Vec<Option<usize>> {
@@ -150,7 +168,8 @@ impl Instrument for RadialDistribution {
         let found = sample.for_each_pair_within(self.range(), &system.space, &self.ids, |near| {
             let ([a, b], square) = (near.ids, near.square);
             let Some(pair) = class(a).zip(class(b)).and_then(|(a, b)| table[a * count + b]) else { return };
-            let distance = square.sqrt();
+            let Some(unit) = self.unit_of([a, b], system) else { return };
+            let distance = square.sqrt() / unit;
             let bin = trunc_to_usize(distance * scale);
             if bin < self.bins {
                 numbers[pair * self.bins + bin] += 1;
@@ -170,14 +189,15 @@ impl Instrument for RadialDistribution {
         }
         let bins = Bins::over(0.0, self.cutoff, self.bins);
         let centres = edges(bins).map(|[from, to]| 0.5 * (from + to)).collect();
+        let (variable, unit) = if self.scaled_by.is_some() { ("r / sigma", "1") } else { ("r", "length") };
         let mut curve = Curve::new("radial_distribution", "Radial distribution function", &self.method(system))
-            .variable("r", "length", centres);
+            .variable(variable, unit, centres);
         for (index, pair) in self.pairs.iter().enumerate() {
             let range = index * self.bins..(index + 1) * self.bins;
             let normalisation = Normalisation::of("pairs in the bin, over all samples")
                 .by("samples", "1", self.curve.most())
                 .by_each("ideal_pairs", "1", self.ideal[range.clone()].to_vec());
-            let name = format!("g(r) {}-{}", pair.names[0], pair.names[1]);
+            let name = format!("g({}) {}-{}", variable.replace(' ', ""), pair.names[0], pair.names[1]);
             curve = curve.series(&name, "1", &self.curve.estimates(range)).normalised(normalisation);
             measured.numbers.extend(self.contact_value(index, pair));
         }
@@ -192,7 +212,12 @@ impl RadialDistribution {
             2 => "2 pi r dr",
             _ => "2 dr",
         };
-        let room = if system.space.is_fully_periodic() {
+        let room = if self.scaled_by.is_some() {
+            format!(
+                "which is the number of pairs times {shell} / V, integrated over the bin, with the mean over the pairs; r is in \
+                 units of the contact distance of each pair"
+            )
+        } else if system.space.is_fully_periodic() {
             format!("which is the number of pairs times {shell} / V, integrated over the bin")
         } else {
             format!(
@@ -204,7 +229,8 @@ impl RadialDistribution {
             "g(r) = n(r) / n_ideal(r): pairs in a bin of {} divided by the number expected without correlations, {room}; \
              N (N - 1) / 2 pairs of one species, N_A N_B of two{}",
             digits(Bins::over(0.0, self.cutoff, self.bins).width()),
-            shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!("; {why}"))
+            shortened([self.asked, self.cutoff], &system.space, self.scaled_by)
+                .map_or_else(String::new, |why| format!("; {why}"))
         )
     }
 
@@ -252,9 +278,29 @@ fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
     class.species.iter().map(|&species| system.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
 }
 
+/// The probability that a distance is in a range.
+type Probability = Box<dyn Fn(f64, f64) -> f64>;
+
+/// Returns the probability that the distance of two random points, for the particles of two classes, is in a range. If
+/// distances are scaled, returns `None` for pairs without hard cores.
+fn probability(
+    system: &SystemDescription,
+    pair: [&Class; 2],
+    (is_same, is_scaled): (bool, bool),
+) -> Option<Probability> {
+    if !is_scaled {
+        return Some(room_of(system, pair.map(|class| mean_diameter(system, class))));
+    }
+    // The box is periodic. With contact distances `sigma`, the probability in `D` dimensions is proportional to
+    // `sigma^D`.
+    let volume = mean_contact_volume(system, pair, is_same)?;
+    let room = Room::new(&system.space, 0.0);
+    Some(Box::new(move |from, to| volume * room.probability(from, to)))
+}
+
 /// Returns the probability that the distance between two random points is in a range. The points are uniformly
 /// distributed over the region that the centre of a particle can reach between walls.
-fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
+fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Probability {
     let room = Room::new(&system.space, diameters[0]);
     let shortest = room.shortest();
     if shortest == f64::INFINITY {
@@ -271,7 +317,12 @@ fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f
     })
 }
 
-fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Shell> {
+fn shell(system: &SystemDescription, [first, second]: [&Class; 2], is_scaled: bool) -> Option<Shell> {
+    if is_scaled {
+        let pairs = first.species.iter().flat_map(|&a| second.species.iter().map(move |&b| (a, b)));
+        let step = |(a, b)| Some(system.steps_outside_cores.get(a, b)? / system.cores.get(a, b)?);
+        return Some(Shell::new(1.0, pairs.filter_map(step).reduce(f64::min)));
+    }
     if !system.own_diameters.is_empty() {
         // Without a common contact distance, there is no contact value.
         return None;
@@ -282,20 +333,26 @@ fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Sh
     }
 }
 
-/// Half of the shortest period (without periodic axes, of the longest edge), but at most four of the largest diameters.
-fn default_cutoff(system: &SystemDescription) -> f64 {
+/// Half of the shortest period (without periodic axes, of the longest edge), but at most four of the largest diameters or
+/// contact distances.
+fn default_cutoff(system: &SystemDescription, scaled_by: Option<f64>) -> f64 {
+    if scaled_by.is_some() {
+        return reach(system, scaled_by).min(4.0);
+    }
     let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
     let half = CellList::largest_range(&system.space).min(0.5 * system.space.size.max());
     if diameter > 0.0 { half.min(4.0 * diameter) } else { half }
 }
 
-/// Longest measurable distance: half of the shortest period, or the diagonal of a box without periodic axes.
-fn reach(system: &SystemDescription) -> f64 {
-    CellList::largest_range(&system.space).min(system.space.size.norm())
+/// Longest measurable distance: half of the shortest period, or the diagonal of a box without periodic axes. If distances
+/// are scaled, it is divided by the largest contact distance.
+fn reach(system: &SystemDescription, scaled_by: Option<f64>) -> f64 {
+    let reach = CellList::largest_range(&system.space).min(system.space.size.norm());
+    scaled_by.filter(|unit| *unit > 0.0).map_or(reach, |unit| reach / unit)
 }
 
 /// Explains why a cutoff is shorter than requested.
-pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String> {
+pub(super) fn shortened([asked, cutoff]: [f64; 2], space: &Space, scaled_by: Option<f64>) -> Option<String> {
     (asked > cutoff).then(|| {
         let [asked, cutoff] = [asked, cutoff].map(digits);
         match (0..3)
@@ -304,8 +361,9 @@ pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String
         {
             Some(axis) => {
                 format!(
-                    "the cutoff is {cutoff} instead of {asked}, because it cannot exceed half of the period along {}",
-                    ["x", "y", "z"][axis]
+                    "the cutoff is {cutoff} instead of {asked}, because it cannot exceed half of the period along {}{}",
+                    ["x", "y", "z"][axis],
+                    if scaled_by.is_some() { ", divided by the largest contact distance" } else { "" }
                 )
             }
             None => {
@@ -317,7 +375,8 @@ pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String
 
 pub(crate) fn shortened_cutoff(plan: &plan::RadialDistribution, system: &SystemDescription) -> Option<String> {
     let asked = plan.cutoff?;
-    shortened(asked, asked.min(reach(system)), &system.space)
+    let scaled_by = plan.scaled.then(|| largest_contact_distance(system));
+    shortened([asked, asked.min(reach(system, scaled_by))], &system.space, scaled_by)
 }
 
 #[cfg(test)]

@@ -20,6 +20,10 @@ const MOST_SPECIES: usize = 8;
 /// Maxwell's distribution lies beyond.
 const END: f64 = 8.0;
 
+/// Masses in a group differ by less than this factor. Replacing a mass `m (1 + x)` by `m` changes Maxwell's distribution
+/// by a relative amount of the order of `x`, and the mean over a group by the order of `x^2`.
+const ALIKE: f64 = 1.002;
+
 /// Number of operations per particle and sample.
 const WORK: f64 = 20.0;
 
@@ -52,8 +56,10 @@ pub(super) struct Speeds {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Class {
     name: String,
-    /// The species of this class, each with its number of moving particles.
-    species: Vec<(u32, usize)>,
+    species: Vec<u32>,
+    /// The masses of the moving particles, ascending, each with the number of particles `[mass]`. Nearly equal masses are
+    /// replaced by their mean.
+    masses: Vec<(f64, usize)>,
     /// Width of a bin `[length / time]`; 0 until something moves.
     width: f64,
 }
@@ -69,7 +75,7 @@ struct Window {
 
 impl Class {
     fn count(&self) -> usize {
-        self.species.iter().map(|(_, count)| count).sum()
+        self.masses.iter().map(|(_, count)| count).sum()
     }
 }
 
@@ -119,7 +125,7 @@ impl Speeds {
             }
         }
         for (class, speeds) in speeds.iter().enumerate() {
-            self.fit(class, speeds, temperature, system);
+            self.fit(class, speeds, temperature);
             self.count(class, speeds);
         }
         if let Some(window) = self.windows.last_mut() {
@@ -147,18 +153,18 @@ impl Speeds {
     fn table(&self, system: &SystemDescription) -> Vec<Option<usize>> {
         let mut table = vec![None; system.species_names.len()];
         for (number, class) in self.classes.iter().enumerate() {
-            class.species.iter().for_each(|&(species, _)| table[species as usize] = Some(number));
+            class.species.iter().for_each(|&species| table[species as usize] = Some(number));
         }
         table
     }
 
-    fn fit(&mut self, class: usize, speeds: &[f64], temperature: f64, system: &SystemDescription) {
+    fn fit(&mut self, class: usize, speeds: &[f64], temperature: f64) {
         if self.end.is_some() {
             return;
         }
         let fastest = speeds.iter().copied().filter(|speed| speed.is_finite()).fold(0.0, f64::max);
         if self.classes[class].width == 0.0 {
-            let lightest = lightest(&self.classes[class], system);
+            let lightest = self.classes[class].masses.first().map_or(f64::INFINITY, |(mass, _)| *mass);
             let width = END * (temperature / lightest).sqrt() / self.bins as f64;
             self.classes[class].width = if width.is_normal() { width } else { 0.0 };
         }
@@ -205,31 +211,46 @@ impl Instrument for Speeds {
 }
 
 fn classes(plan: &plan::Speeds, width: f64, system: &SystemDescription) -> Vec<Class> {
-    let mut counts = vec![0_usize; system.species_names.len()];
-    system.moving.iter().for_each(|&id| counts[system.species[id as usize] as usize] += 1);
     let is_asked_for = |name: &String| plan.species.as_ref().is_none_or(|species| species == name);
-    let present: Vec<(u32, usize)> = (0..)
-        .zip(counts)
-        .filter(|&(species, count)| count > 0 && is_asked_for(&system.species_names[species as usize]))
-        .collect();
-    if present.len() > MOST_SPECIES {
-        return vec![Class { name: "all".to_owned(), species: present, width }];
+    let mut masses = vec![Vec::new(); system.species_names.len()];
+    for &id in &system.moving {
+        masses[system.species[id as usize] as usize].push(system.masses[id as usize]);
     }
-    let one = |(species, count)| Class {
+    let mut present: Vec<(u32, Vec<f64>)> = (0..).zip(masses).filter(|(_, masses)| !masses.is_empty()).collect();
+    present.retain(|(species, _)| is_asked_for(&system.species_names[*species as usize]));
+    if present.len() > MOST_SPECIES {
+        let (species, masses): (Vec<u32>, Vec<Vec<f64>>) = present.into_iter().unzip();
+        return vec![Class { name: "all".to_owned(), species, masses: counted(masses.concat()), width }];
+    }
+    let one = |(species, masses): (u32, Vec<f64>)| Class {
         name: system.species_names[species as usize].clone(),
-        species: vec![(species, count)],
+        species: vec![species],
+        masses: counted(masses),
         width,
     };
     present.into_iter().map(one).collect()
 }
 
-fn mass_of(species: u32, system: &SystemDescription) -> f64 {
-    let first = system.species.iter().position(|other| *other == species);
-    first.map_or(f64::INFINITY, |id| system.masses[id])
-}
-
-fn lightest(class: &Class, system: &SystemDescription) -> f64 {
-    class.species.iter().map(|(species, _)| mass_of(*species, system)).fold(f64::INFINITY, f64::min)
+/// Counts masses. Unequal masses that differ by less than [`ALIKE`] are replaced by their mean.
+fn counted(mut masses: Vec<f64>) -> Vec<(f64, usize)> {
+    masses.sort_by(f64::total_cmp);
+    let alike = masses.chunk_by(|a, b| a == b).map(|equal| (equal[0], equal.len()));
+    let mut groups: Vec<Vec<(f64, usize)>> = Vec::new();
+    for (mass, count) in alike {
+        match groups.last_mut().filter(|group| mass < ALIKE * group[0].0) {
+            Some(group) => group.push((mass, count)),
+            None => groups.push(vec![(mass, count)]),
+        }
+    }
+    let mean = |group: Vec<(f64, usize)>| {
+        let count: usize = group.iter().map(|(_, count)| count).sum();
+        let [(mass, _)] = group[..] else {
+            let sum: f64 = group.iter().map(|(mass, count)| mass * *count as f64).sum();
+            return (sum / count as f64, count);
+        };
+        (mass, count)
+    };
+    groups.into_iter().map(mean).collect()
 }
 
 /// Velocities relative to the streaming velocity, and relative to the centre of mass along axes with conserved

@@ -6,7 +6,7 @@ use crate::base::numbers::id;
 use crate::base::text::identifiers;
 use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
-use crate::model::scene::own_volume;
+use crate::model::scene::mass_by_volume;
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{
     Bond, ContactLaw, InteractionId, Particle, ParticleId, Scene, SceneSurface, Species, SpeciesId, SpeciesPairs,
@@ -183,8 +183,12 @@ impl SystemDescription {
     fn with(scene: &Scene, particles: Vec<Described>, applicable: &ApplicableObservables) -> Self {
         let species: Vec<u32> = particles.iter().map(|particle| particle.species).collect();
         let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
-        let lengths =
-            |bond: &Bond| [potential(&bond.interaction).core().unwrap_or(0.0), potential(&bond.interaction).range()];
+        let lengths = |bond: &Bond| {
+            let ends = bond.pair.map(|id| &particles[id.0 as usize]);
+            let kinds = ends.map(|end| (SpeciesId(end.species), 0.5 * end.diameter));
+            let potential = scene.potential_between(bond.interaction, kinds);
+            [potential.core().unwrap_or(0.0), potential.range()]
+        };
         let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let masses: Vec<f64> = particles.iter().map(|particle| particle.mass).collect();
         let steps_outside_cores = steps_outside_cores(scene, &species);
@@ -279,14 +283,19 @@ impl SystemDescription {
         own.unwrap_or_else(|| self.diameters[self.species[id as usize] as usize])
     }
 
+    /// Diameter of the particle with an index in a sample `[length]`.
+    pub(super) fn diameter_in(&self, sample: &Sample<'_>, index: usize) -> f64 {
+        let own = sample.diameters.get(index).copied();
+        own.unwrap_or_else(|| self.diameters[sample.species[index].0 as usize])
+    }
+
     /// Mass of the particle with an index in a sample `[mass]`; infinite if it is static.
     pub(super) fn mass_in(&self, sample: &Sample<'_>, index: usize) -> f64 {
         let species = sample.species[index].0 as usize;
         let mass = self.species_masses[species];
         match sample.diameters.get(index) {
             Some(diameter) if self.has_masses_by_volume.get(species) == Some(&true) => {
-                let dimensions = self.space.dimensions();
-                mass * own_volume(*diameter, dimensions) / own_volume(self.diameters[species], dimensions)
+                mass_by_volume(mass, [self.diameters[species], *diameter], self.space.dimensions())
             }
             _ => mass,
         }

@@ -9,8 +9,8 @@ const FIRST: f64 = 0.1;
 /// Smallest number of events for which a window is planned, because opening windows also takes time.
 const FEWEST: u64 = 64;
 
-/// Chooses the length of time windows. A window has about as many events as particles, so that the initial search of
-/// all pairs takes about as long as the searches after the events.
+/// Chooses the length of time windows. A window has about as many events as there are particles. Then the search of all
+/// pairs at its start takes about as long as the searches after its events.
 #[derive(Debug)]
 pub(super) struct Pace {
     target: f64,

@@ -160,8 +160,7 @@ impl Grid {
     pub fn for_each_run(&self, cell: u32, mut visit: impl FnMut(usize, usize)) {
         let at = self.split(cell);
         let strides = [1, self.counts[0], self.counts[0] * self.counts[1]];
-        let is_inner = |k: usize| at[k].wrapping_sub(1) < self.counts[k].saturating_sub(2);
-        if is_inner(0) && is_inner(1) && is_inner(2) {
+        if (0..3).all(|axis| self.is_inner(axis, at[axis])) {
             let first = cell - strides[2] - strides[1] - 1;
             for z in 0..3 {
                 for y in 0..3 {
@@ -254,10 +253,18 @@ impl Grid {
         }
         let Some((ahead, _)) = self.beyond(axis, at[axis], face.is_upper) else { return };
         let (others_a, others_b) = ((axis + 1) % 3, (axis + 2) % 3);
-        let (aa, na) = self.around(others_a, at[others_a]);
-        let (bb, nb) = self.around(others_b, at[others_b]);
         let stride = [1, self.counts[0], self.counts[0] * self.counts[1]];
         let start = ahead * stride[axis];
+        if self.is_inner(others_a, at[others_a]) && self.is_inner(others_b, at[others_b]) {
+            let (a, b) = (stride[others_a], stride[others_b]);
+            let first = start + (at[others_a] - 1) * a + (at[others_b] - 1) * b;
+            for i in 0..3 {
+                (0..3).for_each(|j| visit(first + i * a + j * b));
+            }
+            return;
+        }
+        let (aa, na) = self.around(others_a, at[others_a]);
+        let (bb, nb) = self.around(others_b, at[others_b]);
         for &a in &aa[..na] {
             for &b in &bb[..nb] {
                 visit(start + a * stride[others_a] + b * stride[others_b]);
@@ -353,6 +360,12 @@ impl Grid {
         let [yz, x] = self.by[0].divide(cell);
         let [z, y] = self.by[1].divide(yz);
         [x, y, z]
+    }
+
+    /// Whether a cell has adjacent cells on both sides along an axis, without wrapping around.
+    #[inline]
+    fn is_inner(&self, axis: usize, index: u32) -> bool {
+        index.wrapping_sub(1) < self.counts[axis].saturating_sub(2)
     }
 
     /// Returns the indices of a cell and of its adjacent cells along an axis, and the number of these cells.

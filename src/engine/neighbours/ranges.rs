@@ -58,7 +58,7 @@ impl Ranges {
             }
         };
         let all = || species.iter().copied().zip(radii.iter().copied());
-        let bonds = scene.bonds().iter().map(|bond| &scene.interactions()[bond.interaction.0 as usize].potential);
+        let bonds = scene.bonds().iter().map(|bond| scene.potential_of_bond(bond).range());
         let mut ranges = Self {
             between: all().flat_map(|a| all().map(move |b| scene.range_with(a, b))).collect(),
             longest: 0.0,
@@ -66,7 +66,7 @@ impl Ranges {
             may_be_overstretched: scene.allow_invalid_start(),
             kinds: (0..).zip(species).map(kind).collect(),
             levels: Vec::new(),
-            longest_bond: bonds.map(|potential| potential.range()).fold(0.0, f64::max),
+            longest_bond: bonds.fold(0.0, f64::max),
             sleep_distance: scene.sleep().map_or(0.0, |sleep| sleep.distance),
             has_one_row: false,
         };

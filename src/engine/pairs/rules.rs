@@ -215,6 +215,12 @@ impl Rules {
             && pairs.all(|pair| states(pair.interaction).is_some_and(|states| usize::from(pair.state) < states))
     }
 
+    /// Whether a species has individual diameters.
+    #[must_use]
+    pub fn has_individual_diameters(&self, species: SpeciesId) -> bool {
+        self.rows.species().iter().zip(&self.is_individual).any(|(id, individual)| *id == species && *individual)
+    }
+
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         Self::with_rows(scene, Rows::of(scene))

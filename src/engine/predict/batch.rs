@@ -111,17 +111,25 @@ impl Batch<'_> {
 
     /// Returns the squared contact distances of `me` with some particles `[length^2]`; negative infinity for excluded pairs.
     #[inline(always)]
-    pub fn squares<F: Lanes, const SIZED: bool>(&self, me: &Streamed, reaches: &Reaches<'_>, ids: &[u32]) -> F {
+    pub fn squares<F: Lanes, const SIZED: bool>(&self, me: &Streamed, ids: &[u32]) -> F {
         if SIZED {
-            return self.squares_of_sizes(me, reaches, ids);
+            return self.squares_of_sizes(me, &self.reaches, ids);
         }
-        F::each(&std::array::from_fn::<f64, MOST_LANES, _>(|k| reaches.squared[self.row_of(ids[k % F::COUNT])]))
+        let of = |k: usize| self.reaches.squared[self.row_of(ids[k % F::COUNT])];
+        F::each(&std::array::from_fn::<f64, MOST_LANES, _>(of))
+    }
+
+    /// Returns the squared contact distances of `me` with some particles by their table rows `[length^2]`.
+    #[inline(always)]
+    pub fn squares_of_rows<F: Lanes>(&self, squared: &[f64], ids: &[u32]) -> F {
+        let of = |k: usize| squared[usize::from(self.rows[ids[k % F::COUNT] as usize])];
+        F::each(&std::array::from_fn::<f64, MOST_LANES, _>(of))
     }
 
     /// Like [`Self::squares`], for particles with individual diameters. Uses the same operations as
     /// [`scaled_distance`](crate::model::diameters::scaled_distance).
     #[inline(always)]
-    fn squares_of_sizes<F: Lanes>(&self, me: &Streamed, reaches: &Reaches<'_>, ids: &[u32]) -> F {
+    pub fn squares_of_sizes<F: Lanes>(&self, me: &Streamed, reaches: &Reaches<'_>, ids: &[u32]) -> F {
         let slopes = &reaches.slopes[self.row_of(me.id)];
         let own = F::all(self.radii[me.id as usize]);
         let radii = F::each(&std::array::from_fn::<f64, MOST_LANES, _>(|k| self.radii[ids[k % F::COUNT] as usize]));
@@ -185,8 +193,7 @@ impl<const FALLING: bool, const TABLE: bool, const SIZED: bool> Work for Earlies
                 let squared = if SIZED {
                     batch.squares_of_sizes(me, &batch.reaches, ids)
                 } else if is_mixture {
-                    let squared = |k| batch.reaches.squared[usize::from(batch.rows[ids[k % F::COUNT] as usize])];
-                    F::each(&std::array::from_fn::<f64, MOST_LANES, _>(squared))
+                    batch.squares_of_rows(batch.reaches.squared, ids)
                 } else {
                     F::all(batch.reaches.squared[own])
                 };

@@ -34,7 +34,7 @@ impl<const SIZED: bool> Work for GrowingContacts<'_, SIZED> {
         let mut due = [f64::INFINITY; TOGETHER];
         let (mut least, mut unsure) = (F::all(horizon), 0);
         for (at, (due, ids)) in due.chunks_exact_mut(F::COUNT).zip(others.chunks_exact(F::COUNT)).enumerate() {
-            let squared: F = batch.squares::<F, SIZED>(me, &batch.reaches, ids);
+            let squared: F = batch.squares::<F, SIZED>(me, ids);
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let distance = squared.sqrt();
             let (contact, speed) = (distance.mul(F::all(scale)), distance.mul(F::all(rate)));

@@ -42,7 +42,11 @@ impl<const SIZED: bool> Work for WithinReach<'_, SIZED> {
             // square makes the reach NaN, so the comparison is false.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let path = dot(&v, &v).sqrt().add(gained).mul(F::all(horizon));
-            beyond(dot(&r, &r), batch.squares::<F, SIZED>(me, reaches, ids).sqrt().add(path)).at_most(0.0)
+            let squares: F = match SIZED {
+                true => batch.squares_of_sizes(me, reaches, ids),
+                false => batch.squares_of_rows(reaches.squared, ids),
+            };
+            beyond(dot(&r, &r), squares.sqrt().add(path)).at_most(0.0)
         })
     }
 }
@@ -64,8 +68,7 @@ impl<const FALLING: bool, const SIZED: bool> Work for AnotherImage<'_, FALLING, 
             let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
             let further = squared_distance_to_others(&r, batch.periods);
             let path = dot(&v, &v).sqrt().mul(F::all(horizon));
-            beyond(dot(&r, &r).add(further), batch.squares::<F, SIZED>(me, &batch.reaches, ids).sqrt().add(path))
-                .at_most(0.0)
+            beyond(dot(&r, &r).add(further), batch.squares::<F, SIZED>(me, ids).sqrt().add(path)).at_most(0.0)
         })
     }
 }
@@ -105,7 +108,7 @@ impl<const FALLING: bool, const SIZED: bool> Work for AcrossSlidingSides<'_, FAL
             let (mut r, mut v) = batch.seen_from::<F, FALLING>(me, ids);
             nearest_sheared(&mut r, &mut v, batch.periods, &sliding);
             let path = dot(&v, &v).sqrt().mul(F::all(horizon));
-            beyond(dot(&r, &r), batch.squares::<F, SIZED>(me, &batch.reaches, ids).sqrt().add(path)).at_most(0.0)
+            beyond(dot(&r, &r), batch.squares::<F, SIZED>(me, ids).sqrt().add(path)).at_most(0.0)
         })
     }
 }
@@ -166,7 +169,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let batch = self.batch_of(me, wraps);
-        let is_met = |other: &u32| reaches.squared[batch.row_of(*other)] >= 0.0;
+        let rows = &self.state.rows;
+        let is_met = |other: &u32| reaches.squared[usize::from(rows[*other as usize])] >= 0.0;
         let kept = |some: &[u32], horizon: f64| {
             let bits = (0..).zip(some).fold(0, |bits, (k, other)| bits | u32::from(is_met(other)) << k);
             if bits == 0 || horizon == f64::INFINITY { bits } else { batch.within_reach(me, some, reaches, horizon) }

@@ -2,6 +2,7 @@ use crate::Vector;
 use crate::check::reference::Reference;
 use crate::check::verify::{EventRange, verify};
 use crate::engine::{Chosen, SetStateError, Simulation, Until};
+use crate::model::potential::Potential;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{
@@ -82,9 +83,31 @@ fn falling() -> Scene {
     scene.build().unwrap()
 }
 
+/// Sticky beads of all sizes in chains of four.
+fn beads() -> SceneBuilder {
+    let mut scene = SceneBuilder::new("beads")
+        .space(Space::periodic_cube(8.0))
+        .species(SpeciesDraft::new("A").mass(0.7).diameter(0.8).individual_diameters(MassRule::Volume))
+        .interaction(InteractionDraft::new(Model::SquareWell { lambda: 1.4, well_depth: 0.6 }).between("A", "A"))
+        .interaction(InteractionDraft::new(Potential::bond(0.72, 1.12).unwrap()).named("link"));
+    let mut last = (0.0, 0.0);
+    for k in 0..32_u32 {
+        let at = |n: u32| 0.7 + 1.7 * f64::from(n);
+        let diameter = 0.6 + 0.02 * f64::from(k * 11 % 32);
+        // The next bead of a chain is in the middle of the range of its bond.
+        let along = if k % 4 == 0 { 0.7 } else { last.0 + 0.575 * (diameter + last.1) };
+        last = (along, diameter);
+        let place = Vector::new(along, at(k / 4 % 4), 1.5 + 2.0 * at(k / 16));
+        let velocity = Vector::new(0.3 * f64::from(k % 7) - 0.9, 0.1, 0.2 * f64::from(k % 5) - 0.4);
+        scene = scene.sized_particle("A", diameter, place, velocity);
+    }
+    (0..32_u32).filter(|k| k % 4 != 3).fold(scene, |scene, k| scene.bond([ParticleId(k), ParticleId(k + 1)], "link"))
+}
+
 #[test]
 fn runs_with_individual_diameters_are_proven() {
-    for (scene, events) in [(falling(), 1_500), (fluid(MassRule::Volume, 0.4, 80).build().unwrap(), 1_500)] {
+    let scenes = [falling(), fluid(MassRule::Volume, 0.4, 80).build().unwrap(), beads().build().unwrap()];
+    for (scene, events) in scenes.into_iter().zip([1_500, 1_500, 1_000]) {
         let name = scene.name().to_owned();
         let certificate = verify(scene, EventRange { from: 0, events }, &mut |_| ControlFlow::Continue(()));
         assert!(certificate.is_proven(), "{name}: {certificate:?}");
@@ -93,8 +116,49 @@ fn runs_with_individual_diameters_are_proven() {
 }
 
 #[test]
+fn bonds_scale_with_the_diameters_of_their_particles() {
+    let scene = beads().build().unwrap();
+    let radius = |id: ParticleId| 0.5 * scene.particles()[id.0 as usize].diameter.unwrap();
+    let mut simulation = Simulation::new(scene.clone()).unwrap();
+    let mut ends = [f64::INFINITY, 0.0];
+    for part in 1..=40 {
+        simulation.advance(Until::events(100 * part)).unwrap();
+        let now = simulation.snapshot();
+        for bond in scene.bonds() {
+            let [a, b] = bond.pair.map(|id| now.positions[id.0 as usize]);
+            let scaled = nearest_image(a - b, &scene.space().periods(), 0.0).norm() * 0.8
+                / (radius(bond.pair[0]) + radius(bond.pair[1]));
+            assert!((0.72 - 1e-13..1.12 + 1e-13).contains(&scaled), "{scaled}");
+            ends = [ends[0].min(scaled), ends[1].max(scaled)];
+        }
+    }
+    assert!(ends[0] < 0.74 && ends[1] > 1.1, "{ends:?}");
+}
+
+#[test]
+fn a_bond_that_is_too_long_for_its_particles_is_refused() {
+    // The bond of particles with diameters of 0.6 and 0.7 is between 0.585 and 0.91 long, within round-off.
+    let pair = |distance: f64| {
+        SceneBuilder::new("pair")
+            .space(Space::periodic_cube(4.0))
+            .species(SpeciesDraft::new("A").mass(0.7).diameter(0.8).individual_diameters(MassRule::Volume))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .interaction(InteractionDraft::new(Potential::bond(0.72, 1.12).unwrap()).named("link"))
+            .sized_particle("A", 0.6, Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+            .sized_particle("A", 0.7, Vector::new(1.0 + distance, 1.0, 1.0), Vector::zeros())
+            .bond([ParticleId(0), ParticleId(1)], "link")
+            .build()
+    };
+    assert!(pair(0.59).is_ok() && pair(0.905).is_ok());
+    for distance in [0.58, 0.92] {
+        let error = pair(distance).unwrap_err().to_string();
+        assert!(error.contains("0.58499") && error.contains("0.90999"), "{error}");
+    }
+}
+
+#[test]
 fn individual_diameters_have_the_events_of_the_reference_engine() {
-    for scene in [falling(), fluid(MassRule::Volume, 0.3, 40).build().unwrap()] {
+    for scene in [falling(), fluid(MassRule::Volume, 0.3, 40).build().unwrap(), beads().build().unwrap()] {
         let mut reference = Reference::new(&scene).unwrap();
         let mut events = Vec::new();
         let mut simulation = Simulation::new(scene.clone()).unwrap();

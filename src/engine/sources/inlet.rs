@@ -11,7 +11,7 @@ use crate::engine::contact::apply::With;
 use crate::engine::event::CountedKind;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::observe::Observe;
-use crate::engine::pairs::rows::Rows;
+use crate::engine::pairs::rules::Rules;
 use crate::engine::parts::Engine;
 use crate::engine::sizes::Size;
 use crate::engine::surfaces::{FIRST_SURFACE, Surface};
@@ -136,12 +136,12 @@ impl Inlets {
     }
 
     /// Checks the waiting particles and the sizes that were read from a file. `species` is the number of species.
-    pub fn are_sound(&self, species: usize, rows: &Rows) -> bool {
+    pub fn are_sound(&self, species: usize, rules: &Rules) -> bool {
         let mut waiting = self.list.iter().flat_map(|source| source.returning.iter().chain(&source.newcomer));
         let mut sizes = (0..).map(SpeciesId).zip(&self.sizes);
         self.sizes.len() == species
-            && waiting.all(|newcomer| newcomer.is_sound(species, rows))
-            && sizes.all(|(id, sizes)| sizes.is_sound(id, species, rows))
+            && waiting.all(|newcomer| newcomer.is_sound(species, rules))
+            && sizes.all(|(id, sizes)| sizes.is_sound(id, species, rules))
     }
 }
 

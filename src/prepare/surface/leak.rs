@@ -202,6 +202,31 @@ mod tests {
     }
 
     #[test]
+    fn default_spacing_holds_the_smallest_particles_of_an_inlet() {
+        let text = r#"
+            space = { size = [30.0, 30.0, 30.0] }
+            species = [
+                { name = "grain", mass = 1.0, diameter = { distribution = "uniform", lower = 0.2, upper = 1.8 }, diameters = "individual" },
+                { name = "mesh", diameter = 1.0, static = true },
+            ]
+            interaction = [
+                { species = ["grain", "grain"], potential = "hard-sphere" },
+                { species = ["grain", "mesh"], potential = "hard-sphere" },
+            ]
+            inlet = [{ name = "feed", species = "grain", rate = 1.0, region = { lower = [12.0, 12.0, 12.0], upper = [18.0, 18.0, 18.0] } }]
+            mesh = [
+                { name = "wall", species = "mesh", surface = "cylinder", base = [15.0, 15.0, 0.0], axis = [0.0, 0.0, 1.0], radius = 9.0, length = 29.0 },
+            ]
+            run = { until_time = 1.0 }
+            "#;
+        let scene = Scene::from_toml(text, "feed.toml").unwrap();
+        assert_eq!(scene.leaks(), []);
+        // The spacing for the mean diameter would leave holes for the smallest grains.
+        let spaced = text.replace("length = 29.0", "length = 29.0, spacing = 1.0");
+        assert_eq!(Scene::from_toml(spaced, "feed.toml").unwrap().leaks().len(), 1);
+    }
+
+    #[test]
     fn surface_without_interaction_does_not_leak() {
         let text = r#"
             space = { size = [30.0, 30.0, 30.0] }

@@ -5,10 +5,8 @@ use crate::engine::{Simulation, Until};
 use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::model::space::Space;
-use crate::model::{ParticleId, SpeciesId};
 use crate::scene::{Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft};
 use crate::trajectory::extended_xyz::write_frame;
-use crate::trajectory::frame::FrameSpecies;
 
 #[test]
 fn columns_are_found_by_name() {
@@ -51,63 +49,6 @@ fn started(frame: &Frame, scene: &str) -> Result<Scene, SceneError> {
     Scene::from_toml(text, folder.path().join("scene.toml"))
 }
 
-#[test]
-fn spins_of_a_file_are_the_spins_of_its_particles() {
-    let rough = r#"
-[[species]]
-name = "bead"
-mass = 1.0
-diameter = 1.0
-[[interaction]]
-species = ["bead", "bead"]
-potential = "hard-sphere"
-friction = 0.5
-[[particle]]
-species = "bead"
-position = [1.0, 1.0, 1.0]
-[space]
-size = [9.0, 9.0, 9.0]
-[[file]]
-path = "start.xyz"
-"#;
-    let particle = |id: u32, x: f64| FrameParticle {
-        id: ParticleId(id),
-        species: SpeciesId(0),
-        position: Vector::new(x, 4.0, 4.0),
-        velocity: Vector::zeros(),
-        radius: 0.5,
-    };
-    let spins = [Vector::new(0.1, -2.5, 1e-3), Vector::new(0.0, 3.7, -0.2)];
-    let component = |k: usize| Scalar::new(SPINS[k], spins.iter().map(|spin| spin[k]).collect());
-    let frame = Frame {
-        lower: Vector::zeros(),
-        size: Vector::repeat(9.0),
-        periodic: [true; 3],
-        species: vec![FrameSpecies { name: "bead".to_owned(), is_static: false, mass: None }],
-        particles: vec![particle(7, 3.0), particle(3, 6.0)],
-        scalars: (0..3).map(component).collect(),
-        time: 0.0,
-        displacement: 0.0,
-        bonds: Vec::new(),
-        bond_names: Vec::new(),
-        bond_kinds: Vec::new(),
-        images: Vec::new(),
-        surfaces: Vec::new(),
-    };
-    let scene = started(&frame, rough).unwrap();
-    let found: Vec<(f64, Vector)> =
-        scene.particles().iter().map(|particle| (particle.position.x, particle.spin)).collect();
-    assert_eq!(found, [(1.0, Vector::zeros()), (3.0, spins[0]), (6.0, spins[1])]);
-    assert_eq!(scene.inputs[0].unused, [] as [&str; 0]);
-    // Particles of a smooth scene do not spin.
-    let smooth = started(&frame, &rough.replace("friction = 0.5", "")).unwrap();
-    assert!(smooth.particles().iter().all(|particle| particle.spin == Vector::zeros()));
-    let lost = Frame { scalars: frame.scalars[1..].to_vec(), ..frame };
-    let scene = started(&lost, rough).unwrap();
-    assert!(scene.particles().iter().all(|particle| particle.spin == Vector::zeros()));
-    assert_eq!(scene.inputs[0].unused, ["omegay", "omegaz"]);
-}
-
 const BEADS: &str = r#"
 [[species]]
 name = "bead"
@@ -127,6 +68,35 @@ potential = "bond"
 shortest = 0.5
 longest = 0.9
 "#;
+
+#[test]
+fn spins_of_a_file_are_the_spins_of_its_particles() {
+    let text = format!(
+        "{BEADS}[[particle]]\nspecies = \"bead\"\nposition = [1.0, 1.0, 1.0]\n[[file]]\npath = \"start.xyz\"\n"
+    );
+    let rough = text.replace("\"hard-sphere\"", "\"hard-sphere\"\nfriction = 0.5");
+    let beads = SceneBuilder::new("beads")
+        .space(Space::periodic_cube(9.0))
+        .species(SpeciesDraft::new("bead").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("bead", "bead"))
+        .particle("bead", Vector::new(3.0, 4.0, 4.0), Vector::zeros())
+        .particle("bead", Vector::new(6.0, 4.0, 4.0), Vector::zeros());
+    let spins = [Vector::new(0.1, -2.5, 1e-3), Vector::new(0.0, 3.7, -0.2)];
+    let component = |k: usize| Scalar::new(SPINS[k], spins.iter().map(|spin| spin[k]).collect());
+    let frame = Frame { scalars: (0..3).map(component).collect(), ..Frame::start_of(&beads.build().unwrap()) };
+    let scene = started(&frame, &rough).unwrap();
+    let found: Vec<(f64, Vector)> =
+        scene.particles().iter().map(|particle| (particle.position.x, particle.spin)).collect();
+    assert_eq!(found, [(1.0, Vector::zeros()), (3.0, spins[0]), (6.0, spins[1])]);
+    assert_eq!(scene.inputs[0].unused, [] as [&str; 0]);
+    // Particles of a smooth scene do not spin.
+    let smooth = started(&frame, &text).unwrap();
+    assert!(smooth.particles().iter().all(|particle| particle.spin == Vector::zeros()));
+    let lost = Frame { scalars: frame.scalars[1..].to_vec(), ..frame };
+    let scene = started(&lost, &rough).unwrap();
+    assert!(scene.particles().iter().all(|particle| particle.spin == Vector::zeros()));
+    assert_eq!(scene.inputs[0].unused, ["omegay", "omegaz"]);
+}
 
 /// Bonded neighbours overlap. The frame lists the particles in reverse.
 fn chains() -> Frame {

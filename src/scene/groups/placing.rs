@@ -3,10 +3,10 @@
 use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
 use crate::engine::surfaces::Surfaces;
-use crate::model::diameters::{Diameters, ranges_of_diameters};
+use crate::model::diameters::{Diameters, diameters_of_newcomers, ranges_of_diameters};
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Space;
-use crate::model::{Particle, Potential, Species, SpeciesId};
+use crate::model::{Inlet, Particle, Potential, Species, SpeciesId};
 use crate::prepare::chain::{self, Links};
 use crate::prepare::packing::RandomFill;
 use crate::prepare::packing::occupancy::{Contacts, Kind, Occupancy};
@@ -66,12 +66,29 @@ impl<'a> Placing<'a> {
 
     /// Returns the range of diameters of each species in all groups.
     pub(super) fn ranges_of_diameters(&self) -> Result<Vec<Diameters>, SceneError> {
+        Ok(ranges_of_diameters(self.species, self.diameters_of_groups()?.into_iter()))
+    }
+
+    /// Returns the contact distances of the particles of all groups and inlets.
+    fn contacts_with_newcomers(&self) -> Result<Contacts, SceneError> {
+        let drafts = self.scene.inlets.iter().flat_map(|inlet| &inlet.composition);
+        let entering = drafts.filter_map(|(name, _)| Some(SpeciesId(numbers::id(self.named(name)?))));
+        let entering = entering.chain(self.scene.parts.inlets.iter().flat_map(Inlet::species));
+        let diameters = self.diameters_of_groups()?.into_iter().chain(diameters_of_newcomers(self.species, entering));
+        Ok(self.contacts.clone().among(self.species, ranges_of_diameters(self.species, diameters)))
+    }
+
+    fn named(&self, name: &String) -> Option<usize> {
+        self.species.iter().position(|species| species.name == *name)
+    }
+
+    /// Returns the individual diameters of the particles of all groups, with their species.
+    fn diameters_of_groups(&self) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
         let mut all = Vec::new();
         for LocatedGroup { at, group } in &self.scene.groups {
             match group {
                 Group::Listed(listed) => {
-                    let named = |name: &String| self.species.iter().position(|species| species.name == *name);
-                    let known: Vec<Option<usize>> = listed.names.iter().map(named).collect();
+                    let known: Vec<Option<usize>> = listed.names.iter().map(|name| self.named(name)).collect();
                     let sized = |particle: &Particle| {
                         let found = known.get(particle.species.0 as usize).copied().flatten()?;
                         Some((SpeciesId(numbers::id(found)), particle.diameter?))
@@ -85,7 +102,7 @@ impl<'a> Placing<'a> {
                 Group::Chain(_) | Group::Surface(_) => {}
             }
         }
-        Ok(ranges_of_diameters(self.species, all.into_iter()))
+        Ok(all)
     }
 
     pub(super) fn occupied(&self, parts: &[Vec<Particle>]) -> Occupancy<'a> {
@@ -118,9 +135,10 @@ impl<'a> Placing<'a> {
         }
         surface.shape.check(self.space, at)?;
         positive_if_given(surface.spacing, at.key("spacing"))?;
-        let spacing = surface
-            .spacing
-            .unwrap_or_else(|| surface.shape.spacing(tight_spacing(species, self.species, self.contacts)));
+        let spacing = match surface.spacing {
+            Some(spacing) => spacing,
+            None => surface.shape.spacing(tight_spacing(species, self.species, &self.contacts_with_newcomers()?)),
+        };
         let estimate = surface.shape.estimate(spacing);
         affordable(trunc_to_u64(estimate), at)?;
         let layout = surface.shape.layout(spacing, self.space);

@@ -1,11 +1,10 @@
-//! Checks distributions of diameters, and what individual diameters support.
+//! Checks distributions of diameters.
 
 use crate::base::text::shortest;
-use crate::model::{DiameterDistribution, Scene};
+use crate::model::DiameterDistribution;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::{finite, positive};
-use crate::scene::validate::measure::check_supported;
 
 /// Largest number of diameters in a list, and of classes of a distribution.
 pub(crate) const MOST_CLASSES: usize = 64;
@@ -31,18 +30,6 @@ pub(crate) fn check_distribution(distribution: &DiameterDistribution, at: &Confi
         }
         DiameterDistribution::List { diameters, shares } => check_list(diameters, shares, at),
     }
-}
-
-/// Rejects instruments that need one diameter and one mass for each species.
-pub(super) fn check_instruments(scene: &Scene) -> Result<(), SceneError> {
-    if !scene.has_individual_diameters() {
-        return Ok(());
-    }
-    check_supported(
-        scene,
-        |kind| kind.any_size,
-        |supported| format!("to be absent with individual diameters, which allow only {supported}"),
-    )
 }
 
 fn check_limits([lower, upper]: [f64; 2], at: &ConfigPath) -> Result<(), SceneError> {

@@ -40,7 +40,7 @@ impl SceneBuilder {
             region_of(Some(inlet.region), space, &at)?;
             let equal = inlet.species().filter(|id| species[id.0 as usize].individual.is_none());
             let diameters = equal.map(|id| species[id.0 as usize].diameter);
-            let individual = diameters_of_newcomers(species, std::slice::from_ref(inlet)).map(|(_, diameter)| diameter);
+            let individual = diameters_of_newcomers(species, inlet.species()).map(|(_, diameter)| diameter);
             let largest = diameters.chain(individual).fold(0.0, f64::max);
             if !has_room(&inlet.region, largest, space) {
                 let expected = format!("one in which a particle of diameter {largest} has room");
@@ -178,7 +178,11 @@ fn check_composition(inlet: &Inlet, species: &[Species], at: &ConfigPath) -> Res
         }
         if kind.individual.as_ref().is_some_and(|individual| individual.distribution.is_none()) {
             let value = format!("`{}`, which has individual diameters", kind.name);
-            return refuse(key, value, "a species whose `diameter` is a distribution, from which an inlet draws");
+            return refuse(
+                key,
+                value,
+                "a species whose `diameter` is a distribution, because the inlet draws each diameter from it",
+            );
         }
     }
     let sum: f64 = inlet.composition.iter().map(|(_, share)| share).sum();

@@ -36,7 +36,7 @@ pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> 
     let diameters = groups.ranges_with(interactions.species, inlets);
     let range = interactions
         .longest_range(&diameters, |a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
-    let bonded = groups.bonds.iter().map(|(bond, _)| interactions.get(bond.interaction).potential.range());
+    let bonded = groups.bonds.iter().map(|(bond, _)| interactions.potential_of_bond(bond, &groups.particles).range());
     let range = bonded.fold(range, f64::max);
     for (k, axis) in AXES.into_iter().enumerate() {
         if space.boundary[k] == Boundary::Periodic && space.size[k] < 2.0 * range {
@@ -88,7 +88,7 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     for (bond, at) in &groups.bonds {
         let [first, second] = bond.pair.map(|id| groups.particles[id.0 as usize].position);
         let distance = nearest_image(first - second, &periods, *displacement).norm();
-        let potential = &interactions.get(bond.interaction).potential;
+        let potential = interactions.potential_of_bond(bond, &groups.particles);
         let rounding = ROUNDING * (first.amax() + second.amax() + 2.0 * side + potential.range());
         if potential.violation_at(distance) * potential.range() > rounding {
             let longest = if potential.is_bond() { potential.range() } else { f64::INFINITY };

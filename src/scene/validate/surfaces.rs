@@ -6,7 +6,7 @@ use crate::engine::surfaces::{MOST_FEATURES, Surfaces};
 use crate::model::diameters::diameters_of_newcomers;
 use crate::model::run_plan::MEASUREMENT;
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
+use crate::model::{Inlet, SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse, unknown};
@@ -271,22 +271,25 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
 /// Particles with individual diameters that an inlet lets in must fit inside each hollow sphere and cylinder.
 pub(super) fn check_newcomers(start: &Configuration<'_>) -> Result<(), SceneError> {
     let species = start.interactions.species;
-    for (id, diameter) in diameters_of_newcomers(species, &start.inlets) {
+    for (id, diameter) in diameters_of_newcomers(species, start.inlets.iter().flat_map(Inlet::species)) {
         for (index, surface) in start.surfaces.of_scene().iter().enumerate().filter(|(_, surface)| surface.meets(id)) {
-            match surface.shape {
-                SurfaceShape::Sphere { radius: room, is_inside: true, .. }
-                | SurfaceShape::Cylinder { radius: room, is_inside: true, .. }
-                    if room <= 0.5 * diameter =>
-                {
-                    let name = &species[id.0 as usize].name;
-                    let expected = format!("more than {}, the largest radius of `{name}` at inlets", 0.5 * diameter);
-                    return refuse(ConfigPath::entry("surface", index).key("radius"), room, expected);
-                }
-                _ => {}
+            if let Some(room) = hollow(&surface.shape).filter(|room| *room <= 0.5 * diameter) {
+                let name = &species[id.0 as usize].name;
+                let expected = format!("more than {}, the largest radius of `{name}` at inlets", 0.5 * diameter);
+                return refuse(ConfigPath::entry("surface", index).key("radius"), room, expected);
             }
         }
     }
     Ok(())
+}
+
+/// Radius of a sphere or cylinder with particles inside.
+fn hollow(shape: &SurfaceShape) -> Option<f64> {
+    match *shape {
+        SurfaceShape::Sphere { radius, is_inside: true, .. }
+        | SurfaceShape::Cylinder { radius, is_inside: true, .. } => Some(radius),
+        _ => None,
+    }
 }
 
 /// Particles must fit inside a hollow sphere or cylinder. Particles with individual diameters are checked for this with
@@ -301,26 +304,21 @@ fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> 
     };
     for (_, species) in meeting {
         let (name, radius) = (&species.name, 0.5 * species.diameter);
-        match surface.shape {
-            SurfaceShape::Sphere { radius: room, is_inside: true, .. }
-            | SurfaceShape::Cylinder { radius: room, is_inside: true, .. }
-                if room <= radius && species.individual.is_none() =>
-            {
-                return refuse(
-                    at.key("radius"),
-                    room,
-                    format!("more than {radius}, the radius of the particles of `{name}` inside the surface"),
-                );
-            }
-            _ if radius < LEAST_RADIUS * largest_coordinate => {
-                let value = format!("a surface with coordinates up to {largest_coordinate}");
-                let expected = format!(
-                    "a surface closer to the origin: round-off at these coordinates is too large for `{name}` of diameter {}",
-                    species.diameter
-                );
-                return refuse(at.key("shape"), value, expected);
-            }
-            _ => {}
+        let room = hollow(&surface.shape).filter(|room| *room <= radius && species.individual.is_none());
+        if let Some(room) = room {
+            return refuse(
+                at.key("radius"),
+                room,
+                format!("more than {radius}, the radius of the particles of `{name}` inside the surface"),
+            );
+        }
+        if radius < LEAST_RADIUS * largest_coordinate {
+            let value = format!("a surface with coordinates up to {largest_coordinate}");
+            let expected = format!(
+                "a surface closer to the origin: round-off at these coordinates is too large for `{name}` of diameter {}",
+                species.diameter
+            );
+            return refuse(at.key("shape"), value, expected);
         }
     }
     Ok(())

@@ -90,14 +90,14 @@ fn motion(motion: &SurfaceMotion) -> String {
 #[must_use]
 pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     let (mut lines, mut warnings) = (Vec::new(), Vec::new());
+    let sizes = scene.diameters_of_species();
     for surface in &scene.surfaces {
         let SurfaceShape::Mesh(mesh) = &surface.shape else { continue };
         let report = MeshReport::of(mesh);
-        let of_species = |species: SpeciesId| (species, scene.species[species.0 as usize].diameter);
-        let present = scene.particles.iter().map(|particle| (particle.species, scene.diameter(particle)));
-        let all = present.chain(scene.entering_species().map(of_species));
-        let diameters = all.filter(|(species, _)| surface.meets(*species)).map(|(_, diameter)| diameter);
-        lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
+        let species = (0..).map(SpeciesId).zip(&sizes).zip(scene.occurring_species());
+        let meeting = species.filter(|((id, _), occurs)| *occurs && surface.meets(*id));
+        let largest = meeting.map(|((_, sizes), _)| sizes.largest).fold(0.0, f64::max);
+        lines.push(format!("{}: {}", surface.name, about(&report, largest)));
         // An open rim is not a fault. For example, funnels have one.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));
         warnings.extend(faults.map(|finding| format!("mesh `{}`: {finding}; {}", surface.name, finding.cure())));

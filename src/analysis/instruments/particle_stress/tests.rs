@@ -7,7 +7,7 @@ use crate::analysis::instruments::test_system::{Recorded, equilibrate, instrumen
 use crate::analysis::observables::Row;
 use crate::engine::{Simulation, Snapshot, Until};
 use crate::model::space::{Boundary, Face, Space};
-use crate::model::{ContactLaw, OutputPlan, RunPlan, Scene};
+use crate::model::{ContactLaw, MassRule, OutputPlan, RunPlan, Scene};
 use crate::run::{Recorder, Run, Stage};
 use crate::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
@@ -22,24 +22,44 @@ const PAIRS: [(&str, &str); 6] = [("A", "A"), ("A", "B"), ("B", "B"), ("A", "C")
 
 /// Three unlike balls on top of each other on the floor of a pipe, with the TC model.
 fn column() -> SceneBuilder {
-    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(0.5)), upper: Face::Open };
-    let space = Space { boundary: [Boundary::Periodic, Boundary::Periodic, floor], ..Space::periodic_cube(9.0) };
-    let mut scene = SceneBuilder::new("column").space(space).gravity(Vector::new(0.0, 0.0, -1.3)).contact_time(1e-3);
+    let mut scene = pipe();
     for ((name, diameter), mass) in ["A", "B", "C"].into_iter().zip(DIAMETERS).zip(MASSES) {
         scene = scene.species(SpeciesDraft::new(name).mass(mass).diameter(diameter));
     }
     for (one, other) in PAIRS {
         scene = scene.interaction(InteractionDraft::new(Model::HardSphere).between(one, other).restitution(0.5));
     }
-    let [a, b, c] = DIAMETERS;
-    [("A", 0.5 * a), ("B", a + 0.5 * b), ("C", a + b + 0.5 * c)]
+    ["A", "B", "C"]
         .into_iter()
+        .zip(heights())
         .fold(scene, |scene, (name, height)| scene.particle(name, Vector::new(4.0, 4.0, height), Vector::zeros()))
 }
 
+/// The same balls with individual diameters. Their masses are proportional to their volumes.
+fn individual_column() -> SceneBuilder {
+    let scene = pipe()
+        .species(SpeciesDraft::new("A").mass(MASSES[0]).diameter(DIAMETERS[0]).individual_diameters(MassRule::Volume))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(0.5));
+    DIAMETERS.into_iter().zip(heights()).fold(scene, |scene, (diameter, height)| {
+        scene.sized_particle("A", diameter, Vector::new(4.0, 4.0, height), Vector::zeros())
+    })
+}
+
+/// Heights of the centres of the balls.
+fn heights() -> [f64; 3] {
+    let [a, b, c] = DIAMETERS;
+    [0.5 * a, a + 0.5 * b, a + b + 0.5 * c]
+}
+
+fn pipe() -> SceneBuilder {
+    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(0.5)), upper: Face::Open };
+    let space = Space { boundary: [Boundary::Periodic, Boundary::Periodic, floor], ..Space::periodic_cube(9.0) };
+    SceneBuilder::new("column").space(space).gravity(Vector::new(0.0, 0.0, -1.3)).contact_time(1e-3)
+}
+
 /// `V stress_zz` of the balls in the column: each contact adds the weight above it times the radius.
-fn exact() -> [f64; 3] {
-    let [a, b, c] = MASSES.map(|mass| 1.3 * mass);
+fn exact(masses: [f64; 3]) -> [f64; 3] {
+    let [a, b, c] = masses.map(|mass| 1.3 * mass);
     let weights = [a + b + c, b + c, c, 0.0];
     [0, 1, 2].map(|ball| 0.5 * DIAMETERS[ball] * (weights[ball] + weights[ball + 1]))
 }
@@ -50,7 +70,16 @@ fn volume(ball: usize) -> f64 {
 
 #[test]
 fn balls_in_a_column_carry_the_weight_above_them() {
-    let (system, mut simulation) = start(column().build().unwrap());
+    check_column(column(), MASSES);
+}
+
+#[test]
+fn balls_with_individual_diameters_carry_the_weight_above_them() {
+    check_column(individual_column(), DIAMETERS.map(|diameter| MASSES[0] * (diameter / DIAMETERS[0]).powi(3)));
+}
+
+fn check_column(scene: SceneBuilder, masses: [f64; 3]) {
+    let (system, mut simulation) = start(scene.build().unwrap());
     simulation.advance(Until::time(1.0)).unwrap();
     let mut stress =
         instrument(&simulation, &system, 40.0, |setup| Recorded::new(ParticleStress::new(&plan(4.0), setup)));
@@ -62,7 +91,7 @@ fn balls_in_a_column_carry_the_weight_above_them() {
     assert_eq!(names[0], "contact_pressure");
     assert_eq!(names[1..], stresses);
     let mut pressures = [0.0; 3];
-    for (ball, exact) in exact().into_iter().enumerate() {
+    for (ball, exact) in exact(masses).into_iter().enumerate() {
         let [pressure, x, y, z, ..] = [0, 1, 2, 3].map(|column: usize| columns[column].values[ball] * volume(ball));
         // In an interval of 4, the balls gain momentum of up to `m g t_c`.
         assert!((z / exact - 1.0).abs() < 1e-3, "{ball}: {z} {exact}");
@@ -174,11 +203,12 @@ fn a_contact_divides_the_line_in_the_ratio_of_the_diameters() {
 }
 
 #[test]
-fn particles_that_enter_have_the_diameters_of_their_species() {
+fn particles_that_enter_have_their_own_diameters() {
     let text = "seed = 4\n\
         space = { size = [5.0, 5.0, 20.0], x = 'open', z = { lower = 'wall', upper = 'open', restitution = 0.6 } }\n\
         dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 0.01 }\n\
-        species = [{ name = 'A', mass = 1.7, diameter = 1.4 }, { name = 'B', mass = 0.6, diameter = 0.7 }]\n\
+        species = [{ name = 'A', mass = 1.7, diameter = 1.4 }, { name = 'B', mass = 0.6, \
+        diameter = { distribution = 'uniform', lower = 0.5, upper = 0.9 }, diameters = 'individual' }]\n\
         interaction = [{ species = ['A', 'A'], potential = 'hard-sphere', restitution = 0.6 }, \
         { species = ['A', 'B'], potential = 'hard-sphere', restitution = 0.6 }, \
         { species = ['B', 'B'], potential = 'hard-sphere', restitution = 0.6 }]\n\
@@ -190,19 +220,19 @@ fn particles_that_enter_have_the_diameters_of_their_species() {
     let mut stress =
         instrument(&simulation, &system, 9.0, |setup| Recorded::new(ParticleStress::new(&plan(3.0), setup)));
     let mut lines: BTreeMap<u32, f64> = BTreeMap::new();
-    let mut species = BTreeMap::new();
+    let mut diameters = BTreeMap::new();
     while stress.next_sample() <= 9.0 {
         let time = stress.next_sample();
         lines.clear();
         let show = |event: &Event| {
             stress.event(event, &system);
-            if let Other::Inlet { species: id, .. } = event.other {
-                species.insert(event.particle.0, [1.4, 0.7][id.0 as usize]);
+            if event.kind == EventKind::Entry {
+                diameters.insert(event.particle.0, event.distance);
             }
             let work = event.normal.dot(&event.impulse) * event.distance;
             match (event.kind, event.partner()) {
                 (EventKind::Pair(_), Some(other)) => {
-                    let [one, two] = [event.particle.0, other.0].map(|id| species[&id]);
+                    let [one, two] = [event.particle.0, other.0].map(|id| diameters[&id]);
                     *lines.entry(event.particle.0).or_default() += work * one / (one + two);
                     *lines.entry(other.0).or_default() += work * two / (one + two);
                 }
@@ -217,11 +247,13 @@ fn particles_that_enter_have_the_diameters_of_their_species() {
     let first = snapshot.ids[0].0;
     assert!(first > 0 && snapshot.ids.len() > 10, "some have left: {first} {}", snapshot.ids.len());
     let columns = scalars(Some(&stress.again), &Sample::of(&snapshot), &system);
-    for (id, value) in snapshot.ids.iter().zip(&columns[0].values) {
-        let expected = lines.get(&id.0).map_or(0.0, |sum| sum / (3.0 * 3.0 * own_volume(species[&id.0], 3)));
+    for ((id, value), diameter) in snapshot.ids.iter().zip(&columns[0].values).zip(&snapshot.diameters) {
+        assert_eq!(diameters[&id.0], *diameter);
+        let expected = lines.get(&id.0).map_or(0.0, |sum| sum / (3.0 * 3.0 * own_volume(*diameter, 3)));
         assert!((value - expected).abs() < 1e-12 * (1.0 + expected), "{id:?}: {value} {expected}");
     }
     assert!(columns[0].values.iter().filter(|value| **value > 0.0).count() > 10);
+    assert!(snapshot.diameters.iter().any(|diameter| *diameter < 0.65));
     assert!(number(&report(&stress, &system), "contact_pressure").mean.unwrap() > 0.0);
 }
 
@@ -254,7 +286,7 @@ fn frames_contain_the_stress_since_the_frame_before() {
     assert_eq!(frames.0.len(), 5);
     for (time, scalars) in &frames.0 {
         let share = if *time == 0.0 { 0.0 } else { 1.0 };
-        for (ball, exact) in exact().into_iter().enumerate() {
+        for (ball, exact) in exact(MASSES).into_iter().enumerate() {
             let z = scalars[3].values[ball] * volume(ball);
             // While the balls come to rest, they gain some momentum.
             assert!((z - share * exact).abs() < 0.02 * exact, "{time}, {ball}: {z} {exact}");

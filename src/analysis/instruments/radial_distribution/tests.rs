@@ -1,6 +1,9 @@
 use super::*;
 use crate::Vector;
 use crate::analysis::instruments::quantity::Divisor;
+use crate::analysis::instruments::test_system::{
+    equilibrate, instrument, measure as system_measure, report, unlike_spheres,
+};
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::engine::{Simulation, Until};
 use crate::model::Thermostat;
@@ -38,7 +41,7 @@ fn measure_sheared(
 }
 
 fn plan(cutoff: f64, bins: u64) -> plan::RadialDistribution {
-    plan::RadialDistribution { cutoff: Some(cutoff), bins: Some(bins), interval: Some(1.0) }
+    plan::RadialDistribution { cutoff: Some(cutoff), bins: Some(bins), interval: Some(1.0), scaled: false }
 }
 
 fn random_frames(count: usize, particles: usize, space: &Space) -> Vec<Vec<Vector>> {
@@ -236,7 +239,7 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::time(10.0)).unwrap();
     let (start, before) = (simulation.snapshot(), *simulation.event_counts());
-    let plan = plan::RadialDistribution { cutoff: Some(2.0), bins: Some(50), interval: Some(0.1) };
+    let plan = plan::RadialDistribution { cutoff: Some(2.0), bins: Some(50), interval: Some(0.1), scaled: false };
     let setup = Setup { system: &system, sample: Sample::of(&start), duration: 40.0 };
     let mut instrument = RadialDistribution::new(&plan, &setup);
     for _ in 0..400 {
@@ -278,7 +281,7 @@ fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
     simulation.set_thermostat(Some(&bath), 0).unwrap();
     simulation.advance(Until::time(20.0)).unwrap();
     let (start, before) = (simulation.snapshot(), *simulation.event_counts());
-    let plan = plan::RadialDistribution { cutoff: Some(1.5), bins: Some(50), interval: Some(0.2) };
+    let plan = plan::RadialDistribution { cutoff: Some(1.5), bins: Some(50), interval: Some(0.2), scaled: false };
     let setup = Setup { system: &system, sample: Sample::of(&start), duration: 160.0 };
     let mut instrument = RadialDistribution::new(&plan, &setup);
     for _ in 0..800 {
@@ -331,4 +334,90 @@ fn steps_outside_cores_include_bonds() {
     };
     assert_eq!(steps(0.9, 1.08), [Some(1.08), Some(1.5), None]);
     assert_eq!(steps(1.02, 1.08), [Some(1.02), Some(1.5), None]);
+}
+
+/// Returns the scaled distribution of random points with the particles of a system, and its instrument.
+fn scaled_of_points(system: &SystemDescription, cutoff: f64) -> Measured {
+    let frames = random_frames(4000, system.species.len(), &system.space);
+    measure(system, &plan::RadialDistribution { scaled: true, ..plan(cutoff, 4) }, &frames)
+}
+
+#[test]
+fn random_points_are_uncorrelated_in_units_of_contact_distances() {
+    // Three species of unequal numbers. The interaction of A and B is not additive, and B and C do not interact.
+    let cube = Space::periodic_cube(9.0);
+    let plane = Space {
+        boundary: [Boundary::Periodic, Boundary::Periodic, Boundary::Flat],
+        size: Vector::new(9.0, 9.0, 0.0),
+        ..cube
+    };
+    let line = Space {
+        boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat],
+        size: Vector::new(40.0, 0.0, 0.0),
+        ..cube
+    };
+    for space in [cube, plane, line] {
+        let scene = SceneBuilder::new("points")
+            .space(space)
+            .allow_invalid_start(true)
+            .species(SpeciesDraft::new("A").mass(1.0).diameter(0.5))
+            .species(SpeciesDraft::new("B").mass(1.0).diameter(1.3))
+            .species(SpeciesDraft::new("C").mass(1.0).diameter(0.9))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+            .interaction(InteractionDraft::new(Potential::hard_sphere(1.1).unwrap()).between("A", "B"))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("A", "C"))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("B", "B"))
+            .interaction(InteractionDraft::new(Model::None).between("B", "C"))
+            .interaction(InteractionDraft::new(Model::HardSphere).between("C", "C"));
+        let kinds = ["A", "A", "A", "B", "B", "C", "C", "C", "C", "C"];
+        let scene = kinds.into_iter().fold(scene, |scene, kind| scene.particle(kind, Vector::zeros(), Vector::zeros()));
+        let measured = scaled_of_points(&SystemDescription::of(&scene.build().unwrap()), 3.0);
+        let curve = &measured.curves[0];
+        let names: Vec<&str> = curve.series.iter().map(|series| series.name.as_str()).collect();
+        assert_eq!(names, ["A-A", "A-B", "A-C", "B-B", "C-C"].map(|pair| format!("g(r/sigma) {pair}")));
+        assert_eq!((curve.variables[0].unit.as_str(), curve.variables[0].values[3]), ("1", 2.625));
+        check_uncorrelated(curve);
+    }
+}
+
+#[test]
+fn random_points_with_individual_diameters_are_uncorrelated_in_units_of_contact_distances() {
+    let (system, _) = unlike_spheres(40);
+    let largest = system.own_diameters.iter().copied().fold(0.0, f64::max);
+    check_uncorrelated(&scaled_of_points(&system, 0.49 * system.space.size.x / largest).curves[0]);
+}
+
+/// Each bin of each series is 1 within its error.
+fn check_uncorrelated(curve: &Curve) {
+    for series in &curve.series {
+        for (value, error) in series.values.iter().zip(&series.standard_errors).skip(1) {
+            let (value, error) = (value.unwrap(), error.unwrap());
+            assert!((value - 1.0).abs() < 4.5 * error && error < 0.35, "{}: {value} +- {error}", series.name);
+        }
+    }
+}
+
+#[test]
+fn contact_values_of_unequal_spheres_are_those_of_the_virial() {
+    let (system, mut simulation) = unlike_spheres(200);
+    equilibrate(&mut simulation, 100);
+    let plan = plan::RadialDistribution { scaled: true, cutoff: None, bins: Some(50), interval: Some(0.1) };
+    let mut radial = instrument(&simulation, &system, 60.0, |setup| RadialDistribution::new(&plan, setup));
+    let (start, before) = (simulation.time(), simulation.event_counts().virial.total());
+    system_measure(&mut simulation, &system, &mut radial, 60.0);
+    let number = &report(&radial, &system).numbers[0];
+    let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
+    let count = 200.0;
+    let temperature = simulation.energy().kinetic / (1.5 * (count - 1.0));
+    let virial = simulation.event_counts().virial.total() - before;
+    // Z - 1 = v (N - 1) / (2 V) <sigma^3> g(1), and Z - 1 = virial / (3 (N - 1) T t).
+    let excess = virial / (3.0 * (count - 1.0) * temperature * (simulation.time() - start));
+    let diameters = &system.own_diameters;
+    let cubes =
+        diameters.iter().enumerate().flat_map(|(i, a)| diameters[..i].iter().map(move |b| (0.5 * (a + b)).powi(3)));
+    let mean_cube = cubes.sum::<f64>() / (0.5 * count * (count - 1.0));
+    let volume = 4.0 * std::f64::consts::PI / 3.0;
+    let exact = excess / (0.5 * volume * (count - 1.0) / system.space.volume() * mean_cube);
+    assert!((mean - exact).abs() < 4.0 * error && error < 0.02 * exact, "{mean} +- {error}, {exact}");
+    assert!(radial.pairs[0].shell.is_some_and(|shell| shell.core == 1.0));
 }

@@ -1,7 +1,7 @@
 use super::super::bins::Bins;
 use super::super::quantity::{Curve, Measured, Normalisation, Published, free_name};
 use super::super::system::SystemDescription;
-use super::{Class, Speeds, Window, mass_of};
+use super::{Class, Speeds, Window};
 use crate::analysis::published::maxwell_speed_below;
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::digits;
@@ -58,7 +58,7 @@ impl Speeds {
         curve.series(&name, "time / length", &densities).normalised(normalisation)
     }
 
-    /// Returns the share of the particles and the variance of a velocity component for each species of a class. In
+    /// Returns the share of the particles and the variance of a velocity component for each mass of a class. In
     /// equilibrium, the variance is `T / m`, or less if the momentum is conserved. `T` is the temperature of the last
     /// window.
     fn parts(&self, class: &Class, system: &SystemDescription) -> Vec<(f64, f64)> {
@@ -67,8 +67,7 @@ impl Speeds {
             return Vec::new();
         }
         let (all, dimensions) = (class.count() as f64, system.space.dimensions() as f64);
-        let part = |&(species, count): &(u32, usize)| {
-            let mass = mass_of(species, system);
+        let part = |&(mass, count): &(f64, usize)| {
             let free = if system.moving.len() > 1 {
                 system.axes().map(|axis| system.free_part(mass, axis)).sum::<f64>() / dimensions
             } else {
@@ -76,7 +75,7 @@ impl Speeds {
             };
             (count as f64 / all, temperature / mass * free)
         };
-        class.species.iter().map(part).collect()
+        class.masses.iter().map(part).collect()
     }
 
     fn maxwell(&self, class: &Class, bins: Bins, system: &SystemDescription) -> Option<Published> {

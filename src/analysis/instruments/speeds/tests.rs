@@ -1,6 +1,8 @@
 use super::*;
 use crate::analysis::instruments::quantity::Curve;
-use crate::analysis::instruments::test_system::{Recorded, equilibrate, instrument, measure, report, start};
+use crate::analysis::instruments::test_system::{
+    Recorded, equilibrate, instrument, measure, report, start, unlike_spheres,
+};
 use crate::engine::Simulation;
 use crate::model::potential::Potential;
 use crate::model::random::{Purpose, Random};
@@ -143,6 +145,28 @@ fn many_species_share_one_curve_and_a_sum_of_maxwells() {
     assert_eq!(measured.curves[0].name, "speeds");
     let (chi, bins) = chi_squared(&measured.curves[0], 0, 60.0 * 601.0);
     assert!(bins > 20.0 && (chi - 1.0).abs() < 5.0 * (2.0 / bins).sqrt(), "{chi} of {bins}");
+}
+
+#[test]
+fn individual_masses_have_a_sum_of_maxwells() {
+    let (system, _) = unlike_spheres(24);
+    let each = system.masses.iter().copied().fold([f64::INFINITY, 0.0], |[a, b], mass| [mass.min(a), mass.max(b)]);
+    assert!(each[1] > 10.0 * each[0], "{each:?}");
+    let measured = drawn(&system, &plan::Speeds { interval: Some(1.0), ..plan(1, 60) }, 2000);
+    assert_eq!(measured.curves[0].name, "speeds");
+    let (chi, bins) = chi_squared(&measured.curves[0], 0, 24.0 * 2001.0);
+    assert!(bins > 20.0 && (chi - 1.0).abs() < 5.0 * (2.0 / bins).sqrt(), "{chi} of {bins}");
+}
+
+#[test]
+fn nearly_equal_masses_are_replaced_by_their_mean() {
+    assert_eq!(counted(vec![0.7; 3]), [(0.7, 3)]);
+    let counts = counted(vec![3.3, 0.7, 1.0011, 1.0, 0.7, 1.0, 1.0021]);
+    let expected = [(0.7, 2), (3.0011 / 3.0, 3), (1.0021, 1), (3.3, 1)];
+    for ((mass, count), (exact, number)) in counts.iter().zip(expected) {
+        assert!((mass - exact).abs() < 1e-15 && *count == number, "{counts:?}");
+    }
+    assert_eq!(counts.len(), 4);
 }
 
 #[test]

@@ -79,9 +79,9 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
             format!("less than {half}, half of the shortest period: at larger distances another image is nearer");
         return refuse(at().key("windows").index(last).index(1), shortest(upper), expected);
     }
-    let range = |bond: &Bond| scene.interactions[bond.interaction.0 as usize].potential.range();
     let holds = |bond: &Bond| {
-        scene.interactions[bond.interaction.0 as usize].potential.is_bond() && range(bond) < 0.5 * shortest_period
+        let potential = scene.potential_of_bond(bond);
+        potential.is_bond() && potential.range() < 0.5 * shortest_period
     };
     for (index, group) in umbrella.between.iter().enumerate() {
         let bonds = scene.bonds.iter().filter(|bond| holds(bond)).map(|bond| bond.pair);
@@ -97,10 +97,10 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
 fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let [[a], [b]] = umbrella.between.each_ref().map(Vec::as_slice) else { return Ok(()) };
     let bond = scene.bonds.iter().find(|bond| bond.pair == [*a, *b] || bond.pair == [*b, *a]);
-    let kind = |id: &ParticleId| scene.particles[id.0 as usize].species;
-    let acting = bond.map(|bond| bond.interaction).or_else(|| scene.interaction_of(kind(a), kind(b)));
+    let kinds = [a, b].map(|id| &scene.particles[id.0 as usize]).map(|it| (it.species, 0.5 * scene.diameter(it)));
+    let acting = bond.map(|bond| bond.interaction).or_else(|| scene.interaction_of(kinds[0].0, kinds[1].0));
     let Some(acting) = acting else { return Ok(()) };
-    let potential = &scene.interactions[acting.0 as usize].potential;
+    let potential = scene.potential_between(acting, kinds);
     for (index, [lower, upper]) in umbrella.windows.iter().enumerate() {
         let at = at().key("windows").index(index);
         if let Some(core) = potential.core().filter(|core| upper <= core) {
