@@ -37,6 +37,13 @@ impl CapturedPairs {
         self.room > 0 && self.lengths[particle as usize] as usize == self.room
     }
 
+    /// Whether any pair has ever been captured or bonded.
+    #[inline]
+    #[must_use]
+    pub fn is_used(&self) -> bool {
+        self.room > 0
+    }
+
     /// Makes room for some partners of each particle.
     pub fn make_room(&mut self) {
         let longest = self.lengths.iter().copied().max().unwrap_or(0);
@@ -81,6 +88,9 @@ impl CapturedPairs {
     #[inline]
     #[must_use]
     pub fn of(&self, particle: u32) -> &[PairState] {
+        if !self.is_used() {
+            return &[];
+        }
         let at = particle as usize * self.room;
         self.entries.some(at..at + self.lengths[particle as usize] as usize)
     }

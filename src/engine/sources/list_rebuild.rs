@@ -115,7 +115,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let centre = &verlet.centres[particle as usize];
         let species = |particle: u32| if TABLE { state.rows[particle as usize] } else { 0 };
         verlet.find_neighbours_within(centre, species(particle), species, near);
-        if TABLE {
+        if TABLE && pairs.states.is_used() {
             near.retain(|other| pairs.states.get(particle, other).is_none());
         }
     }
