@@ -73,8 +73,8 @@ impl PartNumbers<'_> {
 }
 
 pub(super) trait Column: Sized {
-    /// Whether contacts change the column. If it is none of motions, predictions and captured pairs, windows on several
-    /// threads then store complete records, which is slower.
+    /// Whether contacts change the column. Windows on several threads then store complete records, which is slower. Only
+    /// motions, predictions and captured pairs are stored separately.
     const CHANGES_IN_CONTACTS: bool;
 
     /// True if the column is not part of the state of a particle, but needed to find its next event.

@@ -1,4 +1,4 @@
-//! Contact distances of pairs, as units of their distances.
+//! Contact distances of pairs. They are the units of scaled distances.
 
 use super::Class;
 use crate::analysis::instruments::system::SystemDescription;
@@ -38,11 +38,7 @@ pub(super) fn mean_contact_volume(system: &SystemDescription, [a, b]: [&Class; 2
             let [one, other] = [first, second].map(|species| system.diameters[species]);
             let core = system.cores.get(first, second)?;
             // The contact distance is this slope times the sum of the diameters.
-            let slope = if system.own_diameters.is_empty() {
-                core / (one + other)
-            } else {
-                scaled_distance(core, one + other, 1.0)
-            };
+            let slope = scaled_distance(core, one + other, 1.0);
             let scale = (0..dimensions).fold(1.0, |product, _| product * slope);
             let [x, y] = [sums[first], sums[second]];
             total += scale * sum_over_pairs([x, y], dimensions);
