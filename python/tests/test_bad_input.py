@@ -308,7 +308,7 @@ def test_a_signal_ends_a_run_that_can_go_on(fluid: dict, tmp_path: Path) -> None
 
 
 def test_a_signal_ends_a_sweep_that_can_go_on(fluid: dict, tmp_path: Path) -> None:
-    long = changed(fluid, "run.until_events", 4_000_000)
+    long = changed(fluid, "run.until_events", 2_000_000)
     begun = lambda: len(list((tmp_path / "sweep").glob("*/thermo.csv.partial"))) == 2  # noqa: E731
     interrupted_after(0.02, lambda: carom.sweep(long, seeds=2, out=tmp_path / "sweep", jobs=2), begun)
     assert set(carom.open(tmp_path / "sweep").table["state"]) == {"begun"}
@@ -321,7 +321,7 @@ def test_a_signal_ends_a_sweep_that_can_go_on(fluid: dict, tmp_path: Path) -> No
 def test_a_signal_ends_an_exchange_that_can_go_on(tmp_path: Path) -> None:
     from test_documentation import PAIR
 
-    pair = changed(copy.deepcopy(PAIR), "run.until_time", 100_000.0)
+    pair = changed(copy.deepcopy(PAIR), "run.until_time", 40_000.0)
     interrupted_after(0.3, lambda: carom.exchange(pair, tmp_path / "parts", jobs=2))
     with pytest.raises(carom.FolderError, match="continue it with carom.exchange"):
         carom.open(tmp_path / "parts")

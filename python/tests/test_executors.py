@@ -55,7 +55,7 @@ def test_sweep_on_a_process_pool_equals_a_plain_sweep(fluid: dict, undisturbed: 
 
 
 def test_a_process_is_killed_and_the_same_call_goes_on(fluid: dict, tmp_path: Path) -> None:
-    fluid["run"]["until_events"] = 2_000_000
+    fluid["run"]["until_events"] = 1_000_000
     whole = carom.sweep(fluid, seeds=3, out=tmp_path / "whole")
     out = tmp_path / "sweep"
 
@@ -79,7 +79,7 @@ def test_a_process_is_killed_and_the_same_call_goes_on(fluid: dict, tmp_path: Pa
 
 def test_sweep_survives_the_kill_of_a_dask_worker(fluid: dict, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
-    fluid["run"]["until_events"] = 1_000_000
+    fluid["run"]["until_events"] = 500_000
     whole = carom.sweep(fluid, VARY, seeds=2, out=tmp_path / "whole")
     out = tmp_path / "sweep"
     settings = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}

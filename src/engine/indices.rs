@@ -163,7 +163,7 @@ mod tests {
                     Ok(mut read) => {
                         let _ = read.snapshot();
                         read.enlarge();
-                        let _ = read.advance_for(2_000, Until::default());
+                        let _ = read.advance_for(500, Until::default());
                         refused[2] += 1;
                     }
                 }

@@ -222,7 +222,7 @@ fn packing_on_a_belt_rattles_no_more_often_than_on_a_floor() {
             "
         );
         let mut simulation = Simulation::new(Scene::from_toml(text, "packing.toml").unwrap()).unwrap();
-        [30.0, 150.0].map(|start| {
+        [30.0, 90.0].map(|start| {
             simulation.advance(Until::time(start)).unwrap();
             let before = simulation.event_counts().physical();
             simulation.advance(Until::time(start + 10.0)).unwrap();

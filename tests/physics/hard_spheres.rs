@@ -90,7 +90,7 @@ fn disks_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
         assert!((series / (1.0 - eta).powi(2) - z).abs() < 1e-5);
         // In a system of N particles, Z - 1 is lower by a fraction of about 1 / N.
         let mut simulation = hard_spheres(PLANE, Lattice::Hexagonal, 4096, Amount::PackingFraction(eta));
-        let fluid = Fluid::measure(&mut simulation, 200_000, 40, 100_000);
+        let fluid = Fluid::measure(&mut simulation, 200_000, 40, 50_000);
         fluid.compressibility().assert_is(z, 0.003 * z, "Z");
         let rate = 4.0 * (z - 1.0) / PI.sqrt();
         fluid.collision_rate().assert_is(rate, 0.003 * rate, "G");

@@ -59,7 +59,7 @@ fn collisionless_gas_carries_the_exact_heat_flux() {
         for (name, _, _, count) in species {
             scene = scene.fill(Fill::new(Arrangement::Random, name).count(u64::from(count)));
         }
-        let run = RunPlan { equilibration: Until::events(20_000), limit: Until::events(200_000), ..RunPlan::default() };
+        let run = RunPlan { equilibration: Until::events(20_000), limit: Until::events(120_000), ..RunPlan::default() };
         let finished = finish(&scene.temperature(1.0).run(run));
         for (wall, expected) in [("lower_x", expected), ("upper_x", -expected)] {
             let flux = flux(&finished, wall).unwrap();

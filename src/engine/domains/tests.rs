@@ -133,22 +133,22 @@ fn domains_change_the_search_when_a_cluster_expands() {
 fn multiple_processes_match_one_engine_bitwise() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let dense = spheres(hard(), 0.45, 4_000).build().unwrap();
-    let one = advance::<false, false>(&dense, Until::events(40_000), None);
+    let one = advance::<false, false>(&dense, Until::events(20_000), None);
     for (processes, each, halo) in [(2, 1, WIDE), (3, 2, WIDE), (2, 2, THIN), (5, 1, WIDE)] {
         let work = in_processes(processes, |communicator| {
             let team = Team::new(each, 1, Some(communicator));
-            compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(40_000), team, halo)
+            compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(20_000), team, halo)
         });
         let undone = |work: &DomainWork| (work.windows, work.differences, work.uncovered, work.steps);
         assert!(work.iter().all(|one| undone(one) == undone(&work[0])), "{work:?}");
         assert!(halo.margin > 0.0 || work[0].differences > 5, "{work:?}");
     }
     let small = spheres(hard(), 0.2, 1_000).build().unwrap();
-    let one = advance::<false, false>(&small, Until::events(150_000), None);
+    let one = advance::<false, false>(&small, Until::events(75_000), None);
     assert!(one.engine.clock.epochs > 10, "{}", one.engine.clock.epochs);
     in_processes(2, |communicator| {
         let team = Team::new(1, 1, Some(communicator));
-        compare_with(&one, &small, "small", Until::events(150_000), team, WIDE)
+        compare_with(&one, &small, "small", Until::events(75_000), team, WIDE)
     });
     let mixture = bathed(mixture(), 0.2);
     let one = advance::<false, true>(&mixture, Until::time(3.0), None);
@@ -175,17 +175,17 @@ const THIN: Halo = Halo { slack: 0.0, margin: 0.0 };
 fn domains_match_one_engine_bitwise() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 4_000).build().unwrap(), spheres(hard(), 0.45, 4_000).build().unwrap());
-    let events = Until::events(40_000);
+    let events = Until::events(20_000);
     compare::<false, false>(&thin, "cells", events, (&[2, 3, 8], WIDE));
     compare::<false, false>(&dense, "lists", events, (&[2, 3, 8], WIDE));
-    compare::<false, true>(&mixture().build().unwrap(), "mixture", Until::time(5.0), (&[1, 2, 5, 13], WIDE));
+    compare::<false, true>(&mixture().build().unwrap(), "mixture", Until::time(3.0), (&[1, 2, 5, 13], WIDE));
     // This run has many epochs.
     let small = spheres(hard(), 0.45, 1_000).build().unwrap();
-    compare::<false, false>(&small, "small", Until::events(150_000), (&[2, 3], WIDE));
+    compare::<false, false>(&small, "small", Until::events(75_000), (&[2, 3], WIDE));
     let boundary = [Boundary::walls(0.9); 3];
     let walls = |builder: SceneBuilder, size| builder.space(Space { boundary, ..Space::periodic_cube(size) });
     let falling = walls(mixture(), 14.0).gravity(Vector::new(0.0, 0.1, -0.4)).build().unwrap();
-    compare::<true, true>(&falling, "falling", Until::time(4.0), (&[2, 7], WIDE));
+    compare::<true, true>(&falling, "falling", Until::time(2.0), (&[2, 7], WIDE));
     let flat = [Boundary::Periodic, Boundary::walls(1.0), Boundary::Flat];
     let disks = SceneBuilder::new("disks")
         .space(Space { boundary: flat, size: Vector::new(60.0, 20.0, 0.0), ..Space::periodic_cube(1.0) })
@@ -193,7 +193,7 @@ fn domains_match_one_engine_bitwise() {
         .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.95))
         .fill(Fill::new(Arrangement::Random, "A").count(500))
         .temperature(1.3);
-    compare::<false, false>(&disks.build().unwrap(), "disks", Until::time(6.0), (&[2, 5], WIDE));
+    compare::<false, false>(&disks.build().unwrap(), "disks", Until::time(3.0), (&[2, 5], WIDE));
 }
 
 /// The bonds can be much longer than the range of the neighbour search.
@@ -226,12 +226,12 @@ fn domains_with_heat_bath_or_long_bonds_match_one_engine_bitwise() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     for (halo, counts) in [(WIDE, [1, 2, 3, 8]), (THIN, [1, 2, 5, 13])] {
         let halo = (&counts[..], halo);
-        compare::<false, true>(&chains().build().unwrap(), "chains", Until::time(6.0), halo);
-        compare::<false, true>(&bathed(chains(), 0.4), "chains in a bath", Until::time(4.0), halo);
-        let events = Until::events(20_000);
+        compare::<false, true>(&chains().build().unwrap(), "chains", Until::time(3.0), halo);
+        compare::<false, true>(&bathed(chains(), 0.4), "chains in a bath", Until::time(2.0), halo);
+        let events = Until::events(10_000);
         compare::<false, false>(&bathed(spheres(hard(), 0.45, 1_000), 0.3), "lists in a bath", events, halo);
         compare::<false, false>(&bathed(spheres(hard(), 0.1, 1_000), 3.0), "cells in a bath", events, halo);
-        compare::<false, true>(&bathed(mixture(), 0.5), "mixture in a bath", Until::time(4.0), halo);
+        compare::<false, true>(&bathed(mixture(), 0.5), "mixture in a bath", Until::time(2.0), halo);
     }
 }
 
@@ -393,7 +393,7 @@ fn wrong_windows_are_rolled_back() {
 
 /// Number of rounds. `CAROM_BARRIERS=10000 cargo test --release --lib barrier` compares more often.
 fn rounds() -> usize {
-    std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
+    std::env::var("CAROM_BARRIERS").map_or(12, |rounds| rounds.parse().unwrap())
 }
 
 /// Compares owned particles with a single engine, and copies with their owners, after every hundred steps. Returns the

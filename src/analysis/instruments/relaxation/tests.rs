@@ -99,8 +99,8 @@ fn relaxation_at_a_large_wave_number_is_that_of_free_flight() {
         ..plan::Relaxation::default()
     };
     let mut relaxation =
-        Recorded::new(instrument(&simulation, &system, 100.0, |setup| Relaxation::new(&settings, setup)));
-    measure(&mut simulation, &system, &mut relaxation, 100.0);
+        Recorded::new(instrument(&simulation, &system, 50.0, |setup| Relaxation::new(&settings, setup)));
+    measure(&mut simulation, &system, &mut relaxation, 50.0);
     let (time, error) = estimate(&report(&relaxation, &system), "relaxation_time");
     let exact = 2.0_f64.sqrt() / 40.0;
     // Linear interpolation between times that differ by a factor of 4/3 is wrong by up to 1 %.

@@ -150,8 +150,8 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
                 |of: fn(&Vector) -> f64| scene.particles.iter().map(|particle| of(&particle.velocity)).sum::<f64>();
             let (speed, square) = (sum(Vector::norm), sum(Vector::norm_squared));
             let (system, mut simulation) = start(scene);
-            let mut forces = instrument(&simulation, &system, 30.0, |setup| SurfaceForces::new(&plan(None), setup));
-            measure(&mut simulation, &system, &mut forces, 30.0);
+            let mut forces = instrument(&simulation, &system, 12.0, |setup| SurfaceForces::new(&plan(None), setup));
+            measure(&mut simulation, &system, &mut forces, 12.0);
             let measured = report(&forces, &system);
             let mean = |key: &str| estimate(&measured, &format!("force_cavity_{key}")).0;
             // For a ring and for a pipe, `V / S` is half of the radius that centres can reach.

@@ -171,10 +171,10 @@ fn dense_flow_is_the_flow_of_the_reference_engine() {
             interaction = [{{ species = ['atom', 'atom'], potential = {potential} }}]
             surface = [{{ name = 'drain', shape = 'disc', centre = [3.0, 3.0, 0.2], axis = [0.0, 0.0, 1.0], radius = 2.7, outlet = true }}]
             fill = [{{ species = 'atom', arrangement = 'fcc', packing_fraction = {packing_fraction}, region = {{ lower = [0.0, 0.0, 0.5], upper = [6.0, 6.0, 8.0] }}, temperature = 1.0 }}]
-            inlet = [{{ species = 'atom', region = {{ lower = [0.0, 0.0, 11.0], upper = [6.0, 6.0, 18.0] }}, velocity = [0.0, 0.0, -12.0], temperature = 0.1, rate = 40.0 }}]
+            inlet = [{{ species = 'atom', region = {{ lower = [0.0, 0.0, 11.0], upper = [6.0, 6.0, 18.0] }}, velocity = [0.0, 0.0, -12.0], temperature = 0.1, rate = 60.0 }}]
             run = {{ until_time = 9 }}"
         );
-        let (simulation, exits) = compared_with_reference(&Scene::from_toml(&toml, "dense.toml").unwrap(), 0.6);
+        let (simulation, exits) = compared_with_reference(&Scene::from_toml(&toml, "dense.toml").unwrap(), 0.4);
         let entries = simulation.event_counts().entry;
         assert!(exits > 5 && entries > 15, "{potential}: {exits} {entries}");
         let search = with_engine!(&simulation.engine, engine => engine.neighbours.search());
@@ -418,9 +418,9 @@ fn composition_does_not_depend_on_who_finds_a_place() {
             large += f64::from(u8::from((event.impulse.z / event.after[0].z - 8.0).abs() < 1e-9));
         }
     };
-    simulation.advance_with(Until::time(200.0), &mut see).unwrap();
+    simulation.advance_with(Until::time(80.0), &mut see).unwrap();
     let counts = simulation.inlets()[0];
-    assert!(counts.blocked > 10_000 && counts.waiting > 50_000 && all > 1_000.0, "{counts:?}");
+    assert!(counts.blocked > 4_000 && counts.waiting > 20_000 && all > 400.0, "{counts:?}");
     let (found, expected) = (large / all, 0.25);
     let error = (expected * (1.0 - expected) / all).sqrt();
     assert!((found - expected).abs() < 5.0 * error, "{found} +- {error} of {all}");
@@ -454,8 +454,8 @@ fn diameters_of_new_grains_have_the_distribution_of_their_species() {
                 diameters.push(species.diameter * libm::cbrt(newcomer(event).1 / species.mass));
             }
         };
-        simulation.advance_with(Until::time(100.0), &mut see).unwrap();
-        assert!(simulation.inlets()[0].blocked > 5_000 && diameters.len() > 500, "{:?}", simulation.inlets());
+        simulation.advance_with(Until::time(40.0), &mut see).unwrap();
+        assert!(simulation.inlets()[0].blocked > 2_000 && diameters.len() > 200, "{:?}", simulation.inlets());
         assert_eq!(simulation.real_overlaps(), []);
         let own = species.individual.unwrap().distribution.unwrap();
         let count = diameters.len() as f64;

@@ -283,7 +283,7 @@ fn nothing_leaves_a_closed_box_that_turns_or_shakes() {
             let timeline = crate::model::surface_motion::Timeline::of(motions);
             let mut simulation = Simulation::without_plan(scene);
             let before = simulation.energy();
-            for step in 1..=40 {
+            for step in 1..=24 {
                 simulation.advance(Until::time(0.5 * f64::from(step))).unwrap();
                 let pose = timeline.at(simulation.time()).pose;
                 let snapshot = simulation.snapshot();

@@ -91,7 +91,7 @@ fn pilot_run_does_not_change_the_output() {
     // In the dense fluid, the stage continues from the pilot run. In the dilute gas, the first row is due before the
     // first event. In the short runs, the first row and the first event are almost simultaneous.
     let few = [0.1, 0.2, 0.3, 0.4].into_iter().flat_map(|phi| [101, 201, 203, 399].map(|events| (phi, events)));
-    for (packing_fraction, events) in [(0.4, 200_000), (1e-4, 10_000)].into_iter().chain(few) {
+    for (packing_fraction, events) in [(0.4, 80_000), (1e-4, 10_000)].into_iter().chain(few) {
         let chosen = run(fluid(packing_fraction, events, OutputPlan::default()));
         let (rows, frames) = chosen.measured();
         let intervals = (Some(rows.interval()), Some(frames.interval()));
