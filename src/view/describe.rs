@@ -16,6 +16,7 @@ pub use facts::{Fact, facts};
 pub use surfaces::{idle_surfaces, meshes};
 pub use swap::{swap, swap_moves};
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::Vector;
@@ -199,6 +200,8 @@ fn potential(potential: &Potential) -> String {
 pub fn interactions(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
     let species = |index: usize| &scene.species[index];
+    let is_individual = |index: usize| species(index).individual.is_some();
+    let scaled = |is_individual: bool| if is_individual { "; distances scale with the radii of the pair" } else { "" };
     for a in 0..scene.species.len() {
         for b in a..scene.species.len() {
             if species(a).is_static() && species(b).is_static() {
@@ -206,24 +209,22 @@ pub fn interactions(scene: &Scene) -> Vec<String> {
             }
             let what = match scene.interaction_of(SpeciesId(id(a)), SpeciesId(id(b))) {
                 Some(id) => {
-                    let is_individual = [a, b].iter().any(|index| species(*index).individual.is_some());
-                    let scaled = if is_individual { "; distances scale with the radii of the pair" } else { "" };
-                    interaction(&scene.interactions[id.0 as usize]) + scaled
+                    interaction(&scene.interactions[id.0 as usize]) + scaled(is_individual(a) || is_individual(b))
                 }
                 None => "pass through each other".to_owned(),
             };
             lines.push(format!("{} and {}: {what}", species(a).name, species(b).name));
         }
     }
-    let mut bonds: Vec<(u32, usize)> = Vec::new();
+    let mut bonds: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
     for bond in &scene.bonds {
-        match bonds.iter_mut().find(|(id, _)| *id == bond.interaction.0) {
-            Some((_, count)) => *count += 1,
-            None => bonds.push((bond.interaction.0, 1)),
-        }
+        let (count, any) = bonds.entry(bond.interaction.0).or_default();
+        *count += 1;
+        *any |= bond.pair.iter().any(|id| is_individual(scene.particles[id.0 as usize].species.0 as usize));
     }
-    for (id, count) in bonds {
-        lines.push(format!("{}: {}", plural(count, "bonded pair"), interaction(&scene.interactions[id as usize])));
+    for (id, (count, any)) in bonds {
+        let law = interaction(&scene.interactions[id as usize]);
+        lines.push(format!("{}: {law}{}", plural(count, "bonded pair"), scaled(any)));
     }
     lines
 }
@@ -363,6 +364,35 @@ mod tests {
     use super::*;
     use crate::model::Growth;
     use crate::scene::{InteractionDraft, Model, SpeciesDraft};
+
+    #[test]
+    fn distances_that_scale_with_individual_radii_are_named() {
+        let scene = |individual: &str, own: &str| {
+            let text = format!(
+                "space = {{ size = [9.0, 9.0, 9.0] }}
+                species = [{{ name = 'bead', mass = 1.0, diameter = 1.0{individual} }}]
+                interaction = [
+                    {{ species = ['bead', 'bead'], potential = 'hard-sphere' }},
+                    {{ name = 'link', potential = 'bond', shortest = 1.0, longest = 1.5 }},
+                ]
+                particle = [
+                    {{ species = 'bead', position = [1, 1, 1]{own} }},
+                    {{ species = 'bead', position = [2.2, 1, 1]{own} }},
+                ]
+                bond = [{{ particles = [0, 1], interaction = 'link' }}]
+                run = {{ until_time = 1.0 }}"
+            );
+            interactions(&crate::model::Scene::from_toml(text, "dumbbell.toml").unwrap())
+        };
+        let lines = |scaled: &str| {
+            let [core, bond] =
+                ["bead and bead: hard spheres of contact distance 1", "1 bonded pair: bond from 1 to 1.5"];
+            [core, bond].map(|line| format!("{line}{scaled}"))
+        };
+        assert_eq!(scene("", ""), lines(""));
+        let individual = scene(", diameters = 'individual'", ", diameter = 1.0");
+        assert_eq!(individual, lines("; distances scale with the radii of the pair"));
+    }
 
     #[test]
     fn only_what_changes_the_momentum_is_named() {

@@ -45,7 +45,7 @@ impl Ranges {
     /// Returns the ranges for the table rows.
     #[must_use]
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
-        let (species, radii) = (rows.species(), rows.radii());
+        let (species, radii) = (rows.species(), rows.largest_radii());
         let occurring = scene.occurring_species();
         // The second half of the rows is for sleeping particles.
         let awake = if scene.sleep().is_some() { species.len() / 2 } else { species.len() };
@@ -203,5 +203,35 @@ impl Ranges {
         };
         ranges.update();
         ranges
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::pairs::rules::Rules;
+
+    #[test]
+    fn the_longest_bond_is_that_of_its_particles() {
+        // The radii of the pair sum to 0.95, and those of two particles with the diameter of the species to 0.8.
+        let scene = Scene::from_toml(
+            "space = { size = [9.0, 9.0, 9.0] }
+            species = [{ name = 'bead', mass = 1.3, diameter = 0.8, diameters = 'individual' }]
+            interaction = [
+                { species = ['bead', 'bead'], potential = 'hard-sphere' },
+                { name = 'link', potential = 'bond', shortest = 0.9, longest = 1.2 },
+            ]
+            particle = [
+                { species = 'bead', position = [1, 1, 1], diameter = 1.3 },
+                { species = 'bead', position = [2.2, 1, 1], diameter = 0.6 },
+            ]
+            bond = [{ particles = [0, 1], interaction = 'link' }]
+            run = { until_time = 1.0 }",
+            "dumbbell.toml",
+        );
+        let scene = scene.unwrap();
+        let ranges = Ranges::of(&scene, &Rules::new(&scene).rows);
+        assert!((ranges.longest - 1.2 * 0.95 / 0.8).abs() < 1e-12, "{ranges:?}");
+        assert!(ranges.of_cells > 1.2 && !ranges.are_captured_near(), "{ranges:?}");
     }
 }
