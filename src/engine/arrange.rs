@@ -39,7 +39,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns the neighbour search that replaces the current one, if this saves time.
     fn better_search(&self) -> Option<Search> {
-        let may_change = !self.images.slide() && self.distances.are_constant();
+        let may_change = !self.images.are_sliding() && self.distances.are_constant();
         may_change
             .then(|| self.best_search())
             .filter(|search| *search != self.neighbours.search() || self.is_search_outgrown())
@@ -48,7 +48,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether the neighbour search was set up for many more or fewer particles.
     pub(super) fn is_search_outgrown(&self) -> bool {
         let is_outgrown = |now: usize, before: usize| now > 2 * before.max(FEW) || before > 4 * now.max(FEW);
-        is_outgrown(self.state.bodies.len(), self.state.sorted)
+        is_outgrown(self.state.bodies.len(), self.state.count_when_sorted)
             || self.neighbours.verlet().is_some_and(|verlet| verlet.levels.are_outgrown(is_outgrown))
     }
 
@@ -75,7 +75,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns the best neighbour search at the present density, with a preference for the `current` search.
     fn search_like(&self, current: Option<Search>) -> Search {
-        if self.images.slide() {
+        if self.images.are_sliding() {
             return Search::Cells;
         }
         let rows = self.state.rows.iter().copied().chain(std::iter::repeat(0));
@@ -119,7 +119,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
-        self.state.sorted = positions.len();
+        self.state.count_when_sorted = positions.len();
         let factor = self.distances.reach_factor();
         let most = if search == Search::Cells { LARGE_IN_CELLS } else { LARGE_IN_LISTS };
         self.hardware.looks_ahead = positions.len() > most;

@@ -93,7 +93,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
         // A contact is usually predicted at the last event of either particle. The prediction may be older if a state
         // was written without an event: at the end of an epoch, or at a sliding side.
-        let is_written = older >= self.clock.now || self.images.slide();
+        let is_written = older >= self.clock.now || self.images.are_sliding();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
         let speed = velocity.norm() + acceleration * since + opening_speed.abs();
@@ -213,7 +213,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn overlaps_of_uncaptured(&self, particle: u32, near: &mut Candidates, found: &mut impl FnMut(Overlap)) {
         self.neighbours.find_candidates(particle, self.row(particle), near);
-        if !self.images.slide() {
+        if !self.images.are_sliding() {
             self.overlaps_with(particle, near.found(), found);
             return;
         }
@@ -260,7 +260,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let flown = pair.map(|particle| self.flown(particle));
             let round_off =
                 self.round_off_of_pair(&Meeting { pair, velocity: apart.velocity, flown, distance, opening_speed });
-            let [particle, partner] = pair.map(|particle| self.name(particle));
+            let [particle, partner] = pair.map(|particle| self.id(particle));
             let (depth, round_off) = (depth / distance, round_off / distance);
             found(Overlap { particle, partner: Some(partner), depth, round_off });
         }
@@ -276,7 +276,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if depth > 0.0 {
                 let at = self.touching(particle, surface, self.clock.now);
                 let round_off = self.round_off_of_surface(particle, &at, self.flown(particle));
-                let particle = self.name(particle);
+                let particle = self.id(particle);
                 found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
             }
         });

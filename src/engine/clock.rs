@@ -84,7 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Index of the surface of a predicted contact; `None` for a pair or a wall of the box.
     fn surface_of(&self, prediction: &Prediction) -> Option<u32> {
-        let index = (prediction.contact == Contact::Surface).then_some(prediction.partner_events)?;
+        let index = (prediction.contact == Contact::Surface).then_some(prediction.partner_version)?;
         self.sources.surfaces.get(index)?.number.checked_sub(FIRST_SURFACE)
     }
 
@@ -112,7 +112,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[cold]
     fn arrest(&self, particle: u32, partner: Option<u32>, standstill: Standstill) -> Arrest {
         Arrest {
-            particle: self.name(particle),
+            particle: self.id(particle),
             partner: partner.map(|partner| ParticleId(id_of(partner, &self.state.bodies))),
             surface: None,
             moving: self.sources.surfaces.moving_at(self.time()),

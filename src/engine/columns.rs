@@ -100,6 +100,13 @@ pub(super) trait Column: Sized {
 
     /// Copies the values of some particles from the column of a part.
     fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>);
+
+    /// Turns a bitwise copy of the column into an alias. The conditions are those of [`Array::become_alias`].
+    fn become_alias(&mut self);
+
+    /// Whether the column has values for `count` particles, or none in an engine that does not need it. Checks data from
+    /// a file.
+    fn fits(&self, count: usize) -> bool;
 }
 
 /// Copies some values of a column from a part, on all threads of the current pool. Columns without values stay empty.
@@ -146,6 +153,14 @@ impl Column for Array<Body> {
     fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
         take_values(self, part, numbers);
     }
+
+    fn become_alias(&mut self) {
+        self.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        self.len() == count
+    }
 }
 
 impl Column for Array<u16> {
@@ -169,6 +184,14 @@ impl Column for Array<u16> {
 
     /// Does nothing, because rows never change while the system runs in domains.
     fn take_over(&mut self, _: &Self, _: &PartNumbers<'_>) {}
+
+    fn become_alias(&mut self) {
+        self.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        self.is_empty() || self.len() == count
+    }
 }
 
 /// The spins; empty if the scene has none.
@@ -199,6 +222,14 @@ impl Column for Array<Vector> {
 
     fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
         take_values(self, part, numbers);
+    }
+
+    fn become_alias(&mut self) {
+        self.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        self.is_empty() || self.len() == count
     }
 }
 
@@ -231,6 +262,14 @@ impl Column for Travelled {
             (Self::Near(images), Self::Near(part)) => take_values(images, part, numbers),
             _ => numbers.all().for_each(|(here, whole)| self.put(whole, part.of(here))),
         }
+    }
+
+    fn become_alias(&mut self) {
+        self.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        self.len() == count
     }
 }
 
@@ -280,6 +319,14 @@ impl Column for Array<Prediction> {
             self[whole as usize] = prediction;
         }
     }
+
+    fn become_alias(&mut self) {
+        self.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        self.len() == count
+    }
 }
 
 impl Column for ContactTimes {
@@ -310,6 +357,14 @@ impl Column for ContactTimes {
     fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
         take_values(&mut self.last, &part.last, numbers);
     }
+
+    fn become_alias(&mut self) {
+        self.last.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        self.last.len() == count
+    }
 }
 
 impl Column for SurfaceRandom {
@@ -336,9 +391,18 @@ impl Column for SurfaceRandom {
     fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
         take_values(&mut self.contacts, &part.contacts, numbers);
     }
+
+    fn become_alias(&mut self) {
+        self.contacts.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        self.contacts.len() == count
+    }
 }
 
 impl Column for Box<Sleepers> {
+    /// Contacts with surfaces that move do change it, but no window is undone where particles sleep.
     const CHANGES_IN_CONTACTS: bool = false;
 
     fn permuted(&self, order: &Order) -> Self {
@@ -361,6 +425,13 @@ impl Column for Box<Sleepers> {
 
     fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
         take_values(&mut self.watched, &part.watched, numbers);
+    }
+
+    /// Does nothing, because systems with sleeping particles run on one thread.
+    fn become_alias(&mut self) {}
+
+    fn fits(&self, count: usize) -> bool {
+        self.watched.len() == count
     }
 }
 
@@ -417,6 +488,14 @@ impl Column for CapturedPairs {
             self.replace(whole, &captured);
         }
     }
+
+    fn become_alias(&mut self) {
+        self.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        self.is_empty() || self.len() == count
+    }
 }
 
 impl Column for Neighbours {
@@ -448,6 +527,14 @@ impl Column for Neighbours {
     /// Copies cells or list centres. The lists are left out.
     fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>) {
         numbers.all().for_each(|(here, whole)| self.relocate(whole, part.place(here)));
+    }
+
+    /// Does nothing. An alias also needs rooms for new lists: [`Neighbours::share`].
+    fn become_alias(&mut self) {}
+
+    /// The neighbours are checked with the table rows: `unsound_index`.
+    fn fits(&self, _: usize) -> bool {
+        true
     }
 }
 
@@ -562,7 +649,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         record
     }
 
-    /// Writes the complete record of a particle, except its neighbour list.
+    /// Writes the record of a particle, except its neighbour list and its row.
     #[inline]
     pub(super) fn write_record(&mut self, particle: u32, record: &Record) {
         self.for_each_column(Set(particle, record));
@@ -586,6 +673,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn shift_columns(&mut self, shift: f64) {
         self.for_each_column(Shift(shift));
+    }
+
+    /// Turns all columns of a bitwise copy of an engine into aliases. The conditions are those of
+    /// [`Array::become_alias`].
+    pub(super) fn alias_columns(&mut self) {
+        columns!(self, as_mut, column: mut => Column::become_alias(column));
+    }
+
+    /// Whether all columns fit the number of particles. Checks data from a file.
+    pub(super) fn columns_fit(&self) -> bool {
+        let count = self.state.bodies.len();
+        let mut fit = true;
+        columns!(self, as_ref, column: => fit &= column.fits(count));
+        fit
     }
 }
 

@@ -2,16 +2,17 @@
 //!
 //! | step | file | content |
 //! |---|---|---|
-//! | frame | [`frame`] | the particles that meet, the line of centres, the relative velocity |
+//! | frame | [`frame`] | two particles: the line of centres, the relative velocity |
+//! | | [`super::sources::surface`] | a particle and a surface |
 //! | law | [`law`] | velocities after the contact: potential steps, restitution, TC model |
 //! | | [`super::sources::surface`] | random velocities from a thermal surface |
 //! | | [`super::sources::andersen`] | random velocities from a heat bath |
 //! | apply | [`apply`] | writes velocities, voids predictions, counts, reports the event |
 //! | ledger | [`super::ledger`] | sums of exchanged energy and momentum |
 //!
-//! Only [`apply`] changes velocities and spins by impulses. Three other functions write velocities: `stream` moves
-//! accelerated particles, `slide` in a sheared box moves a particle to the image inside the box, and records restore
-//! whole particles.
+//! Only [`apply`] changes velocities and spins by impulses. These functions write velocities, too: `stream` moves
+//! accelerated particles, `cross_sliding_side` moves a particle to the image inside a sheared box, and records restore or
+//! take over whole particles. A particle that falls asleep loses what rounding has left of its spin.
 
 pub(super) mod apply;
 pub(super) mod frame;

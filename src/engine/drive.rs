@@ -163,7 +163,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             });
         }
-        deepest.map(|(particle, number, depth)| (self.name(particle), surfaces.name(number).to_owned(), depth))
+        deepest.map(|(particle, number, depth)| (self.id(particle), surfaces.name(number).to_owned(), depth))
     }
 
     /// Sets the accelerations of `scene`. Everything else in `scene` must be unchanged.
@@ -192,7 +192,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Discards all predictions and predicts all particles again.
     pub(super) fn start_anew(&mut self) {
         for body in &mut self.state.bodies {
-            body.events = body.events.wrapping_add(1);
+            body.version = body.version.wrapping_add(1);
         }
         if let Some(sleepers) = &mut self.sources.sleepers {
             sleepers.skip_event();

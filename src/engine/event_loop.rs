@@ -105,7 +105,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.schedule.queue.pop();
             self.clock.now = entry.time;
             if let Some(flow) = self.execute_contact(particle, &prediction, observe)? {
-                self.watch_progress(particle, &prediction)?;
+                self.check_progress(particle, &prediction)?;
                 if flow.is_break() {
                     return Ok(Some(Reason::Observer));
                 }
@@ -145,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns an error if events continue but time stands still.
     #[inline]
-    fn watch_progress(&mut self, particle: u32, prediction: &Prediction) -> Result<(), EngineError> {
+    fn check_progress(&mut self, particle: u32, prediction: &Prediction) -> Result<(), EngineError> {
         self.counts.transitions_at_event = self.counts.totals.transition;
         self.count_standstill();
         Ok(self.check_standstill(particle, prediction)?)

@@ -66,7 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return true;
         }
         let stays = |particle: u32| self.schedule.predictions[particle as usize].due_time() == f64::INFINITY;
-        if matches!(self.neighbours, Neighbours::Cells(_)) && moving.iter().all(|me| stays(me.id)) {
+        if matches!(self.neighbours, Neighbours::Cells(_)) && moving.iter().all(|me| stays(me.number)) {
             return self.neighbours_never_meet(&moving);
         }
         if moving.len().saturating_mul(self.state.bodies.len()) > MOST_PAIRS {
@@ -74,7 +74,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         moving.iter().all(|me| {
             self.particles()
-                .filter(|&other| other != me.id && (other > me.id || self.is_static(other)))
+                .filter(|&other| other != me.number && (other > me.number || self.is_static(other)))
                 .all(|other| self.never_meet(me, other))
         })
     }
@@ -83,12 +83,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
         let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {
-            self.neighbours.find_candidates(me.id, self.row(me.id), &mut near);
+            self.neighbours.find_candidates(me.number, self.row(me.number), &mut near);
             let Some(rest) = left.checked_sub(near.found().len()) else { return false };
             left = rest;
-            let captured = if TABLE { self.pairs.states.of(me.id) } else { &[] };
+            let captured = if TABLE { self.pairs.states.of(me.number) } else { &[] };
             let captured = captured.iter().map(|captured| captured.partner);
-            near.found().iter().copied().chain(captured).all(|other| other == me.id || self.never_meet(me, other))
+            near.found().iter().copied().chain(captured).all(|other| other == me.number || self.never_meet(me, other))
         })
     }
 
@@ -106,18 +106,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn may_meet_surface(&self, me: &Streamed) -> bool {
         let flight = self.flight(me);
-        let mut doubt = self.doubt(&[me.id]);
+        let mut doubt = self.doubt(&[me.number]);
         doubt.position += Doubt::of(flight.radius, 0.0).position;
         let mut may_meet = false;
         let mut look = |_: u32, surface: &Placed| may_meet |= !surface.shape.is_never_met(&flight, doubt);
-        self.sources.surfaces.for_each_unlimited(self.row(me.id), &mut look);
+        self.sources.surfaces.for_each_unlimited(self.row(me.number), &mut look);
         let is_periodic = self.state.periods.iter().any(|period| period.is_finite());
         if is_periodic && self.sources.surfaces.has_features() {
             // Features have infinitely many periodic images.
             return true;
         }
-        self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.id), &mut look);
-        self.sources.surfaces.for_each_moving(self.row(me.id), self.time(), |pose, surface| {
+        self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.number), &mut look);
+        self.sources.surfaces.for_each_moving(self.row(me.number), self.time(), |pose, surface| {
             let (position, velocity) = (pose.place_of_shape(&me.position), pose.direction_of_shape(&me.velocity));
             let acceleration = pose.direction_of_shape(&me.acceleration);
             let seen = Flight { position: &position, velocity: &velocity, acceleration: &acceleration, ..flight };
@@ -129,7 +129,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns true if a pair provably never meets. Its particles have no relative motion, or they recede or miss each
     /// other along the axes that are not periodic.
     pub(super) fn never_meet(&self, me: &Streamed, other: u32) -> bool {
-        let Some(squared) = self.squared_range_from_outside(me.id, other) else { return true };
+        let Some(squared) = self.squared_range_from_outside(me.number, other) else { return true };
         let (position, velocity) = self.state_at(other, self.clock.now);
         let velocity = me.velocity - velocity;
         let acceleration = me.acceleration - self.acceleration(other);
@@ -145,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return false;
         }
         let (acceleration, distance) = (open(acceleration), squared.sqrt());
-        let doubt = self.doubt(&[me.id, other]);
+        let doubt = self.doubt(&[me.number, other]);
         if acceleration == Vector::zeros() {
             never::inertial(&state, &doubt, distance)
         } else {

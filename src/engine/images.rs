@@ -56,7 +56,7 @@ impl ImagePolicy {
     }
 
     #[inline]
-    pub fn slide(&self) -> bool {
+    pub fn are_sliding(&self) -> bool {
         self.sliding.is_some()
     }
 
@@ -75,7 +75,7 @@ impl ImagePolicy {
         self.tied = [false; 3];
         if self.further.is_empty() {
             self.tied = cells.grid.tied_axes();
-            if self.slide() {
+            if self.are_sliding() {
                 // Images along the flow and the gradient are handled separately, because they slide.
                 (self.tied[FLOW], self.tied[GRADIENT]) = (false, false);
             }
@@ -157,7 +157,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !(has_one_image || !(FALLING && TABLE) && self.distances.are_constant()) {
             return Way::OneByOne;
         }
-        if !self.images.slide() || self.is_off_sliding_sides(particle) {
+        if !self.images.are_sliding() || self.is_off_sliding_sides(particle) {
             return if has_one_image { Way::Nearest } else { Way::Several };
         }
         match self.sliding(time) {
@@ -170,9 +170,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn are_captured_nearest(&self, particle: u32) -> bool {
         // A bonded partner can be far away, across a sliding side.
-        !self.images.slide()
+        !self.images.are_sliding()
             || (self.ranges.are_captured_near()
-                && !self.has_own_interactions(particle)
+                && !self.is_loosely_bonded(particle)
                 && self.is_off_sliding_sides(particle))
     }
 
@@ -180,7 +180,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// box, the possible images depend on the cell. Near sliding sides, the adjacent cells change with time.
     #[inline]
     pub(super) fn keeps_contact(&self, particle: u32) -> bool {
-        if self.images.slide() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
+        if self.images.are_sliding() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
     }
 
     /// For each axis, returns the number of images on either side of the nearest image in which a bonded pair can meet.
@@ -197,7 +197,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         std::array::from_fn(|axis| match counts[axis] {
             _ if self.state.periods[axis] == f64::INFINITY => 0,
             0..3 => 2,
-            _ if axis == FLOW && self.images.slide() => 2,
+            _ if axis == FLOW && self.images.are_sliding() => 2,
             _ => 1,
         })
     }

@@ -23,9 +23,7 @@ impl Simulation {
         let is_sleep_sound = with_engine!(&self.engine, engine => {
             let rows = &engine.pairs.rules.rows;
             rows.has_sleep() == sleep.is_some()
-                && engine.sources.sleepers.as_ref().map_or(sleep.is_none(), |it| {
-                    it.watched.len() == engine.state.bodies.len() && it.are_those_of(sleep)
-                })
+                && engine.sources.sleepers.as_ref().map_or(sleep.is_none(), |it| it.are_those_of(sleep))
         });
         if !is_sleep_sound {
             return Some("the sleeping particles");
@@ -35,16 +33,8 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether the arrays of last contact times and of contacts with thermal surfaces have `count` entries, if they
-    /// exist.
-    fn has_contacts_of(&self, count: usize) -> bool {
-        let times = self.pairs.contact_times.as_ref().is_none_or(|times| times.last.len() == count);
-        let thermal = self.sources.surface_random.as_ref().is_none_or(|random| random.contacts.len() == count);
-        times && thermal
-    }
-
     fn unsound_index(&self, species: usize) -> Option<&'static str> {
-        let State { bodies, numbers, next_name, rows, images, spins, sizes, moving, .. } = &self.state;
+        let State { bodies, numbers, next_id, rows, spins, sizes, moving, .. } = &self.state;
         let count = bodies.len();
         let spinning = if self.pairs.rules.has_spins { count } else { 0 };
         let sized = if self.pairs.rules.has_sizes { count } else { 0 };
@@ -59,14 +49,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let are_found = |&number: &u32| bodies.get(number as usize).is_some();
         match () {
-            () if [numbers.len(), images.len(), spins.len()] != [count, count, spinning]
-                || [sizes.radii.len(), sizes.inverse_masses.len()] != [sized; 2] =>
-            {
-                Some("the number of particles")
-            }
+            () if numbers.len() != count || !self.columns_fit() => Some("the number of particles"),
+            () if spins.len() != spinning => Some("the spins"),
+            () if [sizes.radii.len(), sizes.inverse_masses.len()] != [sized; 2] => Some("the diameters"),
             () if !numbers.iter().all(are_found)
-                || !numbers.is_sorted_by(|a, b| bodies[*a as usize].name < bodies[*b as usize].name)
-                || numbers.last().is_some_and(|last| bodies[*last as usize].name >= *next_name) =>
+                || !numbers.is_sorted_by(|a, b| bodies[*a as usize].id < bodies[*b as usize].id)
+                || numbers.last().is_some_and(|last| bodies[*last as usize].id >= *next_id) =>
             {
                 Some("the numbers of the particles")
             }
@@ -79,11 +67,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             () if self.particles().filter(|&particle| !self.is_of_static_species(particle)).count() != *moving => {
                 Some("the number of moving particles")
             }
-            () if self.schedule.predictions.len() != count || !self.schedule.predictions.iter().all(is_partner) => {
-                Some("the predictions")
-            }
+            () if !self.schedule.predictions.iter().all(is_partner) => Some("the predictions"),
             () if !self.schedule.queue.is_sound(count) => Some("the event queue"),
-            () if !self.has_contacts_of(count) => Some("the contacts of the particles"),
             () if !self.ranges.is_sound(rows_of_table.len()) => Some("the ranges of interactions"),
             () if !self.pairs.states.is_sound(count, TABLE) => Some("the captured pairs"),
             () if !self.pairs.rules.is_sound(species, self.pairs.states.all()) => Some("the interactions"),
@@ -101,7 +86,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 mod tests {
     use super::*;
     use crate::engine::Until;
+    use crate::engine::array::Array;
     use crate::engine::columns::tests::{mixture, spheres};
+    use crate::engine::images::travelled::Travelled;
+    use crate::engine::pairs::states::CapturedPairs;
     use crate::model::{Potential, Scene};
 
     const WALLED: &str = "
@@ -136,6 +124,47 @@ mod tests {
         interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.5 }]
         fill = [{ species = 'grain', arrangement = 'random', count = 30, region = { lower = [0.0, 0.0, 0.0], upper = [8.0, 8.0, 3.0] } }]
         run = { until_time = 20 }";
+
+    /// Its engine has all columns except that of sleep.
+    const GRAINS: &str = "
+        space = { size = [8.0, 8.0, 12.0], z = { lower = { temperature = 2.0 }, upper = 'open' } }
+        dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
+        species = [{ name = 'grain', mass = 1.3, diameter = 1.0, diameters = 'individual' }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'square-well', lambda = 1.4, well_depth = 0.3, friction = 0.3 }]
+        particle = [
+            { species = 'grain', position = [1, 1, 1], diameter = 0.9 },
+            { species = 'grain', position = [3, 1, 1], diameter = 1.1 },
+        ]
+        run = { until_time = 20 }";
+
+    fn shorten<T: Copy>(column: &mut Array<T>) {
+        column.change(Vec::pop);
+    }
+
+    #[test]
+    fn a_column_that_lacks_a_value_is_noticed() {
+        type Grains = Engine<true, true>;
+        let lacking: [fn(&mut Grains); 11] = [
+            |engine| shorten(&mut engine.state.bodies),
+            |engine| shorten(&mut engine.state.rows),
+            |engine| engine.state.images = Travelled::new(1),
+            |engine| shorten(&mut engine.state.spins),
+            |engine| shorten(&mut engine.state.sizes.radii),
+            |engine| shorten(&mut engine.state.sizes.inverse_masses),
+            |engine| shorten(&mut engine.schedule.predictions),
+            |engine| engine.pairs.states = CapturedPairs::new(1),
+            |engine| shorten(&mut engine.pairs.contact_times.as_mut().unwrap().last),
+            |engine| shorten(&mut engine.sources.surface_random.as_mut().unwrap().contacts),
+            |_| (),
+        ];
+        let grains = Grains::new(&Scene::from_toml(GRAINS, "grains.toml").unwrap());
+        let found = lacking.map(|lack| {
+            let mut engine = grains.clone();
+            lack(&mut engine);
+            engine.unsound_index(1)
+        });
+        assert!(found[..10].iter().all(Option::is_some) && found[10].is_none(), "{found:?}");
+    }
 
     /// If a byte is changed, the change is detected, or the simulation continues or returns an error. It never panics.
     #[test]

@@ -58,7 +58,7 @@ impl Neighbours {
     ///
     /// # Safety
     /// As for [`Array::become_alias`](super::array::Array::become_alias). The copy must not be dropped.
-    pub unsafe fn become_alias(&mut self, rooms: &mut Rooms) {
+    pub unsafe fn share(&mut self, rooms: &mut Rooms) {
         match self {
             Self::Cells(cells) => cells.become_alias(),
             Self::Lists(verlet) => {

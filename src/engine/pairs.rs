@@ -19,7 +19,7 @@ pub struct Pairs {
     pub states: CapturedPairs,
     pub contact_times: Option<ContactTimes>,
     /// True if some bonds have no infinite outer barrier, so that the particles can separate.
-    pub has_own_interactions: bool,
+    pub has_loose_bonds: bool,
     /// Multicanonical weights that replace the potential energy.
     pub bias: Option<Box<Bias>>,
 }
@@ -35,7 +35,7 @@ impl Pairs {
             contact_times: scene
                 .contact_time()
                 .map(|contact_time| ContactTimes::new(contact_time, scene.tc_rule(), count)),
-            has_own_interactions: scene.has_loose_bonds(),
+            has_loose_bonds: scene.has_loose_bonds(),
             bias: None,
         }
     }

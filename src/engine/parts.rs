@@ -127,18 +127,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[cold]
     #[inline(never)]
     pub(super) fn broken(&mut self, particle: u32, partner: Option<u32>, expected: Invariant) -> InvariantBroken {
-        let name = |number: u32| {
-            self.state.bodies.get(number as usize).map_or(ParticleId(number), |body| ParticleId(body.name))
-        };
-        let names = (name(particle), partner.map(name));
-        let broken = InvariantBroken { particle: names.0, partner: names.1, time: self.time(), expected };
+        let id =
+            |number: u32| self.state.bodies.get(number as usize).map_or(ParticleId(number), |body| ParticleId(body.id));
+        let (particle, partner) = (id(particle), partner.map(id));
+        let broken = InvariantBroken { particle, partner, time: self.time(), expected };
         self.broken = Some(broken);
         broken
     }
 
     #[inline]
-    pub(super) fn name(&self, particle: u32) -> ParticleId {
-        ParticleId(self.state.bodies[particle as usize].name)
+    pub(super) fn id(&self, particle: u32) -> ParticleId {
+        ParticleId(self.state.bodies[particle as usize].id)
     }
 
     #[inline]
@@ -210,12 +209,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     pub(super) fn acceleration(&self, particle: u32) -> Vector {
-        if FALLING {
-            let species = self.row(particle);
-            self.pairs.rules.species[usize::from(species)].acceleration
-        } else {
-            Vector::zeros()
-        }
+        if FALLING { self.pairs.rules.species[usize::from(self.row(particle))].acceleration } else { Vector::zeros() }
     }
 
     /// Takes the working memory of predictions out of the engine. The caller puts it back into `self.scratch`.

@@ -62,7 +62,7 @@ impl Simulation {
         if self.is_growing() {
             return Err(SetStateError::Growing);
         }
-        let first = with_engine!(&self.engine, engine => engine.state.next_name);
+        let first = with_engine!(&self.engine, engine => engine.state.next_id);
         if u64::from(first) + particles.len() as u64 > MOST_PARTICLES {
             return Err(SetStateError::TooMany);
         }
@@ -165,15 +165,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let now = self.clock.now;
         let present = |other: u32| {
             let (position, _) = self.state_at(other, now);
-            (self.name(other), (self.species_of(other), self.radius(other)), position)
+            (self.id(other), (self.species_of(other), self.radius(other)), position)
         };
         // A bond potential between two species limits the distance of every pair, so distant pairs can violate it.
         let has_bonds = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
-        let is_near = !has_bonds && !self.images.slide();
+        let is_near = !has_bonds && !self.images.are_sliding();
         let mut near = Candidates::default();
         let mut added: Vec<(ParticleId, (SpeciesId, f64), Vector)> = Vec::new();
-        for (particle, name) in new.iter().zip(self.state.next_name..) {
-            let particle_id = ParticleId(name);
+        for (particle, id) in new.iter().zip(self.state.next_id..) {
+            let particle_id = ParticleId(id);
             let (position, _) = self.wrapped(particle.position);
             let row = self.pairs.rules.rows.row_of(particle);
             let radius = 0.5 * scene.diameter(particle);
@@ -181,7 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let is_near = is_near && self.ranges.includes(row);
             if is_near {
                 self.neighbours.find_candidates_at(&position, row, &mut near);
-                near.found_mut().sort_unstable_by_key(|other| self.name(*other));
+                near.found_mut().sort_unstable_by_key(|other| self.id(*other));
             }
             let found = if is_near { near.found().to_vec() } else { self.by_id().collect() };
             let others = found.into_iter().map(present).chain(added.iter().copied());
@@ -276,9 +276,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> ControlFlow<()> {
         let now = self.clock.now;
         let mut records = Vec::with_capacity(particles.len());
-        for (particle, name) in particles.iter().zip(self.state.next_name..) {
+        for (particle, id) in particles.iter().zip(self.state.next_id..) {
             let (position, images) = self.wrapped(particle.position);
-            let mut record = Record::new(name, position, Vector::zeros(), now);
+            let mut record = Record::new(id, position, Vector::zeros(), now);
             record.images = Some(images);
             record.spin = self.pairs.rules.has_spins.then_some(particle.spin);
             record.row = TABLE.then(|| self.pairs.rules.rows.row_of(particle));

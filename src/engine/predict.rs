@@ -8,7 +8,7 @@
 //! | a filter for pairs that must be tested one by one | [`reach`] |
 //! | contacts while diameters grow | [`growth`] |
 //! | contacts with captured partners | this file |
-//! | contacts with distant bonded partners | [`own_interactions`] |
+//! | contacts with distant bonded partners | [`loose_bonds`] |
 //! | contacts with walls and other surfaces | [`surfaces`] |
 //!
 //! [`super::images`] chooses the periodic images of a pair. The search for new neighbours of a list,
@@ -18,7 +18,7 @@ pub(super) mod batch;
 mod growth;
 mod in_cell;
 mod in_list;
-mod own_interactions;
+mod loose_bonds;
 pub(super) mod reach;
 mod surfaces;
 
@@ -57,7 +57,7 @@ impl Scratch {
 
 /// State of a particle at the time of its prediction.
 pub(in crate::engine) struct Streamed {
-    pub id: u32,
+    pub number: u32,
     pub position: Vector,
     pub velocity: Vector,
     pub acceleration: Vector,
@@ -70,9 +70,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         streamed::<FALLING>(&self.state.bodies[particle as usize], &self.acceleration(particle), time)
     }
 
-    pub(in crate::engine) fn streamed(&self, id: u32, time: f64) -> Streamed {
-        let (position, velocity) = self.state_at(id, time);
-        Streamed { id, position, velocity, acceleration: self.acceleration(id), time }
+    pub(in crate::engine) fn streamed(&self, number: u32, time: f64) -> Streamed {
+        let (position, velocity) = self.state_at(number, time);
+        Streamed { number, position, velocity, acceleration: self.acceleration(number), time }
     }
 
     pub(in crate::engine) fn predict(&self, particle: u32, time: f64, scratch: &mut Scratch) -> Prediction {
@@ -85,8 +85,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Neighbours::Lists(verlet) => self.predict_in_list(&me, verlet, &mut prediction),
             Neighbours::Cells(cells) => self.predict_in_cell(&me, cells, scratch, &mut prediction),
         }
-        if self.has_own_interactions(particle) {
-            self.predict_own_interactions(&me, &mut prediction);
+        if self.is_loosely_bonded(particle) {
+            self.predict_loose_bonds(&me, &mut prediction);
         }
         prediction
     }
@@ -94,12 +94,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Predicts contacts with captured partners. A captured pair is between two discontinuities and can reach both.
     fn predict_captured(&self, me: &Streamed, prediction: &mut Prediction) {
         let Pairs { states, rules, .. } = &self.pairs;
-        let captured = states.of(me.id);
+        let captured = states.of(me.number);
         if captured.is_empty() {
             return;
         }
-        let species = |id: u32| self.row(id);
-        let is_batch = self.are_captured_nearest(me.id);
+        let is_batch = self.are_captured_nearest(me.number);
         if is_batch {
             let wraps = self.ranges.may_be_overstretched
                 || self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
@@ -109,7 +108,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         for captured in captured {
-            if is_batch && !rules.meeting(species(me.id), species(captured.partner)).is_accelerated {
+            if is_batch && !rules.meeting(self.row(me.number), self.row(captured.partner)).is_accelerated {
                 continue;
             }
             let (state, _) = self.relative(me, captured.partner);
@@ -117,7 +116,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             for side in [Side::Positive, Side::Negative] {
                 let Some(seen) = steps.seen_from(captured.state, side) else { continue };
                 let horizon = prediction.contact_time - me.time;
-                let squared = self.squared_of_pair(seen.squared, [me.id, captured.partner]);
+                let squared = self.squared_of_pair(seen.squared, [me.number, captured.partner]);
                 if let Some(dt) = self.detect(me, captured.partner, &state, (squared, side), horizon) {
                     self.offer(me, captured.partner, side, dt, prediction);
                 }
@@ -153,12 +152,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) {
         let before = prediction.contact_time;
         let met = self.batch_of(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
-        if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {
-            prediction.meet(me.id, met.other, Side::Positive, met.time, &self.state.bodies);
+        if met.other != NO_PARTICLE && prediction.is_before(me.number, met.other, met.time, &self.state.bodies) {
+            prediction.meet(me.number, met.other, Side::Positive, met.time, &self.state.bodies);
         }
         if FALLING
             && TABLE
-            && let Some(reaches) = self.pairs.rules.accelerated(self.row(me.id))
+            && let Some(reaches) = self.pairs.rules.accelerated(self.row(me.number))
         {
             let others = &others[..length.next_multiple_of(MOST_LANES)];
             self.predict_within_reach(me, wraps, others, &reaches, prediction);
@@ -167,7 +166,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     pub(in crate::engine) fn batch_of(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
-        let row = self.row(me.id);
+        let row = self.row(me.number);
         Batch {
             width: self.hardware.width,
             bodies: &self.state.bodies,
@@ -184,15 +183,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Predicts the contact of an uncaptured pair at its outermost discontinuity. The pair comes from outside.
     #[inline]
     pub(in crate::engine) fn predict_uncaptured_pair(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
-        if other == me.id {
+        if other == me.number {
             return;
         }
         let squared = if TABLE {
-            let meeting = self.pairs.rules.meeting(self.row(me.id), self.row(other));
+            let meeting = self.pairs.rules.meeting(self.row(me.number), self.row(other));
             if !meeting.exists {
                 return;
             }
-            self.squared_of_pair(meeting.squared, [me.id, other])
+            self.squared_of_pair(meeting.squared, [me.number, other])
         } else {
             self.pairs.rules.meeting(0, 0).squared
         };
@@ -258,14 +257,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(in crate::engine) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
-        if prediction.is_before(me.id, other, time, &self.state.bodies) {
-            prediction.meet(me.id, other, side, time, &self.state.bodies);
+        if prediction.is_before(me.number, other, time, &self.state.bodies) {
+            prediction.meet(me.number, other, side, time, &self.state.bodies);
         }
     }
 }
 
 /// Factor by which squared reaches are enlarged, so that round-off cannot hide a contact.
-pub(in crate::engine) const SLACK: f64 = 1.0 + 1e-9;
+pub(in crate::engine) const SLACK_FACTOR: f64 = 1.0 + 1e-9;
 
 /// Returns true if a pair is too far apart to meet within the time `T = horizon`, even if the particles fly straight at
 /// each other.
@@ -281,7 +280,7 @@ pub(in crate::engine) fn is_out_of_reach(
 ) -> bool {
     let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;
     let reach = squared.sqrt() + speed * horizon;
-    state.position.norm_squared() > reach * reach * SLACK
+    state.position.norm_squared() > reach * reach * SLACK_FACTOR
 }
 
 #[inline]

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Contact {
     /// Contact with another particle. The pair reaches a discontinuity of its potential from this side.
     Pair(Side),
-    /// Contact with a surface. The index of the surface is stored in place of the event count.
+    /// Contact with a surface. The index of the surface is stored in place of the partner's version.
     Surface,
 }
 
@@ -27,8 +27,8 @@ pub(super) struct Prediction {
     /// Time since the epoch at which the particle leaves its cell or skin, or infinity.
     pub transition_time: f64,
     pub partner: u32,
-    /// The partner's event count at the time of prediction, or the index of the surface.
-    pub partner_events: u32,
+    /// Version of the partner's motion at the time of prediction, or the index of the surface.
+    pub partner_version: u32,
     /// Order of simultaneous contacts. Pairs come before surfaces, and lower ids come first.
     pub tie_order: u32,
     pub contact: Contact,
@@ -48,7 +48,7 @@ pub(super) fn absent(id: u32) -> u32 {
 
 #[inline]
 pub(super) fn id_of(number: u32, bodies: &Array<Body>) -> u32 {
-    number.checked_sub(FIRST_ABSENT).unwrap_or_else(|| bodies[number as usize].name)
+    number.checked_sub(FIRST_ABSENT).unwrap_or_else(|| bodies[number as usize].id)
 }
 
 impl Prediction {
@@ -56,7 +56,7 @@ impl Prediction {
         contact_time: f64::INFINITY,
         transition_time: f64::INFINITY,
         partner: NO_PARTICLE,
-        partner_events: 0,
+        partner_version: 0,
         tie_order: 0,
         contact: Contact::Pair(Side::Positive),
         exit: CellFace { axis: 0, is_upper: false },
@@ -75,8 +75,8 @@ impl Prediction {
     /// Whether a pair contact comes before the predicted contact. Of simultaneous contacts, lower ids come first.
     #[inline]
     pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &Array<Body>) -> bool {
-        let name = |particle: u32| id_of(particle, bodies);
-        let pair = |other: u32| (name(particle).min(name(other)), name(particle).max(name(other)));
+        let id = |particle: u32| id_of(particle, bodies);
+        let pair = |other: u32| (id(particle).min(id(other)), id(particle).max(id(other)));
         time < self.contact_time
             || (time == self.contact_time
                 && matches!(self.contact, Contact::Pair(_))
@@ -88,9 +88,9 @@ impl Prediction {
         let partner = &bodies[other as usize];
         self.contact_time = time;
         self.partner = other;
-        self.partner_events = partner.events;
-        let name = bodies[particle as usize].name;
-        self.tie_order = partner.name.min(name) << 1 | u32::from(partner.name < name);
+        self.partner_version = partner.version;
+        let id = bodies[particle as usize].id;
+        self.tie_order = partner.id.min(id) << 1 | u32::from(partner.id < id);
         self.contact = Contact::Pair(side);
     }
 
@@ -105,7 +105,7 @@ impl Prediction {
     /// Whether the predicted event continues an interrupted search for contacts with moving surfaces.
     #[inline]
     pub fn is_search(&self) -> bool {
-        self.contact == Contact::Surface && self.partner_events == SEARCH
+        self.contact == Contact::Surface && self.partner_version == SEARCH
     }
 
     /// Updates the index of the partner. A partner that is no longer in memory is marked as absent, with the old index.
@@ -121,11 +121,11 @@ impl Prediction {
     }
 
     #[inline]
-    pub fn reach(&mut self, surface: u32, time: f64, name: u32) {
+    pub fn reach(&mut self, surface: u32, time: f64, id: u32) {
         self.contact_time = time;
         self.partner = NO_PARTICLE;
-        self.partner_events = surface;
-        self.tie_order = SURFACE | name << 1;
+        self.partner_version = surface;
+        self.tie_order = SURFACE | id << 1;
         self.contact = Contact::Surface;
     }
 }
@@ -198,12 +198,12 @@ impl Pending for Due<'_> {
 
     /// Orders contacts of pairs by the higher id, and then by the id of the particle that stores the prediction.
     fn rank(&self, particle: u32) -> u64 {
-        let name = |particle: u32| u64::from(id_of(particle, self.bodies));
+        let id = |particle: u32| u64::from(id_of(particle, self.bodies));
         let prediction = &self.predictions[particle as usize];
         let partner = if prediction.is_transition() { None } else { prediction.partner_in_contact() };
         // Contacts with particles of other threads are never executed in this order. They are held back.
         let partner = partner.filter(|partner| self.has(*partner));
-        partner.map_or(0, |partner| name(partner).max(name(particle))) << 32 | name(particle)
+        partner.map_or(0, |partner| id(partner).max(id(particle))) << 32 | id(particle)
     }
 
     #[inline]

@@ -155,7 +155,7 @@ impl Simulation {
     }
 
     fn ids(&self) -> Vec<ParticleId> {
-        with_engine!(&self.engine, engine => engine.by_id().map(|particle| engine.name(particle)).collect())
+        with_engine!(&self.engine, engine => engine.by_id().map(|particle| engine.id(particle)).collect())
     }
 
     /// Checks vectors in the order of ids. A static particle must have the vector `fixed`. Components along flat axes

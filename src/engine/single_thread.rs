@@ -74,10 +74,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             is_watched: _,
             next_global: _,
         } = &self.sources;
-        let Pairs { rules: _, states: _, contact_times: _, has_own_interactions, bias } = &self.pairs;
-        let reach_far = *has_own_interactions || self.ranges.may_be_overstretched;
+        let Pairs { rules: _, states: _, contact_times: _, has_loose_bonds, bias } = &self.pairs;
+        let reach_far = *has_loose_bonds || self.ranges.may_be_overstretched;
         match () {
-            () if self.images.slide() => Some(SingleThread::SlidingImages),
+            () if self.images.are_sliding() => Some(SingleThread::SlidingImages),
             () if reach_far => Some(SingleThread::LongInteractions),
             () if !self.distances.are_constant() => Some(SingleThread::ChangingDistances),
             () if restraint.is_some() || bias.is_some() => Some(SingleThread::WholeSystem),

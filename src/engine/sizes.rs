@@ -89,6 +89,15 @@ impl Column for Sizes {
         take_values(&mut self.radii, &part.radii, numbers);
         take_values(&mut self.inverse_masses, &part.inverse_masses, numbers);
     }
+
+    fn become_alias(&mut self) {
+        self.radii.become_alias();
+        self.inverse_masses.become_alias();
+    }
+
+    fn fits(&self, count: usize) -> bool {
+        [&self.radii, &self.inverse_masses].iter().all(|values| values.is_empty() || values.len() == count)
+    }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -170,7 +179,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Not inlined, because most scenes have equal particles.
     #[inline(never)]
     fn scaled_to_pair(&self, distance: f64, [i, j]: [u32; 2]) -> f64 {
-        let of_species = self.pairs.rules.radii_of(self.row(i), self.row(j));
+        let of_species = self.pairs.rules.sum_of_species_radii(self.row(i), self.row(j));
         scaled_distance(distance, of_species, self.radius(i) + self.radius(j))
     }
 
@@ -182,7 +191,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !self.has_sizes() || range < 0.0 {
             return range;
         }
-        let radii = self.pairs.rules.rows.radii();
+        let radii = self.pairs.rules.rows.largest_radii();
         scaled_distance(range, radii[rows[0]] + radii[rows[1]], radius + self.radius(other))
     }
 

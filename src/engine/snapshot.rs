@@ -194,7 +194,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let species = self.species_of(particle);
             let spin = self.spin(particle);
             let diameter = self.own_diameter(particle);
-            visit(ParticleNow { id: self.name(particle), species, position, velocity, spin, image, diameter })?;
+            visit(ParticleNow { id: self.id(particle), species, position, velocity, spin, image, diameter })?;
         }
         Ok(())
     }
@@ -226,7 +226,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if let Some(spin) = self.state.spins.get(particle as usize) {
                 rotational.add(rotational_energy(spin, species.inverse_inertia));
             }
-            if self.images.slide() {
+            if self.images.are_sliding() {
                 let streaming = self.streaming_velocity(&position);
                 thermal.add(0.5 * mass * (velocity - streaming).norm_squared());
                 streaming_momentum.iter_mut().zip(&streaming).for_each(|(sum, component)| sum.add(mass * component));
@@ -245,7 +245,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Energy {
             kinetic: kinetic.total(),
             rotational: rotational.total(),
-            thermal: if self.images.slide() { thermal.total() } else { kinetic.total() },
+            thermal: if self.images.are_sliding() { thermal.total() } else { kinetic.total() },
             potential: pair + external.total(),
             pair,
             confined: self.confined_kinetic(),

@@ -9,7 +9,9 @@
 //!   ([`super::distances`]), and reflections of a restrained distance ([`restraint`]). The earliest global event is due
 //!   at [`Sources::next_global`].
 //!
-//! To add a source, add a file here, its data in [`Sources`], and a variant of [`Contact`] or [`GlobalEvent`].
+//! To add a source, add a file here, its data in [`Sources`], and a variant of [`Contact`] or [`GlobalEvent`]. A global
+//! event also needs its time in `global_events` and its call in `execute_global`. `shift_sources` shifts its times to a
+//! new epoch.
 
 pub(super) mod andersen;
 mod cell_transition;
@@ -131,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             || self.sources.restraint.is_some()
             || self.sources.inlets.as_ref().is_some_and(|inlets| inlets.next() < f64::INFINITY)
             || !self.distances.are_constant()
-            || self.images.slide()
+            || self.images.are_sliding()
             || self.will_wake_some()
     }
 
@@ -148,7 +150,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         match prediction.contact {
             _ if self.is_void(prediction) => Ok(None),
             Contact::Pair(side) => self.execute_pair([particle, prediction.partner], side, time, observe).map(Some),
-            Contact::Surface => self.execute_surface(particle, prediction.partner_events, time, observe).map(Some),
+            Contact::Surface => self.execute_surface(particle, prediction.partner_version, time, observe).map(Some),
         }
     }
 
@@ -160,7 +162,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         match prediction.contact {
             Contact::Pair(_) => {
                 let partner = self.state.bodies.get(prediction.partner as usize);
-                partner.is_none_or(|partner| partner.events != prediction.partner_events)
+                partner.is_none_or(|partner| partner.version != prediction.partner_version)
             }
             Contact::Surface => prediction.is_search(),
         }

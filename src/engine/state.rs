@@ -21,13 +21,13 @@ pub(super) struct Body {
     pub time: f64,
     /// Version of the motion. It grows with each event that changes the motion, and when all predictions are discarded.
     /// A prediction for another version is outdated.
-    pub events: u32,
+    pub version: u32,
     /// Id of the particle.
-    pub name: u32,
+    pub id: u32,
 }
 
 impl Body {
-    /// Returns an array of position, velocity and time. The last number has no meaning: it holds `events` and `name`.
+    /// Returns an array of position, velocity and time. The last number has no meaning: it holds `version` and `id`.
     #[inline(always)]
     pub fn numbers(&self) -> &[f64; 8] {
         const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };
@@ -43,7 +43,7 @@ pub(super) struct State {
     /// Index in memory of each particle, in the order of the ids.
     pub numbers: Vec<u32>,
     /// The id of the next particle that enters.
-    pub next_name: u32,
+    pub next_id: u32,
     /// Indices of particles that have left. Empty except within the event loop, see [`Engine::close_gaps`].
     ///
     /// [`Engine::close_gaps`]: super::parts::Engine::close_gaps
@@ -52,8 +52,8 @@ pub(super) struct State {
     /// Number of particles that are not static.
     pub moving: usize,
     /// Number of particles when the neighbour search was set up.
-    pub sorted: usize,
-    /// Row of each particle's species in the interaction table. Empty if there is no table.
+    pub count_when_sorted: usize,
+    /// Table row of each particle: its species, its range of diameters, and whether it sleeps. Empty if there is no table.
     pub rows: Array<u16>,
     pub images: Travelled,
     /// Spin of each particle `[1 / time]`; empty if the scene has no spins.
@@ -67,29 +67,29 @@ pub(super) struct State {
 impl State {
     /// Returns the particles of a scene at its start, sorted so that neighbours in space are close in memory.
     pub fn of(scene: &Scene, rows: &Rows, has_table: bool) -> Self {
-        let names = {
+        let ids = {
             let positions: Vec<Vector> = scene.particles().iter().map(|p| p.position).collect();
             along_curve(scene.space(), &positions)
         };
-        let mut numbers = vec![0; names.len()];
-        for (&name, number) in names.iter().zip(0..) {
-            numbers[name as usize] = number;
+        let mut numbers = vec![0; ids.len()];
+        for (&id, number) in ids.iter().zip(0..) {
+            numbers[id as usize] = number;
         }
-        let particles = || names.iter().map(|&name| &scene.particles()[name as usize]);
+        let particles = || ids.iter().map(|&id| &scene.particles()[id as usize]);
         let bodies = particles()
-            .zip(&names)
-            .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
+            .zip(&ids)
+            .map(|(p, &id)| Body { position: p.position, velocity: p.velocity, time: 0.0, version: 0, id })
             .collect();
         let spins = if scene.has_spins() { particles().map(|p| p.spin).collect() } else { Array::new() };
         Self {
             bodies,
-            next_name: id(numbers.len()),
+            next_id: id(numbers.len()),
             vacant: Vec::new(),
             moving: particles().filter(|p| !scene.species()[p.species.0 as usize].is_static()).count(),
-            sorted: 0,
+            count_when_sorted: 0,
             numbers,
             rows: particles().filter(|_| has_table).map(|p| rows.row_of(p)).collect(),
-            images: Travelled::new(names.len()),
+            images: Travelled::new(ids.len()),
             spins,
             sizes: Sizes::of(scene, particles()),
             space: scene.space().clone(),
@@ -103,7 +103,7 @@ impl State {
     /// `numbers`.
     #[inline]
     pub fn number(&self, id: u32) -> Option<u32> {
-        let of = |number: u32| self.bodies[number as usize].name;
+        let of = |number: u32| self.bodies[number as usize].id;
         let number = self.numbers.get(id as usize).copied().filter(|&number| of(number) == id);
         number.or_else(|| {
             let at = self.numbers.binary_search_by_key(&id, |&number| of(number)).ok()?;
@@ -120,17 +120,17 @@ impl State {
     pub fn number_anew(&mut self) {
         if let Some(new) = self.bodies.last()
             && self.numbers.len() + 1 == self.bodies.len()
-            && new.name >= self.next_name
+            && new.id >= self.next_id
         {
             // Ids of particles that enter are the largest, so nothing has to be sorted.
             self.numbers.push(id(self.numbers.len()));
-            self.next_name = new.name + 1;
+            self.next_id = new.id + 1;
             return;
         }
         self.numbers.extend((0..).take(self.bodies.len()).skip(self.numbers.len()));
-        self.numbers.sort_by_key(|&number| self.bodies[number as usize].name);
-        let last = self.numbers.last().map_or(0, |&number| self.bodies[number as usize].name + 1);
-        self.next_name = self.next_name.max(last);
+        self.numbers.sort_by_key(|&number| self.bodies[number as usize].id);
+        let last = self.numbers.last().map_or(0, |&number| self.bodies[number as usize].id + 1);
+        self.next_id = self.next_id.max(last);
     }
 
     pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn body_as_numbers_holds_position_velocity_and_time() {
         let (position, velocity) = (Vector::new(1.0, 2.0, 3.0), Vector::new(4.0, 5.0, 6.0));
-        let bodies = [Body { position, velocity, time: 7.0, events: 8, name: 9 }; 2];
+        let bodies = [Body { position, velocity, time: 7.0, version: 8, id: 9 }; 2];
         for body in &bodies {
             assert_eq!(body.numbers()[..7], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
         }

@@ -58,7 +58,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         states.spins.clear();
         for &particle in &self.state.numbers {
             let (position, velocity) = self.state_at(particle, self.clock.now);
-            states.ids.push(self.name(particle));
+            states.ids.push(self.id(particle));
             states.positions.push(position);
             states.velocities.push(velocity);
             states.spins.extend(self.state.spins.get(particle as usize));
@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             for captured in self.pairs.states.of(particle).iter().filter(|captured| captured.state > 0) {
                 // Two mobile particles both store the state of the pair. A static particle stores no states.
                 if particle < captured.partner || self.is_static(captured.partner) {
-                    let [a, b] = [particle, captured.partner].map(|number| self.name(number));
+                    let [a, b] = [particle, captured.partner].map(|number| self.id(number));
                     pairs.push(([a.min(b), a.max(b)], captured.state));
                 }
             }

@@ -3,8 +3,8 @@
 //! A surface has a shape ([`Surface`]) and a law of contact ([`crate::model::SurfaceLaw`]). A mesh consists of several
 //! shapes: its faces, edges and corners ([`features`]). To add a shape, write a file like [`plane`], or [`round`] for
 //! a curved shape, and add a variant to [`Shape`]. A curved shape must define
-//! `is_closing`, `bend`, `overlap` and `second_rate_bound`. A shape of limited size must define `extent`. The defaults
-//! of these functions hold for flat, unlimited shapes.
+//! `is_closing`, `bend`, `overlap` and `second_rate_bound`. A shape of limited size must define `extent` and `beyond`.
+//! The defaults of these functions are those of a flat, unlimited shape. [`features`] moves the shapes of a surface.
 //!
 //! [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds the surfaces of limited extent.
 

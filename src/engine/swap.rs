@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             ![particle, other].contains(third) && meeting.exists && nearest.norm_squared() < squared
         };
         !near.found().iter().any(overlaps)
-            && self.overlap_with_surfaces((row, self.radius(other)), &position, self.name(particle)).is_none()
+            && self.overlap_with_surfaces((row, self.radius(other)), &position, self.id(particle)).is_none()
     }
 
     /// Gives two particles new lists after a change of their rows. Cells do not depend on rows.

@@ -65,7 +65,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     let me = engine.streamed(i, time);
     match prediction.contact {
         Contact::Surface => {
-            let placed = *engine.sources.surfaces.get(prediction.partner_events)?;
+            let placed = *engine.sources.surfaces.get(prediction.partner_version)?;
             let at = engine.touching(i, &placed, time);
             let (number, shape) = (placed.number, placed.shape);
             let unit = unit_of_surface(engine.radius(i));
@@ -88,7 +88,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
         Contact::Pair(side) => {
             let j = prediction.partner;
             let is_mutual = engine.is_static(j) || predictions[j as usize].contact_time == time;
-            if !is_mutual || engine.state.bodies[j as usize].events != prediction.partner_events {
+            if !is_mutual || engine.state.bodies[j as usize].version != prediction.partner_version {
                 return None;
             }
             let state = engine.relative(&me, j).0;
@@ -138,7 +138,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
             engine.enqueue(particle);
         }
     }
-    let names = passing.who.map(|particle| engine.name(particle));
+    let names = passing.who.map(|particle| engine.id(particle));
     let (mut has_come, mut is_disturbed) = (false, false);
     let epochs = engine.clock.epochs;
     let mut see = |event: &Event| {

@@ -46,7 +46,7 @@ impl Record {
     /// Creates the record of a new particle. `time` is counted from the epoch.
     pub fn new(id: u32, position: Vector, velocity: Vector, time: f64) -> Self {
         Self {
-            body: Body { position, velocity, time, events: 0, name: id },
+            body: Body { position, velocity, time, version: 0, id },
             number: NO_PARTICLE,
             row: None,
             images: None,
@@ -64,7 +64,7 @@ impl Record {
 
 impl Record {
     pub fn of_motion(number: u32, body: Body, prediction: Prediction) -> Self {
-        let record = Self::new(body.name, body.position, body.velocity, body.time);
+        let record = Self::new(body.id, body.position, body.velocity, body.time);
         Self { number, body, prediction: Some(prediction), ..record }
     }
 
@@ -91,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         particles.iter().for_each(|&particle| stays[particle as usize] = false);
         for prediction in &mut self.schedule.predictions {
             if stays.get(prediction.partner as usize) == Some(&false) {
-                prediction.partner = absent(self.state.bodies[prediction.partner as usize].name);
+                prediction.partner = absent(self.state.bodies[prediction.partner as usize].id);
             }
         }
         self.permute(&Order::of(self.particles().filter(|&particle| stays[particle as usize]).collect(), count));

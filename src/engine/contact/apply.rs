@@ -1,5 +1,5 @@
-//! Writes the velocities after a contact, and adds torques to spins. No other code does this. `impulse` is only
-//! recorded.
+//! Writes the velocities after a contact, and adds torques to spins. The other code that writes velocities is listed in
+//! [`super`]. `impulse` is only recorded.
 
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind, Other, Outcome};
@@ -104,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn change_velocity(&mut self, particle: u32, after: Vector) -> Vector {
         let body = &mut self.state.bodies[particle as usize];
-        body.events = body.events.wrapping_add(1);
+        body.version = body.version.wrapping_add(1);
         std::mem::replace(&mut body.velocity, after)
     }
 
@@ -125,7 +125,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let position = |particle: u32| self.state.bodies[particle as usize].position;
         let first = position(change.particle);
         let (other, positions, after) = match change.other {
-            With::Particle(partner) => (Other::Particle(self.name(partner)), [first, position(partner)], change.after),
+            With::Particle(partner) => (Other::Particle(self.id(partner)), [first, position(partner)], change.after),
             With::Surface(index) => {
                 let named = self.sources.surfaces.get(index).map(|placed| (placed.number, placed.feature));
                 let (surface, feature) = named.unwrap_or_default();
@@ -153,7 +153,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Event {
             time: self.time(),
             kind: outcome,
-            particle: self.name(change.particle),
+            particle: self.id(change.particle),
             other,
             normal: if length > 0.0 { change.line / length } else { Vector::zeros() },
             impulse: change.impulse,
@@ -191,14 +191,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (dissipated, lifting) = if change.is_lifted { (0.0, -change.dissipated) } else { (change.dissipated, 0.0) };
         self.note_energies(change.energy_step, dissipated, change.supplied + lifting);
         if self.sources.is_watched {
-            self.watch(*change, *before);
+            self.note_change(*change, *before);
         }
     }
 
     /// Adds a change to the sums for the pressure between walls, and passes it to the restraint.
     #[cold]
     #[inline(never)]
-    fn watch(&mut self, change: Change, before: [Vector; 2]) {
+    fn note_change(&mut self, change: Change, before: [Vector; 2]) {
         self.watch_restraint(&change);
         let (partner, is_internal) = match change.other {
             With::Particle(partner) => (Some(partner), true),

@@ -184,7 +184,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
         let velocity = velocities[0] - velocities[1];
-        if !self.images.slide() {
+        if !self.images.are_sliding() {
             return velocity;
         }
         let [a, b] = [i, j].map(|particle| &self.state.bodies[particle as usize]);

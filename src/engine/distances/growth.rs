@@ -92,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.counts.transitions_at_proof = self.counts.totals.transition;
         self.counts.transitions_at_order = self.counts.totals.transition;
         let bodies = &self.state.bodies;
-        self.state.images.set(|particle| images[bodies[particle as usize].name as usize]);
+        self.state.images.set(|particle| images[bodies[particle as usize].id as usize]);
     }
 
     /// Lets all diameters grow up to `largest` times the diameters of the scene.

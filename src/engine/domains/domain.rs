@@ -106,7 +106,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let mut engine = whole.part(&order);
         for prediction in &mut engine.schedule.predictions {
             if let Some(number) = prediction.absent_partner() {
-                prediction.partner = absent(whole.state.bodies[number as usize].name);
+                prediction.partner = absent(whole.state.bodies[number as usize].id);
             }
         }
         let mut domain = Self {

@@ -417,7 +417,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
             for particle in domain.engine.particles() {
                 let held = domain.held[particle as usize];
                 if domain.owned.has(particle) {
-                    let there = one.state.number(domain.engine.state.bodies[particle as usize].name).unwrap();
+                    let there = one.state.number(domain.engine.state.bodies[particle as usize].id).unwrap();
                     assert_eq!(all_of(&domain.engine, particle), all_of(&one, there), "{name} {compared}");
                     assert_eq!(listed(&domain.engine, particle), listed(&one, there), "{name} {compared}");
                     continue;
@@ -497,7 +497,7 @@ fn absent_partners_are_found_by_their_ids_after_a_removal() {
     domains.cut = Some(cut);
     domains.complete(&mut engine);
     let partner = engine.schedule.predictions[whole as usize].partner;
-    assert_eq!(engine.state.bodies[partner as usize].name, 2_000);
+    assert_eq!(engine.state.bodies[partner as usize].id, 2_000);
 }
 
 #[test]

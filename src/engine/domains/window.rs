@@ -112,7 +112,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
         self.log.contact(&self.engine, particle, self.is_plain);
         let first = match partner {
-            Some(partner) if self.engine.name(partner) < self.engine.name(particle) => partner,
+            Some(partner) if self.engine.id(partner) < self.engine.id(particle) => partner,
             _ => particle,
         };
         let executed =
@@ -174,7 +174,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         let [[x, y, z], [u, v, w]] =
             [body.position, body.velocity].map(|vector| <[f64; 3]>::from(vector).map(f64::to_bits));
         let with = other.map_or(u64::MAX, |other| {
-            u64::from(self.engine.pair_state(particle, other).0) << 32 | u64::from(self.engine.name(other).0)
+            u64::from(self.engine.pair_state(particle, other).0) << 32 | u64::from(self.engine.id(other).0)
         });
         let mut hash_of_step = hash(3, [time.to_bits(), with, x, y, z, u, v, w]);
         // Spins can differ although velocities are equal: an impulse is rounded when it is added.
@@ -212,7 +212,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             self.touched.len() - 1
         });
         let Touched { held, digest, .. } = &mut self.touched[at];
-        *digest = hash(*digest, [of_step, due[0], due[1], partner << 32 | u64::from(prediction.partner_events)]);
+        *digest = hash(*digest, [of_step, due[0], due[1], partner << 32 | u64::from(prediction.partner_version)]);
         let step = Step { particle, is_void, time, hash: of_step, readers };
         if held.is_owned() {
             self.steps.push(step);

@@ -133,11 +133,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns true if a particle that leaves its cell through a face crosses a sliding side.
     #[inline]
     pub(in crate::engine) fn slides_behind(&self, cells: &Cells, particle: u32, face: CellFace) -> bool {
-        self.images.slide() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
+        self.images.are_sliding() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
     }
 
     /// Moves a particle that crosses a sliding side to the position and velocity of its image on the opposite side.
-    pub(in crate::engine) fn slide(&mut self, particle: u32, face: CellFace, time: f64) -> Result<(), InvariantBroken> {
+    pub(in crate::engine) fn cross_sliding_side(
+        &mut self,
+        particle: u32,
+        face: CellFace,
+        time: f64,
+    ) -> Result<(), InvariantBroken> {
         let Some(shear) = self.images.sliding else {
             return Err(self.broken(particle, None, Invariant::Transition));
         };
@@ -168,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Moves a particle back to a sliding side if round-off put it beyond. Beyond the side, its velocity would be
     /// wrong, because the images there move at a different speed.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
-        if self.images.slide() {
+        if self.images.are_sliding() {
             let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
             let at = &mut self.state.bodies[particle as usize].position[GRADIENT];
             *at = at.clamp(lower, upper);
@@ -180,7 +185,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// times the image number along y.
     pub(in crate::engine) fn image_numbers(&self, particle: u32, periods: i32) -> [i32; 3] {
         let mut image = self.state.images.of(particle);
-        if self.images.slide() {
+        if self.images.are_sliding() {
             image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
         }
         image
@@ -210,7 +215,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         shear.next_refresh += shear.between_refreshes;
         let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
         // Distant bonded partners can be several rows of cells away from the side.
-        let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
+        let is_found = |particle: &u32| is_next_to_side(particle) || self.is_loosely_bonded(*particle);
         let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
         Ok(Repredict::Some(found.collect()))
     }

@@ -27,10 +27,10 @@ pub struct VerletLists {
     pub levels: Levels,
     /// The lists can be rebuilt from the centres and the captured pairs.
     pub lists: Lists,
-    /// For each pair of species, the largest squared distance between the centres of a listed pair `[length^2]`.
+    /// For each pair of table rows, the largest squared distance between the centres of a listed pair `[length^2]`.
     /// Negative for pairs that never meet.
     squared: Vec<f64>,
-    species: usize,
+    rows: usize,
     periods: Vector,
     /// Corners of the inner part of the box, in which particles meet no particle across a side of the box.
     inner: [Vector; 2],
@@ -59,19 +59,19 @@ impl VerletLists {
             levels: Levels::new(space, ranges, |a, b| reach(ranges.at(a, b)), &positions, rows),
             centres: positions.into(),
             squared: ranges.between.iter().map(|&range| reach(range) * reach(range).abs()).collect(),
-            species: ranges.between.len().isqrt(),
+            rows: ranges.between.len().isqrt(),
             periods: space.periods(),
             inner: [space.lower + margin, space.upper() - margin],
         }
     }
 
     #[must_use]
-    pub fn is_sound(&self, particles: usize, species: usize) -> bool {
+    pub fn is_sound(&self, particles: usize, rows: usize) -> bool {
         self.centres.len() == particles
-            && self.species == species
-            && self.squared.len() == species * species
+            && self.rows == rows
+            && self.squared.len() == rows * rows
             && self.lists.is_sound(particles)
-            && self.levels.is_sound(particles, species)
+            && self.levels.is_sound(particles, rows)
     }
 
     /// Returns the largest half skin that a box allows, so that the nearest image of a pair does not change within the
@@ -104,24 +104,24 @@ impl VerletLists {
     }
 
     #[inline]
-    fn is_within_reach(&self, centre: &Vector, other: u32, species: [u16; 2]) -> bool {
+    fn is_within_reach(&self, centre: &Vector, other: u32, rows: [u16; 2]) -> bool {
         let apart = minimum_image(centre - self.centres[other as usize], &self.periods);
-        apart.norm_squared() < self.squared[usize::from(species[0]) * self.species + usize::from(species[1])]
+        apart.norm_squared() < self.squared[usize::from(rows[0]) * self.rows + usize::from(rows[1])]
     }
 
-    /// Finds the particles whose centres are within reach of `centre`, for a particle of the species `mine`. The
-    /// argument `species` returns the species of other particles.
+    /// Finds the particles whose centres are within reach of `centre`, for a particle of the table row `mine`. The
+    /// argument `row_of` returns the rows of other particles.
     #[inline]
     pub fn find_neighbours_within(
         &self,
         centre: &Vector,
         mine: u16,
-        species: impl Fn(u32) -> u16,
+        row_of: impl Fn(u32) -> u16,
         near: &mut Candidates,
     ) {
         let are_certain = self.levels.find_within(centre, mine, self.wraps(centre), near);
-        if self.species > 1 || !are_certain {
-            near.retain(|other| self.is_within_reach(centre, other, [mine, species(other)]));
+        if self.rows > 1 || !are_certain {
+            near.retain(|other| self.is_within_reach(centre, other, [mine, row_of(other)]));
         }
     }
 

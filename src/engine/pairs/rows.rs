@@ -107,7 +107,7 @@ impl Rows {
 
     /// The largest radius of the particles of each row `[length]`.
     #[must_use]
-    pub fn radii(&self) -> &[f64] {
+    pub fn largest_radii(&self) -> &[f64] {
         &self.radii
     }
 

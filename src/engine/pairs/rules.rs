@@ -302,7 +302,7 @@ impl Rules {
     /// Sum of the radii of two species, by table row `[length]`.
     #[inline]
     #[must_use]
-    pub fn radii_of(&self, a: u16, b: u16) -> f64 {
+    pub fn sum_of_species_radii(&self, a: u16, b: u16) -> f64 {
         self.species[usize::from(a)].radius + self.species[usize::from(b)].radius
     }
 

@@ -58,6 +58,11 @@ impl CapturedPairs {
         self.entries.become_alias();
     }
 
+    /// Number of particles with a list, which may be empty.
+    pub fn len(&self) -> usize {
+        self.lengths.len()
+    }
+
     pub fn push_empty(&mut self) {
         self.lengths.push(0);
         let length = self.room * self.lengths.len();

@@ -1,13 +1,11 @@
 //! Contacts of growing spheres. SIMD lanes select a few pairs, and scalar code computes their contact times.
 
 use super::Streamed;
-use super::batch::{Batch, dot};
+use super::batch::{Batch, TOGETHER, dot};
 use crate::engine::distances::growth::GrowingDiameters;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, Work};
-
-const TOGETHER: usize = 32;
 
 /// Relative uncertainty in SIMD lanes. Pairs closer to a limit are left to the scalar code.
 const SLACK: f64 = 1e-9;
@@ -33,9 +31,9 @@ impl<const SIZED: bool> Work for GrowingContacts<'_, SIZED> {
         let (zero, never) = (F::all(0.0), F::all(f64::INFINITY));
         let mut due = [f64::INFINITY; TOGETHER];
         let (mut least, mut unsure) = (F::all(horizon), 0);
-        for (at, (due, ids)) in due.chunks_exact_mut(F::COUNT).zip(others.chunks_exact(F::COUNT)).enumerate() {
-            let squared: F = batch.squares::<F, SIZED>(me, ids);
-            let (r, v) = batch.seen_from::<F, false>(me, ids);
+        for (at, (due, numbers)) in due.chunks_exact_mut(F::COUNT).zip(others.chunks_exact(F::COUNT)).enumerate() {
+            let squared: F = batch.squares::<F, SIZED>(me, &batch.reaches, numbers);
+            let (r, v) = batch.seen_from::<F, false>(me, numbers);
             let distance = squared.sqrt();
             let (contact, speed) = (distance.mul(F::all(scale)), distance.mul(F::all(rate)));
             // See [`crate::engine::distances::growth::next_contact`].

@@ -23,7 +23,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         scratch: &mut Scratch,
         prediction: &mut Prediction,
     ) {
-        let cell = cells.home(me.id);
+        let cell = cells.home(me.number);
         // The slow divisions of the transition run while the candidates are loaded from memory.
         self.predict_transition(me, &cells.grid, cell, prediction);
         cells.find_candidates(cell, &mut scratch.near);
@@ -40,7 +40,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         scratch: &mut Scratch,
         prediction: &mut Prediction,
     ) {
-        let cell = cells.home(me.id);
+        let cell = cells.home(me.number);
         self.predict_transition(me, &cells.grid, cell, prediction);
         cells.find_new_candidates(cell, face, &mut scratch.near);
         self.predict_candidates(me, cells, scratch, prediction);
@@ -49,7 +49,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     fn predict_surfaces_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
-        let cell = cells.home(me.id);
+        let cell = cells.home(me.number);
         if !self.sources.surfaces.is_empty() {
             // A particle leaves its cell before it can reach other surfaces.
             let is_near = |surface: &Placed, radius| surface.shape.is_near(&cells.grid, cell, radius);
@@ -60,7 +60,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn predict_candidates(&self, me: &Streamed, cells: &Cells, scratch: &mut Scratch, prediction: &mut Prediction) {
         let Scratch { near, is_captured } = scratch;
         if TABLE {
-            let captured = self.pairs.states.of(me.id);
+            let captured = self.pairs.states.of(me.number);
             if !captured.is_empty() {
                 for captured in captured {
                     is_captured[captured.partner as usize] = true;
@@ -72,29 +72,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         if self.images.tied.contains(&true) {
-            let (others, _) = near.filled_up(me.id);
+            let (others, _) = near.filled_up(me.number);
             self.predict_ties(me, others, prediction);
         }
-        self.for_each_across(me.id, |other| {
-            if !(TABLE && self.pairs.states.get(me.id, other).is_some()) {
+        self.for_each_across(me.number, |other| {
+            if !(TABLE && self.pairs.states.get(me.number, other).is_some()) {
                 near.put(other);
             }
         });
-        match self.way(me.id, me.time) {
+        match self.way(me.number, me.time) {
             Way::Nearest => {
-                let found = near.filled_up(me.id);
+                let found = near.filled_up(me.number);
                 // In a thin gas, most cells are empty.
                 if found.1 > 0 {
                     self.predict_batch(me, true, found, prediction);
                 }
             }
             Way::Several => {
-                let found = near.filled_up(me.id);
+                let found = near.filled_up(me.number);
                 self.predict_batch(me, true, found, prediction);
                 self.predict_further_images(me, found.0, self.leaves_cell(me, cells), prediction);
             }
             Way::Sliding(sliding) => {
-                let (others, _) = near.filled_up(me.id);
+                let (others, _) = near.filled_up(me.number);
                 self.predict_next_to_sliding_sides(me, others, sliding, self.leaves_cell(me, cells), prediction);
             }
             Way::OneByOne => {
@@ -105,7 +105,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn leaves_cell(&self, me: &Streamed, cells: &Cells) -> f64 {
         let mut leaves = Prediction::NONE;
-        self.predict_transition(me, &cells.grid, cells.home(me.id), &mut leaves);
+        self.predict_transition(me, &cells.grid, cells.home(me.number), &mut leaves);
         leaves.transition_time
     }
 
@@ -116,15 +116,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
         });
         let is_far = |some: &[u32]| {
-            let is_batch = !(self.images.slide() || FALLING && TABLE);
+            let is_batch = !(self.images.are_sliding() || FALLING && TABLE);
             !is_batch || self.batch_of(me, true).half_a_period_away::<FALLING>(me, some, least) != 0
         };
         let far = others.chunks_exact(MOST_LANES).filter(|some| is_far(some)).flatten();
-        for &other in far.filter(|&&other| other != me.id) {
+        for &other in far.filter(|&&other| other != me.number) {
             let (nearest, _) = self.relative(me, other);
             let squared = if TABLE {
-                let meeting = self.pairs.rules.meeting(self.row(me.id), self.row(other));
-                if meeting.exists { self.squared_of_pair(meeting.squared, [me.id, other]) } else { continue }
+                let meeting = self.pairs.rules.meeting(self.row(me.number), self.row(other));
+                if meeting.exists { self.squared_of_pair(meeting.squared, [me.number, other]) } else { continue }
             } else {
                 self.pairs.rules.meeting(0, 0).squared
             };

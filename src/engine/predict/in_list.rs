@@ -14,7 +14,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
         // The slow square root and division run while the list is loaded from memory.
         prediction.transition_time = self.leaves_skin(me, verlet);
-        self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
+        self.predict_batch(me, verlet.wraps(&me.position), verlet.lists.filled_up(me.number), prediction);
         if !self.sources.surfaces.is_empty() {
             self.predict_surfaces(me, |_, _| true, prediction);
         }
@@ -31,23 +31,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) {
         prediction.transition_time = self.leaves_skin(me, verlet);
         if let Some(newcomers) = newcomers {
-            self.predict_listed(me, verlet, newcomers, prediction);
+            self.predict_batch(me, verlet.wraps(&me.position), newcomers, prediction);
         }
         if self.sources.surfaces.has_features() {
             self.predict_features(me, prediction);
         }
-    }
-
-    /// Predicts the first contact with listed particles. `listed` is the padded list and its length without padding.
-    #[inline]
-    fn predict_listed(
-        &self,
-        me: &Streamed,
-        verlet: &VerletLists,
-        listed: (&[u32], usize),
-        prediction: &mut Prediction,
-    ) {
-        self.predict_batch(me, verlet.wraps(&me.position), listed, prediction);
     }
 
     /// Returns the time when a particle leaves its skin. Its distance from `c`, where the list was built, is then
@@ -57,7 +45,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// `|v| t + |a| t^2 / 2 = delta - |r|`, where `r` is the position relative to `c`.
     #[inline]
     fn leaves_skin(&self, me: &Streamed, verlet: &VerletLists) -> f64 {
-        let position = me.position - verlet.centres[me.id as usize];
+        let position = me.position - verlet.centres[me.number as usize];
         let squared = verlet.half_skin * verlet.half_skin;
         if FALLING && me.acceleration != Vector::zeros() {
             let room = (verlet.half_skin - position.norm()).max(0.0);

@@ -2,7 +2,7 @@
 //! several images of a small box. The filter skips pairs that cannot meet before the earliest contact found so far.
 
 use super::batch::{Batch, dot};
-use super::{SLACK, Streamed};
+use super::{SLACK_FACTOR, Streamed};
 use crate::engine::images::lanes::{Sliding, are_apart, nearest_sheared, squared_distance_to_others};
 use crate::engine::pairs::rules::Reaches;
 use crate::engine::parts::Engine;
@@ -12,13 +12,13 @@ use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 #[inline(always)]
 fn select<F: Lanes>(others: &[u32], is_selected: impl Fn(&[u32]) -> u32) -> u32 {
     let in_lanes = others.chunks_exact(F::COUNT).enumerate();
-    in_lanes.fold(0, |bits, (at, ids)| bits | is_selected(ids) << (at * F::COUNT))
+    in_lanes.fold(0, |bits, (at, numbers)| bits | is_selected(numbers) << (at * F::COUNT))
 }
 
 /// Returns `squared - reach^2`, with a margin for round-off.
 #[inline(always)]
 fn beyond<F: Lanes>(squared: F, reach: F) -> F {
-    squared.sub(reach.mul(reach).mul(F::all(SLACK)))
+    squared.sub(reach.mul(reach).mul(F::all(SLACK_FACTOR)))
 }
 
 struct WithinReach<'a, const SIZED: bool> {
@@ -37,16 +37,12 @@ impl<const SIZED: bool> Work for WithinReach<'_, SIZED> {
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, reaches, horizon } = self;
         let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
-        select::<F>(others, |ids| {
+        select::<F>(others, |numbers| {
             // Accelerated partners have an infinite contact distance, so they are always selected. A negative infinite
             // square makes the reach NaN, so the comparison is false.
-            let (r, v) = batch.seen_from::<F, false>(me, ids);
+            let (r, v) = batch.seen_from::<F, false>(me, numbers);
             let path = dot(&v, &v).sqrt().add(gained).mul(F::all(horizon));
-            let squares: F = match SIZED {
-                true => batch.squares_of_sizes(me, reaches, ids),
-                false => batch.squares_of_rows(reaches.squared, ids),
-            };
-            beyond(dot(&r, &r), squares.sqrt().add(path)).at_most(0.0)
+            beyond(dot(&r, &r), batch.squares::<F, SIZED>(me, reaches, numbers).sqrt().add(path)).at_most(0.0)
         })
     }
 }
@@ -64,11 +60,12 @@ impl<const FALLING: bool, const SIZED: bool> Work for AnotherImage<'_, FALLING, 
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, horizon } = self;
-        select::<F>(others, |ids| {
-            let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
+        select::<F>(others, |numbers| {
+            let (r, v) = batch.seen_from::<F, FALLING>(me, numbers);
             let further = squared_distance_to_others(&r, batch.periods);
             let path = dot(&v, &v).sqrt().mul(F::all(horizon));
-            beyond(dot(&r, &r).add(further), batch.squares::<F, SIZED>(me, ids).sqrt().add(path)).at_most(0.0)
+            beyond(dot(&r, &r).add(further), batch.squares::<F, SIZED>(me, &batch.reaches, numbers).sqrt().add(path))
+                .at_most(0.0)
         })
     }
 }
@@ -86,7 +83,7 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, least } = self;
-        select::<F>(others, |ids| are_apart(&batch.seen_from::<F, FALLING>(me, ids).0, least))
+        select::<F>(others, |numbers| are_apart(&batch.seen_from::<F, FALLING>(me, numbers).0, least))
     }
 }
 
@@ -104,11 +101,11 @@ impl<const FALLING: bool, const SIZED: bool> Work for AcrossSlidingSides<'_, FAL
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, sliding, horizon } = self;
-        select::<F>(others, |ids| {
-            let (mut r, mut v) = batch.seen_from::<F, FALLING>(me, ids);
+        select::<F>(others, |numbers| {
+            let (mut r, mut v) = batch.seen_from::<F, FALLING>(me, numbers);
             nearest_sheared(&mut r, &mut v, batch.periods, &sliding);
             let path = dot(&v, &v).sqrt().mul(F::all(horizon));
-            beyond(dot(&r, &r), batch.squares::<F, SIZED>(me, ids).sqrt().add(path)).at_most(0.0)
+            beyond(dot(&r, &r), batch.squares::<F, SIZED>(me, &batch.reaches, numbers).sqrt().add(path)).at_most(0.0)
         })
     }
 }
@@ -214,8 +211,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         for_each_kept(others, [me.time, leaves], prediction, kept, |other, prediction| {
             let squared = batch.reaches.squared[batch.row_of(other)];
-            if other != me.id && squared >= 0.0 {
-                let squared = self.squared_of_pair(squared, [me.id, other]);
+            if other != me.number && squared >= 0.0 {
+                let squared = self.squared_of_pair(squared, [me.number, other]);
                 let (state, _) = self.relative(me, other);
                 self.predict_in_further_images(me, other, (&state, false), squared, prediction);
             }

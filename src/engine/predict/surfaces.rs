@@ -16,7 +16,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let flight = self.flight(me);
-        self.sources.surfaces.for_each_unlimited(self.row(me.id), |index, surface| {
+        self.sources.surfaces.for_each_unlimited(self.row(me.number), |index, surface| {
             if is_near(surface, flight.radius) {
                 self.predict_surface(me, &flight, (index, surface), prediction);
             }
@@ -32,18 +32,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
         let flight = self.flight(me);
         let swept = flight.swept(prediction.due_time() - me.time);
-        self.sources.surfaces.for_each_feature(&swept, self.row(me.id), |index, feature| {
+        self.sources.surfaces.for_each_feature(&swept, self.row(me.number), |index, feature| {
             self.predict_surface(me, &flight, (index, feature), prediction);
         });
-        let (now, name) = (self.simulated(me.time), self.state.bodies[me.id as usize].name);
+        let (now, id) = (self.simulated(me.time), self.state.bodies[me.number as usize].id);
         let horizon = prediction.due_time() - me.time;
-        self.sources.surfaces.next_moving_contacts(&flight, self.row(me.id), now, horizon, |found| {
+        self.sources.surfaces.next_moving_contacts(&flight, self.row(me.number), now, horizon, |found| {
             let (index, dt) = match found {
                 Found::Contact(index, dt) => (index, dt),
                 Found::NoneUntil(dt) => (SEARCH, dt),
             };
             if me.time + dt < prediction.contact_time {
-                prediction.reach(index, me.time + dt, name);
+                prediction.reach(index, me.time + dt, id);
             }
             prediction.due_time() - me.time
         });
@@ -65,13 +65,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(dt) = surface.shape.next_contact(flight)
             && me.time + dt < prediction.contact_time
         {
-            prediction.reach(index, me.time + dt, self.state.bodies[me.id as usize].name);
+            prediction.reach(index, me.time + dt, self.state.bodies[me.number as usize].id);
         }
     }
 
     #[inline]
     pub(in crate::engine) fn flight<'a>(&self, me: &'a Streamed) -> Flight<'a> {
-        let radius = self.radius(me.id);
+        let radius = self.radius(me.number);
         Flight { position: &me.position, velocity: &me.velocity, acceleration: &me.acceleration, radius }
     }
 }

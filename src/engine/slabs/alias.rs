@@ -21,23 +21,10 @@ impl<const FALLING: bool, const TABLE: bool> Alias<FALLING, TABLE> {
         // replaced below, without dropping what belongs to `engine`.
         unsafe {
             let mut copy = ManuallyDrop::new(ptr::read(engine));
-            copy.state.bodies.become_alias();
-            copy.state.rows.become_alias();
-            copy.state.spins.become_alias();
-            copy.state.sizes.radii.become_alias();
-            copy.state.sizes.inverse_masses.become_alias();
-            copy.state.images.become_alias();
-            copy.schedule.predictions.become_alias();
-            copy.pairs.states.become_alias();
-            if let Some(times) = &mut copy.pairs.contact_times {
-                times.last.become_alias();
-            }
-            if let Some(random) = &mut copy.sources.surface_random {
-                random.contacts.become_alias();
-            }
+            copy.alias_columns();
             // Collisions with the heat bath are drawn before each window.
             copy.sources.next_global = f64::INFINITY;
-            copy.neighbours.become_alias(&mut part.rooms);
+            copy.neighbours.share(&mut part.rooms);
             ptr::write(&raw mut copy.schedule.queue, std::mem::take(&mut part.queue));
             ptr::write(&raw mut copy.schedule.part, Some(std::mem::take(&mut part.own)));
             ptr::write(&raw mut copy.counts, std::mem::take(&mut part.counts));

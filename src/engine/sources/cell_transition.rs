@@ -14,7 +14,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Neighbours::Cells(cells) = &self.neighbours
             && self.slides_behind(cells, particle, face)
         {
-            return self.slide(particle, face, time);
+            return self.cross_sliding_side(particle, face, time);
         }
         let Neighbours::Cells(cells) = &mut self.neighbours else {
             return Err(self.broken(particle, None, Invariant::Cells));
@@ -29,7 +29,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.state.images.add(particle, axis, -transition.wrap);
         }
         let sees_others = transition.wrap != 0 && self.has_images_of_surfaces();
-        if !(is_kept_before && self.keeps_contact(particle)) || self.has_own_interactions(particle) || sees_others {
+        if !(is_kept_before && self.keeps_contact(particle)) || self.is_loosely_bonded(particle) || sees_others {
             self.repredict(particle, time);
             return Ok(());
         }

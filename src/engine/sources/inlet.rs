@@ -234,8 +234,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = next;
-        let may_enter =
-            source.is_due(next, self.state.moving as u64) && u64::from(self.state.next_name) < MOST_PARTICLES;
+        let may_enter = source.is_due(next, self.state.moving as u64) && u64::from(self.state.next_id) < MOST_PARTICLES;
         let (particle, tried) = if may_enter { self.draw_free(source, sizes) } else { (None, 0) };
         source.counts.blocked += u64::from(may_enter && particle.is_none());
         if particle.is_some() {
@@ -316,7 +315,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (there, _) = self.state_at(other, self.clock.now);
             range < 0.0 || self.nearest(position - there, Vector::zeros(), self.clock.now).0.position.norm() > range
         };
-        let is_clear = if self.images.slide() {
+        let is_clear = if self.images.are_sliding() {
             self.particles().all(is_far)
         } else {
             self.neighbours.find_candidates_at(position, row, near);

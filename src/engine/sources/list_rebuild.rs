@@ -16,8 +16,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Neighbours::Lists(verlet) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
-        let has_own_interactions = self.has_own_interactions(particle);
-        if FALLING && !has_own_interactions {
+        let is_loosely_bonded = self.is_loosely_bonded(particle);
+        if FALLING && !is_loosely_bonded {
             // The predicted time was a lower bound. If the particle has moved little, a new prediction is enough.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
@@ -30,7 +30,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let has_come_round = self.wrap(particle, &me.position);
         self.move_centre(particle, time)?;
-        if has_own_interactions || (has_come_round && self.has_images_of_surfaces()) {
+        if is_loosely_bonded || (has_come_round && self.has_images_of_surfaces()) {
             self.repredict(particle, time);
             return Ok(());
         }

@@ -115,7 +115,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline(always)]
     pub(in crate::engine) fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
-        if self.images.slide() {
+        if self.images.are_sliding() {
             // The contact conserves energy between the first particle and the image of the second particle. The image
             // and the second particle have different velocities.
             let faster = (before[0] - before[1]) - pair.velocity;

@@ -25,15 +25,15 @@ use std::ops::ControlFlow;
 pub(in crate::engine) struct Watched {
     /// Place of the particle at the previous search, or where it fell asleep.
     place: Vector,
-    /// Number of its events up to the previous search.
-    events: u32,
+    /// Version of its motion at the previous search. The difference from the present version is the number of events.
+    version: u32,
     /// Whether the particle has touched a surface that moves, or whose material moves, since the previous search.
     is_driven: bool,
 }
 
 impl From<&Body> for Watched {
     fn from(body: &Body) -> Self {
-        Self { place: body.position, events: body.events, is_driven: false }
+        Self { place: body.position, version: body.version, is_driven: false }
     }
 }
 
@@ -74,7 +74,7 @@ impl Sleepers {
 
     /// Excludes the latest event of each particle from its number of contacts, because the event was not a contact.
     pub fn skip_event(&mut self) {
-        self.watched.iter_mut().for_each(|watched| watched.events = watched.events.wrapping_add(1));
+        self.watched.iter_mut().for_each(|watched| watched.version = watched.version.wrapping_add(1));
     }
 
     pub fn next(&self) -> f64 {
@@ -91,7 +91,7 @@ impl Simulation {
     #[must_use]
     pub fn sleeping(&self) -> Vec<ParticleId> {
         with_engine!(&self.engine, engine => {
-            engine.by_id().filter(|&particle| engine.is_asleep(particle)).map(|particle| engine.name(particle)).collect()
+            engine.by_id().filter(|&particle| engine.is_asleep(particle)).map(|particle| engine.id(particle)).collect()
         })
     }
 }
@@ -113,8 +113,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let [rests, is_disturbed] = self.looked_at(&particles, &sleepers);
         for &particle in particles.iter().filter(|&&particle| !self.is_asleep(particle)) {
             let (place, _) = self.state_at(particle, now);
-            let events = self.state.bodies[particle as usize].events;
-            sleepers.watched[particle as usize] = Watched { place, events, is_driven: false };
+            let version = self.state.bodies[particle as usize].version;
+            sleepers.watched[particle as usize] = Watched { place, version, is_driven: false };
         }
         self.sources.sleepers = Some(sleepers);
         let (mut woken, mut flow, mut any_sleeps) = (Vec::new(), ControlFlow::Continue(()), false);
@@ -187,7 +187,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sets the number of contacts of a particle to zero.
     pub(in crate::engine) fn forget_contacts(&mut self, particle: u32) {
         if let Some(sleepers) = &mut self.sources.sleepers {
-            sleepers.watched[particle as usize].events = self.state.bodies[particle as usize].events;
+            sleepers.watched[particle as usize].version = self.state.bodies[particle as usize].version;
         }
     }
 
@@ -206,7 +206,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 near.found().iter().for_each(|&other| is_disturbed[other as usize] = true);
                 continue;
             }
-            let contacts = self.state.bodies[particle as usize].events.wrapping_sub(watched.events);
+            let contacts = self.state.bodies[particle as usize].version.wrapping_sub(watched.version);
             rests[particle as usize] = f64::from(contacts) >= sleepers.fewest_contacts
                 && self.acceleration(particle) != Vector::zeros()
                 && velocity.norm() <= plan.wake_speed
@@ -284,7 +284,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> ControlFlow<()> {
         let Some(sleepers) = &self.sources.sleepers else { return ControlFlow::Continue(()) };
         let body = &self.state.bodies[other as usize];
-        let contacts = body.events.wrapping_sub(sleepers.watched[other as usize].events);
+        let contacts = body.version.wrapping_sub(sleepers.watched[other as usize].version);
         let is_hit = body.velocity.norm() > sleepers.plan.wake_speed || f64::from(contacts) > sleepers.most_contacts;
         if is_hit { self.wake(sleeping, observe) } else { ControlFlow::Continue(()) }
     }
@@ -312,7 +312,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         mut particles: Vec<u32>,
         observe: &mut Observe<'_>,
     ) -> ControlFlow<()> {
-        particles.sort_unstable_by_key(|&particle| self.name(particle));
+        particles.sort_unstable_by_key(|&particle| self.id(particle));
         let mut flow = ControlFlow::Continue(());
         for &particle in &particles {
             if self.wake(particle, observe).is_break() {

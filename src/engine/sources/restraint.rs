@@ -156,7 +156,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             With::Restraint => return,
             _ => None,
         };
-        let group = |particle: u32| restraint.group(self.name(particle));
+        let group = |particle: u32| restraint.group(self.id(particle));
         let groups = (group(change.particle), partner.map(group));
         // Events between two members of a group do not change the motion of the centre.
         let is_changed = match groups {

@@ -33,9 +33,9 @@ impl SurfaceRandom {
         })
     }
 
-    fn next(&mut self, particle: u32, name: u32) -> &mut Random {
+    fn next(&mut self, particle: u32, id: u32) -> &mut Random {
         let count = &mut self.contacts[particle as usize];
-        self.stream.seek(name, *count);
+        self.stream.seek(id, *count);
         *count = count.wrapping_add(1);
         &mut self.stream
     }
@@ -141,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(random) = &mut self.sources.surface_random else {
             return Err(self.broken(i, None, Invariant::SurfaceRandom));
         };
-        let random = random.next(i, body.name);
+        let random = random.next(i, body.id);
         let drawn = random.normal_vector(&self.state.space) * width;
         let speed = width * (2.0 * random.exponential()).sqrt();
         let seen = at.shape.with_normal_speed(&at.position, &drawn, speed);

@@ -95,7 +95,7 @@ fn captured_at<const FALLING: bool, const TABLE: bool>(
         let (there, _) = engine.state_at(other, engine.clock.now);
         let meeting = engine.pairs.rules.meeting(row, engine.row(other));
         let is_captured = minimum_image(place - there, &engine.state.periods).norm_squared() < meeting.squared;
-        let partner = engine.name(other).0;
+        let partner = engine.id(other).0;
         (meeting.exists && is_captured).then_some(PairState { partner, state: 1, interaction: meeting.interaction })
     };
     engine.particles().filter_map(pair).collect()
@@ -108,12 +108,12 @@ fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, diam
     engine.advance(Until::events(2_000), &mut None).unwrap();
     let count = engine.particles().end;
     let leaving: Vec<u32> = engine.particles().filter(|_| random.below(3) == 0).collect();
-    let ids: Vec<u32> = leaving.iter().map(|&particle| engine.name(particle).0).collect();
+    let ids: Vec<u32> = leaving.iter().map(|&particle| engine.id(particle).0).collect();
     engine.remove(&leaving);
     for id in 0..count {
         let number = engine.state.number(id);
         assert_eq!(number.is_none(), ids.contains(&id), "{name}");
-        assert!(number.is_none_or(|number| engine.name(number) == ParticleId(id)), "{name}");
+        assert!(number.is_none_or(|number| engine.id(number) == ParticleId(id)), "{name}");
     }
     goes_on_as_a_new_one(engine.clone(), scene, name);
 

@@ -14,8 +14,8 @@ pub fn all_of<const FALLING: bool, const TABLE: bool>(
     captured.iter_mut().for_each(|pair| pair.partner = name(pair.partner));
     captured.sort_by_key(|pair| pair.partner);
     let prediction = record.prediction.take().unwrap();
-    let Prediction { contact_time, partner, partner_events, contact, transition_time, .. } = prediction;
-    let contact = format!("{contact:?} {contact_time} {partner_events} {:?}", name(partner));
+    let Prediction { contact_time, partner, partner_version, contact, transition_time, .. } = prediction;
+    let contact = format!("{contact:?} {contact_time} {partner_version} {:?}", name(partner));
     record.number = 0;
     let all = format!("{record:?} {captured:?} {transition_time}");
     (all, (contact_time < f64::INFINITY).then_some(contact))
@@ -23,7 +23,7 @@ pub fn all_of<const FALLING: bool, const TABLE: bool>(
 
 pub fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> Vec<u32> {
     let list = engine.neighbours.verlet().map_or(&[][..], |verlet| verlet.lists.of(particle));
-    let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].name).collect();
+    let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].id).collect();
     names.sort_unstable();
     names
 }

@@ -478,7 +478,7 @@ fn queue_and_search_follow_the_number_of_particles() {
         let particles = simulation.snapshot().ids.len();
         with_engine!(&simulation.engine, engine => {
             assert!(time < 10.0 || engine.schedule.queue.fits(engine.state.moving), "{particles} at {time}");
-            assert!(time < 10.0 || engine.state.sorted > particles / 3, "{} of {particles} at {time}", engine.state.sorted);
+            assert!(time < 10.0 || engine.state.count_when_sorted > particles / 3, "{} of {particles} at {time}", engine.state.count_when_sorted);
             sizes.push(engine.schedule.queue.target());
         });
     }

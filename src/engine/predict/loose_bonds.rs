@@ -10,21 +10,19 @@ use crate::physics::overlap::Side;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether a particle has a bonded partner beyond the range of the bond's interaction.
     #[inline]
-    pub(in crate::engine) fn has_own_interactions(&self, particle: u32) -> bool {
-        TABLE
-            && self.pairs.has_own_interactions
-            && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
+    pub(in crate::engine) fn is_loosely_bonded(&self, particle: u32) -> bool {
+        TABLE && self.pairs.has_loose_bonds && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
     }
 
     /// Predicts the earliest contact with the periodic images of distant bonded partners. Contacts after the next
     /// transition of the particle are ignored, because the particle is predicted again at the transition.
-    pub(in crate::engine) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
+    pub(in crate::engine) fn predict_loose_bonds(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];
-        for captured in self.pairs.states.of(me.id).iter().filter(|captured| captured.state == 0) {
+        for captured in self.pairs.states.of(me.number).iter().filter(|captured| captured.state == 0) {
             let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
             let Some(seen) = steps.seen_from(captured.state, Side::Positive) else { continue };
-            let squared = self.squared_of_pair(seen.squared, [me.id, captured.partner]);
+            let squared = self.squared_of_pair(seen.squared, [me.number, captured.partner]);
             let (nearest, _) = self.relative(me, captured.partner);
             let acceleration = me.acceleration - self.acceleration(captured.partner);
             for image in around(2).flat_map(|z| around(1).flat_map(move |y| around(0).map(move |x| [x, y, z]))) {
