@@ -159,8 +159,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Sets the state of one pair. A bonded pair is stored even in state 0, because it has its own interaction.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
-        let names = [a, b].map(|particle| self.id(particle));
-        let of_run = scene.last_state().and_then(|last| last.state_of(names, InteractionId(u32::from(interaction))));
+        let ids = [a, b].map(|particle| self.id(particle));
+        let of_run = scene.last_state().and_then(|last| last.state_of(ids, InteractionId(u32::from(interaction))));
         let state = of_run.unwrap_or_else(|| self.state_by_distance(scene, a, b, interaction));
         if state > 0 || is_bond {
             self.set_pair_state(a, b, state, interaction);

@@ -101,11 +101,12 @@ pub(super) trait Column: Sized {
     /// Copies the values of some particles from the column of a part.
     fn take_over(&mut self, part: &Self, numbers: &PartNumbers<'_>);
 
-    /// Turns a bitwise copy of the column into an alias. The conditions are those of [`Array::become_alias`].
-    fn become_alias(&mut self);
+    /// Prepares a bitwise copy of the column for another thread, which uses the memory of the original. See
+    /// [`Array::become_alias`] for what the threads may do.
+    fn share_memory(&mut self);
 
-    /// Whether the column has values for `count` particles, or none in an engine that does not need it. Checks data from
-    /// a file.
+    /// Checks the length of a column that was read from a file. It must be `count`, or 0 if the engine may do without
+    /// the column.
     fn fits(&self, count: usize) -> bool;
 }
 
@@ -154,7 +155,7 @@ impl Column for Array<Body> {
         take_values(self, part, numbers);
     }
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.become_alias();
     }
 
@@ -185,7 +186,7 @@ impl Column for Array<u16> {
     /// Does nothing, because rows never change while the system runs in domains.
     fn take_over(&mut self, _: &Self, _: &PartNumbers<'_>) {}
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.become_alias();
     }
 
@@ -224,7 +225,7 @@ impl Column for Array<Vector> {
         take_values(self, part, numbers);
     }
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.become_alias();
     }
 
@@ -264,7 +265,7 @@ impl Column for Travelled {
         }
     }
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.become_alias();
     }
 
@@ -320,7 +321,7 @@ impl Column for Array<Prediction> {
         }
     }
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.become_alias();
     }
 
@@ -358,7 +359,7 @@ impl Column for ContactTimes {
         take_values(&mut self.last, &part.last, numbers);
     }
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.last.become_alias();
     }
 
@@ -392,7 +393,7 @@ impl Column for SurfaceRandom {
         take_values(&mut self.contacts, &part.contacts, numbers);
     }
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.contacts.become_alias();
     }
 
@@ -402,7 +403,8 @@ impl Column for SurfaceRandom {
 }
 
 impl Column for Box<Sleepers> {
-    /// Contacts with surfaces that move do change it, but no window is undone where particles sleep.
+    /// Contacts with moving surfaces change it. That does no harm: systems with sleeping particles run on one thread, so
+    /// that nothing is undone.
     const CHANGES_IN_CONTACTS: bool = false;
 
     fn permuted(&self, order: &Order) -> Self {
@@ -427,8 +429,8 @@ impl Column for Box<Sleepers> {
         take_values(&mut self.watched, &part.watched, numbers);
     }
 
-    /// Does nothing, because systems with sleeping particles run on one thread.
-    fn become_alias(&mut self) {}
+    /// Does nothing. Systems with sleeping particles run on one thread.
+    fn share_memory(&mut self) {}
 
     fn fits(&self, count: usize) -> bool {
         self.watched.len() == count
@@ -489,7 +491,7 @@ impl Column for CapturedPairs {
         }
     }
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.become_alias();
     }
 
@@ -529,10 +531,10 @@ impl Column for Neighbours {
         numbers.all().for_each(|(here, whole)| self.relocate(whole, part.place(here)));
     }
 
-    /// Does nothing. An alias also needs rooms for new lists: [`Neighbours::share`].
-    fn become_alias(&mut self) {}
+    /// Does nothing. [`Neighbours::share`] does it, because the other thread also needs room for new lists.
+    fn share_memory(&mut self) {}
 
-    /// The neighbours are checked with the table rows: `unsound_index`.
+    /// Always true. `unsound_index` checks the neighbour search, because that needs the table rows.
     fn fits(&self, _: usize) -> bool {
         true
     }
@@ -675,13 +677,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.for_each_column(Shift(shift));
     }
 
-    /// Turns all columns of a bitwise copy of an engine into aliases. The conditions are those of
-    /// [`Array::become_alias`].
-    pub(super) fn alias_columns(&mut self) {
-        columns!(self, as_mut, column: mut => Column::become_alias(column));
+    /// Prepares a bitwise copy of an engine for another thread. The copy uses the columns of the original. See
+    /// [`Array::become_alias`] for what the threads may do.
+    pub(super) fn share_columns(&mut self) {
+        columns!(self, as_mut, column: mut => column.share_memory());
     }
 
-    /// Whether all columns fit the number of particles. Checks data from a file.
+    /// Checks that all columns of an engine from a file have the right length.
     pub(super) fn columns_fit(&self) -> bool {
         let count = self.state.bodies.len();
         let mut fit = true;

@@ -10,9 +10,9 @@
 //! | apply | [`apply`] | writes velocities, voids predictions, counts, reports the event |
 //! | ledger | [`super::ledger`] | sums of exchanged energy and momentum |
 //!
-//! Only [`apply`] changes velocities and spins by impulses. These functions write velocities, too: `stream` moves
-//! accelerated particles, `cross_sliding_side` moves a particle to the image inside a sheared box, and records restore or
-//! take over whole particles. A particle that falls asleep loses what rounding has left of its spin.
+//! Only [`apply`] changes velocities and spins by impulses. Four other functions write them: `stream` moves accelerated
+//! particles. `cross_sliding_side` replaces a particle by its image in a sheared box. Records restore whole particles.
+//! `fall_asleep` removes the rounding error of the spin.
 
 pub(super) mod apply;
 pub(super) mod frame;

@@ -45,7 +45,7 @@ pub enum Other {
         /// Index of the touched face, edge or corner of the surface; 0 if the surface is a single face.
         feature: u32,
     },
-    /// A heat bath; also if a particle falls asleep or wakes.
+    /// A heat bath. When a particle falls asleep or wakes, this is the other side, too.
     Bath,
     /// An inlet.
     Inlet {
@@ -56,8 +56,8 @@ pub enum Other {
     },
 }
 
-/// An event that has happened: a contact, a new velocity from a thermostat, an entry, an exit, or the beginning or end of
-/// sleep.
+/// An event that has happened: a contact, a new velocity from a thermostat, an entry or an exit. A particle that falls
+/// asleep or wakes is an event, too.
 ///
 /// The velocity is zero before an entry and after an exit. The impulse is the momentum that the particle brings, or
 /// minus the momentum that it takes away.

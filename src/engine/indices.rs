@@ -125,7 +125,7 @@ mod tests {
         fill = [{ species = 'grain', arrangement = 'random', count = 30, region = { lower = [0.0, 0.0, 0.0], upper = [8.0, 8.0, 3.0] } }]
         run = { until_time = 20 }";
 
-    /// Its engine has all columns except that of sleep.
+    /// A scene that needs every column except the one for sleep.
     const GRAINS: &str = "
         space = { size = [8.0, 8.0, 12.0], z = { lower = { temperature = 2.0 }, upper = 'open' } }
         dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Contact {
     /// Contact with another particle. The pair reaches a discontinuity of its potential from this side.
     Pair(Side),
-    /// Contact with a surface. The index of the surface is stored in place of the partner's version.
+    /// Contact with a surface. [`Prediction::partner_version`] is then the index of the surface.
     Surface,
 }
 

@@ -90,7 +90,7 @@ impl Column for Sizes {
         take_values(&mut self.inverse_masses, &part.inverse_masses, numbers);
     }
 
-    fn become_alias(&mut self) {
+    fn share_memory(&mut self) {
         self.radii.become_alias();
         self.inverse_masses.become_alias();
     }

@@ -9,9 +9,8 @@
 //!   ([`super::distances`]), and reflections of a restrained distance ([`restraint`]). The earliest global event is due
 //!   at [`Sources::next_global`].
 //!
-//! To add a source, add a file here, its data in [`Sources`], and a variant of [`Contact`] or [`GlobalEvent`]. A global
-//! event also needs its time in `global_events` and its call in `execute_global`. `shift_sources` shifts its times to a
-//! new epoch.
+//! To add a source, add a file here, its data in [`Sources`], and a variant of [`Contact`] or [`GlobalEvent`]. For a global
+//! event, also add its time to `global_events`, its call to `execute_global`, and its change of epoch to `shift_sources`.
 
 pub(super) mod andersen;
 mod cell_transition;

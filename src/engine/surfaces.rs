@@ -4,7 +4,7 @@
 //! shapes: its faces, edges and corners ([`features`]). To add a shape, write a file like [`plane`], or [`round`] for
 //! a curved shape, and add a variant to [`Shape`]. A curved shape must define
 //! `is_closing`, `bend`, `overlap` and `second_rate_bound`. A shape of limited size must define `extent` and `beyond`.
-//! The defaults of these functions are those of a flat, unlimited shape. [`features`] moves the shapes of a surface.
+//! The defaults suit a flat, unlimited shape. [`features`] moves surfaces.
 //!
 //! [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds the surfaces of limited extent.
 

@@ -275,7 +275,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("pages", nargs="+", type=Path)
     parser.add_argument("--pictures", type=Path)
-    parser.add_argument("--seconds", type=float, default=3)
+    parser.add_argument("--seconds", type=float, default=5)
     parser.add_argument("--longest-gap", type=float, default=2000, help="most milliseconds between two frames; software graphics need time")
     given = parser.parse_args()
     browser = Browser(find())

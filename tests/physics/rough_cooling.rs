@@ -159,9 +159,8 @@ fn simulated(law: Law) -> Mean {
 #[test]
 fn a_cooling_gas_has_the_ratio_of_temperatures_of_the_boltzmann_equation() {
     let mut differences = Vec::new();
-    let all = [-0.5, 0.0, 0.4, 0.8, 1.0];
-    for (friction, tangentials) in [(f64::INFINITY, &all[..]), (0.5, &[-0.5, 0.4, 1.0])] {
-        for &tangential in tangentials {
+    for friction in [f64::INFINITY, 0.5] {
+        for tangential in [-0.5, 0.0, 0.4, 0.8, 1.0] {
             let law = Law { restitution: 0.95, tangential, friction };
             let (exact, found) = (boltzmann(law), simulated(law));
             println!("b = {tangential}, mu = {friction}: {exact:?} {found:?}, Gaussian {}", law.kinetic_theory());

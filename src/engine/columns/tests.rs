@@ -32,10 +32,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                     |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
                 record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());
             }
-            let name = |number: u32| self.state.bodies.get(number as usize).map_or(NO_PARTICLE, |body| body.id);
-            record.captured.iter_mut().flatten().for_each(|pair| pair.partner = name(pair.partner));
+            let id = |number: u32| self.state.bodies.get(number as usize).map_or(NO_PARTICLE, |body| body.id);
+            record.captured.iter_mut().flatten().for_each(|pair| pair.partner = id(pair.partner));
             if let Some(prediction) = &mut record.prediction {
-                prediction.partner = name(prediction.partner);
+                prediction.partner = id(prediction.partner);
             }
             records.push(record);
         }

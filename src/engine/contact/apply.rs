@@ -1,5 +1,5 @@
-//! Writes the velocities after a contact, and adds torques to spins. The other code that writes velocities is listed in
-//! [`super`]. `impulse` is only recorded.
+//! Writes the velocities after a contact, and adds torques to spins. `impulse` is only recorded. [`super`] names the few
+//! other functions that write velocities.
 
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind, Other, Outcome};

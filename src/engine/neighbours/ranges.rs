@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn the_longest_bond_is_that_of_its_particles() {
-        // The radii of the pair sum to 0.95, and those of two particles with the diameter of the species to 0.8.
+        // The sum of the two radii is 0.95. For two particles with the diameter of the species, it would be 0.8.
         let scene = Scene::from_toml(
             "space = { size = [9.0, 9.0, 9.0] }
             species = [{ name = 'bead', mass = 1.3, diameter = 0.8, diameters = 'individual' }]

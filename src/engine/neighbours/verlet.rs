@@ -109,8 +109,8 @@ impl VerletLists {
         apart.norm_squared() < self.squared[usize::from(rows[0]) * self.rows + usize::from(rows[1])]
     }
 
-    /// Finds the particles whose centres are within reach of `centre`, for a particle of the table row `mine`. The
-    /// argument `row_of` returns the rows of other particles.
+    /// Finds the particles whose centres are within reach of `centre`. `mine` is the table row of the particle there, and
+    /// `row_of` returns the rows of other particles.
     #[inline]
     pub fn find_neighbours_within(
         &self,

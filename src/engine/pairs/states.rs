@@ -58,7 +58,7 @@ impl CapturedPairs {
         self.entries.become_alias();
     }
 
-    /// Number of particles with a list, which may be empty.
+    /// Number of lists: one for each particle, or 0 if no pair can be captured.
     pub fn len(&self) -> usize {
         self.lengths.len()
     }

@@ -23,7 +23,7 @@ pub(in crate::engine) struct Batch<'a> {
     pub periods: &'a Vector,
     /// Whether the nearest image of a particle may lie across a side of the box.
     pub wraps: bool,
-    /// Acceleration of `me`. Contact times are exact for partners with the same acceleration.
+    /// Acceleration of `me`. The lanes assume that its partners have the same acceleration.
     pub acceleration: Vector,
     /// Contact distances of `me` with the particles of each table row. Contacts that cannot be predicted in a batch are
     /// excluded.
@@ -32,7 +32,7 @@ pub(in crate::engine) struct Batch<'a> {
     pub radii: &'a Array<f64>,
     /// Whether all particles have the same table row.
     pub has_one_row: bool,
-    /// Table rows of all particles; empty without a table.
+    /// Table rows of all particles. Empty if the engine has no table.
     pub rows: &'a Array<u16>,
 }
 
@@ -102,8 +102,8 @@ impl Batch<'_> {
         self.bodies[particle as usize].id
     }
 
-    /// Whether particles have individual diameters. Lanes are compiled for both cases: with a branch in their loops, a
-    /// sheared gas takes 2 % more instructions.
+    /// Whether particles have individual diameters. Lanes are compiled for both cases, because a branch in their loops
+    /// would cost time: 2 % of the instructions of a sheared gas.
     #[inline]
     pub fn has_sizes(&self) -> bool {
         !self.reaches.slopes.is_empty()

@@ -21,7 +21,7 @@ impl<const FALLING: bool, const TABLE: bool> Alias<FALLING, TABLE> {
         // replaced below, without dropping what belongs to `engine`.
         unsafe {
             let mut copy = ManuallyDrop::new(ptr::read(engine));
-            copy.alias_columns();
+            copy.share_columns();
             // Collisions with the heat bath are drawn before each window.
             copy.sources.next_global = f64::INFINITY;
             copy.neighbours.share(&mut part.rooms);

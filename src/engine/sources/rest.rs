@@ -25,7 +25,7 @@ use std::ops::ControlFlow;
 pub(in crate::engine) struct Watched {
     /// Place of the particle at the previous search, or where it fell asleep.
     place: Vector,
-    /// Version of its motion at the previous search. The difference from the present version is the number of events.
+    /// Version of its motion at the previous search. Each event since then has increased the version by 1.
     version: u32,
     /// Whether the particle has touched a surface that moves, or whose material moves, since the previous search.
     is_driven: bool,

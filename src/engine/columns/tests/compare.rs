@@ -8,14 +8,14 @@ pub fn all_of<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     particle: u32,
 ) -> (String, Option<String>) {
-    let name = |number: u32| id_of(number, &engine.state.bodies);
+    let id = |number: u32| id_of(number, &engine.state.bodies);
     let mut record = engine.record(particle);
     let mut captured: Vec<_> = record.captured.take().into_iter().flatten().collect();
-    captured.iter_mut().for_each(|pair| pair.partner = name(pair.partner));
+    captured.iter_mut().for_each(|pair| pair.partner = id(pair.partner));
     captured.sort_by_key(|pair| pair.partner);
     let prediction = record.prediction.take().unwrap();
     let Prediction { contact_time, partner, partner_version, contact, transition_time, .. } = prediction;
-    let contact = format!("{contact:?} {contact_time} {partner_version} {:?}", name(partner));
+    let contact = format!("{contact:?} {contact_time} {partner_version} {:?}", id(partner));
     record.number = 0;
     let all = format!("{record:?} {captured:?} {transition_time}");
     (all, (contact_time < f64::INFINITY).then_some(contact))
@@ -23,9 +23,9 @@ pub fn all_of<const FALLING: bool, const TABLE: bool>(
 
 pub fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> Vec<u32> {
     let list = engine.neighbours.verlet().map_or(&[][..], |verlet| verlet.lists.of(particle));
-    let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].id).collect();
-    names.sort_unstable();
-    names
+    let mut ids: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].id).collect();
+    ids.sort_unstable();
+    ids
 }
 
 /// Compares all data of all particles: states, images, spins, counters, next events and neighbours.
