@@ -119,7 +119,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Executes a predicted contact, and predicts both particles again. If the contact is outdated, the particle is
     /// predicted again, and the result is `None`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn execute_contact(
         &mut self,
         particle: u32,
@@ -153,7 +153,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Returns the next action, as [`Self::next_due`] does. At the end of an epoch, closes gaps in memory, because a
     /// new epoch visits all particles.
-    #[inline]
+    #[inline(always)]
     fn next_due_without_gaps(&mut self, stop: f64) -> Next {
         let next = self.next_due(stop);
         if matches!(next, Next::Epoch) && !self.state.vacant.is_empty() {
@@ -163,7 +163,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Returns the next action up to the time `stop`, counted from the epoch.
-    #[inline]
+    #[inline(always)]
     pub(super) fn next_due(&mut self, stop: f64) -> Next {
         let next_global = self.sources.next_global;
         let (queue, due) = self.schedule.split(&self.state.bodies);

@@ -213,7 +213,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Takes the working memory of predictions out of the engine. The caller puts it back into `self.scratch`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn take_scratch(&mut self) -> Box<Scratch> {
         self.scratch.take().unwrap_or_else(|| Self::new_scratch(&self.state))
     }

@@ -15,7 +15,7 @@ use crate::physics::rough::Roughness;
 use std::ops::ControlFlow;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    #[inline]
+    #[inline(always)]
     pub(in crate::engine) fn stream(&mut self, particle: u32, time: f64) {
         let (position, velocity) = self.state_at(particle, time);
         let body = &mut self.state.bodies[particle as usize];
