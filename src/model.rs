@@ -34,7 +34,7 @@ pub mod thermostat;
 pub mod threads;
 pub mod triangle_mesh;
 pub mod umbrella_plan;
-mod units;
+pub(crate) mod units;
 pub mod until;
 
 pub use crate::physics::response::{ContactLaw, TcRule};

@@ -11,6 +11,7 @@
 //! | `log/carom/time` | simulated time, `f64` |
 //! | `log/particles/q6` and others | scalars of the particles, `f64` |
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
+//! | `log/carom/units` | names of the units of length, mass and time, like `particles/types`, only if the scene gives names |
 //!
 //! Numbers are `f32` unless noted otherwise. Positions are relative to the centre of the box, because HOOMD's box is
 //! centred at the origin. In a tilted box, periods along x are added to move each particle inside. HOOMD's box is
@@ -74,6 +75,10 @@ impl Trajectory {
         self.chunks.write("log/carom/time", Kind::Double, 1, &frame.time.to_le_bytes())?;
         let centre = centre.iter().flat_map(|x| x.to_le_bytes()).collect();
         self.lasting("log/carom/centre", Kind::Double, 1, centre)?;
+        if let Some(names) = frame.units.names() {
+            let (names, width) = padded_words(&names)?;
+            self.lasting("log/carom/units", Kind::Int8, width, names)?;
+        }
         self.lasting("log/carom/periodic", Kind::Uint8, 1, frame.periodic.map(u8::from).to_vec())
     }
 
@@ -81,7 +86,7 @@ impl Trajectory {
         let particles = &frame.particles;
         self.lasting("particles/N", Kind::Uint32, 1, count(particles.len())?.to_le_bytes().to_vec())?;
         let names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
-        let (types, width) = names_of_types(&names)?;
+        let (types, width) = padded_words(&names)?;
         self.lasting("particles/types", Kind::Int8, width, types)?;
         let species = particles.iter().flat_map(|particle| particle.species.0.to_le_bytes()).collect();
         self.lasting("particles/typeid", Kind::Uint32, 1, species)?;
@@ -125,7 +130,7 @@ impl Trajectory {
         }
         self.lasting("bonds/N", Kind::Uint32, 1, count(ends.len())?.to_le_bytes().to_vec())?;
         let names: Vec<&str> = frame.bond_names.iter().map(String::as_str).collect();
-        let (types, width) = names_of_types(if frame.bond_kinds.is_empty() { &["bond"] } else { &names })?;
+        let (types, width) = padded_words(if frame.bond_kinds.is_empty() { &["bond"] } else { &names })?;
         self.lasting("bonds/types", Kind::Int8, width, types)?;
         if !frame.bond_kinds.is_empty() {
             let kinds = frame.bond_kinds.iter().flat_map(|kind| kind.to_le_bytes()).collect();
@@ -206,7 +211,7 @@ fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, Fr
 }
 
 /// Returns the names of types with equal width, padded with zeros. Each name ends with at least one zero.
-fn names_of_types(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
+fn padded_words(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
     let width = names.iter().map(|name| name.len()).max().unwrap_or(0) + 1;
     let mut bytes = Vec::new();
     for name in names {

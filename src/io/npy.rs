@@ -12,6 +12,7 @@
 //! | `species.npy` | N | index of the species in the arrays of species |
 //! | `species_names.npy`, `species_static.npy` | species | name, and whether the species never moves |
 //! | `species_mass.npy` | species | infinite for static species; no file if a mass is unknown |
+//! | `units.npy` | 3 | names of the units of length, mass and time; no file if the scene gives no names |
 //! | `q6.npy` and others | frames x N | scalars of the particles |
 //! | `bonds.npy` | bonds x 2 | ids of the bonded particles; no file without bonds |
 //! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | names of the interactions of bonds, and the index of a name for each bond |
@@ -67,6 +68,9 @@ impl Arrays {
         Array::whole(&file("species_static.npy"), "|b1", frame.species.len(), &[], is_static)?;
         let names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
         Array::words(&file("species_names.npy"), &names)?;
+        if let Some(names) = frame.units.names() {
+            Array::words(&file("units.npy"), &names)?;
+        }
         let masses: Option<Vec<f64>> = frame.species.iter().map(|species| species.mass).collect();
         if let Some(masses) = masses {
             let bytes = masses.iter().flat_map(|mass| mass.to_le_bytes());

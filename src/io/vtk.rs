@@ -91,6 +91,9 @@ fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     data.field("displacement", 1, [frame.displacement]);
     data.byte_field("periodic", frame.periodic.map(u8::from));
     data.words("species_names", frame.species.iter().map(|species| species.name.as_str()));
+    if let Some(names) = frame.units.names() {
+        data.words("units", names.into_iter());
+    }
     let all = &frame.particles;
     data.points(all.iter().map(|particle| &particle.position));
     data.vertices();

@@ -3,6 +3,9 @@
 use crate::base::text::digits;
 use serde::{Deserialize, Serialize};
 
+/// Length of the longest name of a unit, in letters.
+pub(crate) const LONGEST_NAME: usize = 16;
+
 /// Names of the units of length, mass and time, for outputs. Carom converts no number.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Units {
@@ -31,6 +34,17 @@ impl Units {
     /// Whether the scene gives no names.
     pub(crate) fn are_unnamed(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// Names of the units of length, mass and time; `None` if the scene gives no names.
+    pub(crate) fn names(&self) -> Option<[&str; 3]> {
+        (!self.are_unnamed()).then_some([&self.length, &self.mass, &self.time])
+    }
+
+    /// Whether a text can be the name of a unit. Units are multiplied and divided in outputs, so that digits and signs in
+    /// their names would be misread.
+    pub(crate) fn is_name(text: &str) -> bool {
+        (1..=LONGEST_NAME).contains(&text.chars().count()) && text.chars().all(char::is_alphabetic)
     }
 
     /// Returns a text for a time, with the unit if it has a name: `0.5 ms`.

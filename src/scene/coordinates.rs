@@ -9,7 +9,7 @@ use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::input_file::is_checksum;
 use crate::model::space::{AXES, Boundary};
-use crate::model::{InputFile, Particle};
+use crate::model::{InputFile, Particle, Units};
 use crate::scene::brought;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -91,6 +91,7 @@ fn add_start(
     (scene, sizes): (&mut SceneBuilder, &mut Vec<RadiiAndMasses>),
 ) -> Result<(), SceneError> {
     let frame = &*start.frame;
+    check_units(start, &origin, &scene.parts.units)?;
     if frames.may_give_box && start.has_box && scene.size.is_none() {
         take_box(frame, frames.space, scene)?;
     }
@@ -132,6 +133,19 @@ fn add_start(
     };
     sizes.push(RadiiAndMasses::of(start, origin, group));
     Ok(())
+}
+
+/// Rejects a file whose units have other names than those of the scene.
+fn check_units(start: &Start<'_>, origin: &Origin, units: &Units) -> Result<(), SceneError> {
+    match (start.frame.units.names(), units.names()) {
+        (Some(found), Some(expected)) if found != expected => {
+            let [found, expected] =
+                [found, expected].map(|[length, mass, time]| format!("{length}, {mass} and {time}"));
+            let problem = format!("the units are {found}, expected {expected} as in [units]: no number is converted");
+            Err(origin.wrong(start.comment, problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Takes the size of the box from a frame, and the lower corner and the sides if the scene does not give them. A frame

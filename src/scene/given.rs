@@ -145,7 +145,7 @@ impl GivenParticles {
 mod tests {
     use super::*;
     use crate::io::{read_scene_text, read_scene_with};
-    use crate::model::ParticleId;
+    use crate::model::{ParticleId, Units};
     use crate::scene::ConfigPath;
     use crate::trajectory::frame::FrameSpecies;
 
@@ -200,6 +200,7 @@ until_time = 1.0
             images: Vec::new(),
             scalars: Vec::new(),
             surfaces: Vec::new(),
+            units: Units::default(),
         };
         let bond = Some("link".to_owned());
         GivenParticles { has_box: true, has_radii: true, bond, ..GivenParticles::new("frame", frame) }

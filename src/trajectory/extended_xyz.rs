@@ -23,6 +23,7 @@
 //! | `bond_table` | the names of the interactions that hold the bonds |
 //! | `bond_kind` | the index of the interaction of each bond; absent if there is only one |
 //! | `surfaces` | whether each surface of the scene is present; absent if all always are |
+//! | `units` | the names of the units of length, mass and time, `mm g ms`; absent if the scene gives no names |
 //!
 //! The species is in the column `type`, because ASE accepts only chemical symbols in a column called `species`. The
 //! reader accepts both names. `map_shift` is *Periodic Image* in OVITO: the number of periods that a particle has

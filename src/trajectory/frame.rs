@@ -8,7 +8,7 @@ use crate::Vector;
 use crate::analysis::instruments::Scalar;
 use crate::base::numbers::id;
 use crate::model::space::{Boundary, Space, nearest_image};
-use crate::model::{ParticleId, Scene, SpeciesId};
+use crate::model::{ParticleId, Scene, SpeciesId, Units};
 
 /// Names of the scalars that contain the components of the spins `[1 / time]`. LAMMPS uses the same names.
 pub(crate) const SPINS: [&str; 3] = ["omegax", "omegay", "omegaz"];
@@ -17,7 +17,7 @@ pub(crate) const SPINS: [&str; 3] = ["omegax", "omegay", "omegaz"];
 mod tests;
 
 /// Names of columns, arrays and files in the output formats.
-const TAKEN: [&str; 46] = [
+const TAKEN: [&str; 47] = [
     "bond_kinds",
     "bond_names",
     "bonds",
@@ -53,6 +53,7 @@ const TAKEN: [&str; 46] = [
     "type",
     "typeid",
     "types",
+    "units",
     "velo",
     "velocities",
     "velocity",
@@ -125,6 +126,8 @@ pub struct Frame {
     pub scalars: Vec<Scalar>,
     /// Whether each surface of the scene is present at this time. Empty if all surfaces are present.
     pub surfaces: Vec<bool>,
+    /// Names of the units of all numbers. The default has no names.
+    pub units: Units,
 }
 
 impl Frame {
@@ -177,6 +180,7 @@ impl Frame {
             images: Vec::new(),
             scalars: Vec::new(),
             surfaces: Vec::new(),
+            units: scene.units.clone(),
         }
     }
 

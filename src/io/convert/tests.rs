@@ -4,7 +4,7 @@ use std::path::Path;
 use super::*;
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
-use crate::model::{ParticleId, SpeciesId};
+use crate::model::{ParticleId, SpeciesId, Units};
 use crate::trajectory::extended_xyz::WriteError;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
@@ -34,6 +34,7 @@ pub(in crate::io) fn chain() -> Frame {
         images: Vec::new(),
         scalars: Vec::new(),
         surfaces: Vec::new(),
+        units: Units::default(),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::base::numbers::index;
 use crate::io::convert::tests::{chain, converted, trajectory};
 use crate::io::convert::{ConvertError, FrameError, Options, convert};
 use crate::model::Format;
-use crate::model::ParticleId;
+use crate::model::{ParticleId, Units};
 use crate::trajectory::Frame;
 
 /// Contents of an array: type code, number of rows, number of columns, bytes.
@@ -75,7 +75,8 @@ fn whole(chunk: &Chunk) -> Vec<u32> {
 
 #[test]
 fn gsd_frame_has_all_particle_data_and_bonds() {
-    let chunks = parse(&converted(&[chain()], Format::Gsd));
+    let units = Units::new("mm", "g", "ms");
+    let chunks = parse(&converted(&[Frame { units, ..chain() }], Format::Gsd));
     let get = |name: &str| &chunks[&(0, name.to_owned())];
     assert_eq!(get("configuration/step"), &(4, 1, 1, vec![0; 8]));
     assert_eq!(get("configuration/dimensions"), &(1, 1, 1, vec![3]));
@@ -83,6 +84,7 @@ fn gsd_frame_has_all_particle_data_and_bonds() {
     assert_eq!(doubles(get("log/carom/time")), [0.25]);
     assert_eq!(doubles(get("log/carom/centre")), [0.0, 2.0, 5.0]);
     assert_eq!(get("log/carom/periodic"), &(1, 3, 1, vec![1, 0, 1]));
+    assert_eq!(get("log/carom/units"), &(5, 3, 3, b"mm\0g\0\0ms\0".to_vec()));
     assert_eq!(whole(get("particles/N")), [4]);
     assert_eq!(get("particles/types"), &(5, 2, 5, b"bead\0bob\0\0".to_vec()));
     assert_eq!(whole(get("particles/typeid")), [0, 1, 0, 0]);

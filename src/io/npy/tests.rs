@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::io::convert::convert;
 use crate::io::convert::tests::{chain, trajectory};
-use crate::model::Format;
+use crate::model::{Format, Units};
 use crate::trajectory::Frame;
 
 /// Returns the type, the shape and the data of an array.
@@ -38,6 +38,7 @@ fn arrays_read_back() {
     second.particles[3].position.z = 9.0;
     let mut first = chain();
     first.periodic[1] = true;
+    (first.units, second.units) = (Units::new("mm", "g", "ms"), Units::new("mm", "g", "ms"));
     trajectory(&source, &[first, second]);
     convert(&source, Format::Npy, &target, &Default::default()).unwrap();
     let file = |name: &str| target.join(name);
@@ -61,6 +62,8 @@ fn arrays_read_back() {
     assert_eq!(read(&file("species_static.npy")), ("|b1".to_owned(), "2,".to_owned(), vec![0, 1]));
     let codes: Vec<u32> = "beadbob\0".chars().map(u32::from).collect();
     assert_eq!(read(&file("species_names.npy")), ("<U4".to_owned(), "2,".to_owned(), bytes(&codes)));
+    let codes: Vec<u32> = "mmg\0ms".chars().map(u32::from).collect();
+    assert_eq!(read(&file("units.npy")), ("<U2".to_owned(), "3,".to_owned(), bytes(&codes)));
 }
 
 #[test]
@@ -69,7 +72,7 @@ fn unknown_quantities_have_no_file() {
     let (source, target) = (folder.path().join("a.xyz"), folder.path().join("npy"));
     fs::write(&source, "1\n\n\u{e9} 1 2 3\n").unwrap();
     convert(&source, Format::Npy, &target, &Default::default()).unwrap();
-    for absent in ["velocities.npy", "bonds.npy", "species_mass.npy"] {
+    for absent in ["velocities.npy", "bonds.npy", "species_mass.npy", "units.npy"] {
         assert!(!target.join(absent).exists());
     }
     let (kind, _, bytes) = read(&target.join("species_names.npy"));

@@ -7,7 +7,7 @@ use crate::Vector;
 use crate::base::numbers::index;
 use crate::io::convert::convert;
 use crate::io::convert::tests::{chain, trajectory};
-use crate::model::Format;
+use crate::model::{Format, Units};
 use crate::trajectory::Frame;
 
 fn attribute<'a>(text: &'a str, name: &str) -> &'a str {
@@ -71,7 +71,7 @@ fn in_folder(frames: &[Frame]) -> tempfile::TempDir {
 
 #[test]
 fn vtk_frame_has_all_particle_data_and_bonds() {
-    let folder = in_folder(&[chain()]);
+    let folder = in_folder(&[Frame { units: Units::new("mm", "g", "ms"), ..chain() }]);
     let file = File::read(&folder.path().join("vtk/frame_000000.vtp"));
     for (name, count) in [("Points", "4"), ("Verts", "4"), ("Lines", "3")] {
         assert_eq!(attribute(&file.text, &format!("NumberOf{name}")), count);
@@ -80,6 +80,8 @@ fn vtk_frame_has_all_particle_data_and_bonds() {
     assert_eq!(file.floats("FieldData", "box"), [-2.0, -1.0, 0.0, 2.0, 5.0, 10.0]);
     assert_eq!(file.floats("FieldData", "displacement"), [0.0]);
     assert!(file.text.contains("NumberOfTuples=\"2\" format=\"ascii\">98 101 97 100 0 98 111 98 0</Array>"));
+    let units = "Name=\"units\" NumberOfTuples=\"3\" format=\"ascii\">109 109 0 103 0 109 115 0</Array>";
+    assert!(file.section("FieldData").contains(units));
     let positions: Vec<f64> = (0..4).flat_map(|id| [f64::from(id) - 1.5, 0.1, 2.0]).collect();
     assert_eq!(file.floats("Points", "Points"), positions);
     assert_eq!(file.floats("PointData", "radius"), [0.5, 0.75, 0.5, 0.5]);

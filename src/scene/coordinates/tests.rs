@@ -248,6 +248,21 @@ fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
 }
 
 #[test]
+fn a_file_in_other_units_than_the_scene_is_refused() {
+    let file = "[[file]]\npath = \"start.xyz\"\nbond = \"link\"\n";
+    let units = |length: &str| format!("{BEADS}{file}[units]\nlength = \"{length}\"\nmass = \"g\"\ntime = \"ms\"\n");
+    let in_millimetres = Frame { units: Units::new("mm", "g", "ms"), ..chains() };
+    let error = started(&in_millimetres, &units("cm")).unwrap_err().to_string();
+    let expected = "line 2: the units are mm, g and ms, expected cm, g and ms as in [units]: no number is converted";
+    assert!(error.contains(expected), "{error}");
+    for (frame, scene) in
+        [(&in_millimetres, units("mm")), (&in_millimetres, format!("{BEADS}{file}")), (&chains(), units("cm"))]
+    {
+        started(frame, &scene).unwrap();
+    }
+}
+
+#[test]
 fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
     let file = "[[file]]\npath = \"start.xyz\"\n";
     let error = |frame: &Frame| started(frame, &format!("{BEADS}{file}")).unwrap_err().to_string();

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::ReadError;
 use crate::Vector;
-use crate::model::ParticleId;
 use crate::model::space::displacement_within_period;
+use crate::model::{ParticleId, Units};
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameSpecies;
 
@@ -57,6 +57,7 @@ pub(super) struct Comment {
     pub bond_kinds: Vec<u32>,
     /// Whether each surface of the scene is present; empty if all are present.
     pub surfaces: Vec<bool>,
+    pub units: Units,
     pub columns: Columns,
 }
 
@@ -95,6 +96,7 @@ impl Comment {
             None => Default::default(),
         };
         let surfaces = value_of("surfaces").map(|value| value.flags()).transpose()?.unwrap_or_default();
+        let units = value_of("units").and_then(|value| value.units()).unwrap_or_default();
         let mut columns = match value_of("Properties") {
             Some(value) => value.columns()?,
             None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
@@ -105,7 +107,19 @@ impl Comment {
         let time = time.unwrap_or(0.0);
         // Masses in the table of species take precedence over a column of masses.
         columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
-        Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, surfaces, columns })
+        Ok(Self {
+            time,
+            region,
+            periodic,
+            displacement,
+            species,
+            bonds,
+            bond_names,
+            bond_kinds,
+            surfaces,
+            units,
+            columns,
+        })
     }
 }
 
@@ -219,6 +233,13 @@ impl<'a> Value<'a> {
 
     fn flags(&self) -> Result<Vec<bool>, ReadError> {
         self.as_many(self.words().count(), "`T` or `F` for each surface", flag)
+    }
+
+    /// Three names of units. Other texts, such as `units=metal` of another program, are ignored.
+    fn units(&self) -> Option<Units> {
+        let names: Vec<&str> = self.words().filter(|word| Units::is_name(word)).collect();
+        let [length, mass, time] = names[..] else { return None };
+        (self.words().count() == 3).then(|| Units::new(length, mass, time))
     }
 
     fn species(&self, is_static: Option<Value>, mass: Option<Value>) -> Result<Vec<FrameSpecies>, ReadError> {

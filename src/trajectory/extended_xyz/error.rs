@@ -113,6 +113,9 @@ pub enum WriteError {
         "the bonds cannot be written: expected an interaction for all bonds or for none, and names of one word without quotes or backslashes"
     )]
     Bonds,
+    /// The name of a unit is not a word of up to 16 letters.
+    #[error("the units cannot be written: expected names of up to 16 letters")]
+    Units,
     /// Some particles have no image numbers.
     #[error("the image numbers cannot be written: expected image numbers for all particles or for none")]
     Images,

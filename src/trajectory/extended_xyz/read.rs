@@ -220,7 +220,7 @@ impl<R: BufRead> FrameReader<R> {
         self.columns = comment.columns;
         self.has_box = comment.region.is_some();
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
-        let Comment { time, periodic, displacement, bonds, bond_names, bond_kinds, surfaces, .. } = comment;
+        let Comment { time, periodic, displacement, bonds, bond_names, bond_kinds, surfaces, units, .. } = comment;
         Ok(Some(Frame {
             time,
             lower,
@@ -233,6 +233,7 @@ impl<R: BufRead> FrameReader<R> {
             bond_names,
             bond_kinds,
             surfaces,
+            units,
             images,
             scalars,
         }))

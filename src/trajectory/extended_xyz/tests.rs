@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::Vector;
-use crate::model::{ParticleId, SpeciesId};
+use crate::model::{ParticleId, SpeciesId, Units};
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
 fn read(text: &[u8]) -> Vec<Result<Frame, ReadError>> {
@@ -37,6 +37,7 @@ fn two_discs() -> Frame {
         images: vec![[0; 3], [-2, 0, 0]],
         scalars: Vec::new(),
         surfaces: Vec::new(),
+        units: Units::default(),
     }
 }
 
@@ -49,6 +50,20 @@ fn written_frame_matches_documentation() {
         ball 0.5 0.5 0 1 0 0 0.5 0 0 0 0 1\n\
         ball 2.5 0.5 0 -1 0 0 0.5 1 -2 0 0 1\n";
     assert_eq!(written(&two_discs()), expected);
+}
+
+#[test]
+fn units_are_written_and_read() {
+    let frame = Frame { units: Units::new("mm", "g", "ms"), ..two_discs() };
+    let text = written(&frame);
+    assert!(text.contains(" units=\"mm g ms\"\n"), "{text}");
+    assert_eq!(*read(text.as_bytes())[0].as_ref().unwrap(), frame);
+    for other in ["metal", "\"mm g\"", "\"mm g ms K\"", "\"mm g 1\""] {
+        let frames = read(text.replace("\"mm g ms\"", other).as_bytes());
+        assert_eq!(*frames[0].as_ref().unwrap(), two_discs(), "{other}");
+    }
+    let frame = Frame { units: Units::new("mm", "a gram", "ms"), ..two_discs() };
+    assert!(matches!(write_frame(Vec::new(), &frame), Err(WriteError::Units)));
 }
 
 #[test]
@@ -291,6 +306,7 @@ fn frame() -> impl Strategy<Value = Frame> {
             bond_kinds: Vec::new(),
             scalars: Vec::new(),
             surfaces: flags[..usize::from(has_masses) * 2].to_vec(),
+            units: if flags[5] { Units::new("mm", "g", "\u{b5}s") } else { Units::default() },
         })
 }
 

@@ -6,8 +6,8 @@ use super::comment::is_mass;
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
 use crate::base::shortest::Shortest;
-use crate::model::SpeciesId;
 use crate::model::space::displacement_within_period;
+use crate::model::{SpeciesId, Units};
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
@@ -65,6 +65,9 @@ impl<'a, W: Write> FrameWriter<'a, W> {
         let is_displaced = frame.displacement != 0.0;
         let can_be_displaced = (0..2).all(|axis| frame.periodic[axis] && frame.size[axis] > 0.0)
             && displacement_within_period(frame.displacement, frame.size.x) == frame.displacement;
+        if !frame.units.names().is_none_or(|names| names.into_iter().all(Units::is_name)) {
+            return Err(WriteError::Units);
+        }
         if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) || (is_displaced && !can_be_displaced) {
             return Err(WriteError::Frame);
         }
@@ -160,6 +163,9 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     }
     if !frame.surfaces.is_empty() {
         write_list(text, " surfaces", frame.surfaces.iter().copied().map(word))?;
+    }
+    if let Some(names) = frame.units.names() {
+        write_list(text, " units", names)?;
     }
     text.push(b'\n');
     Ok(())

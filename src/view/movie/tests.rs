@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use super::*;
 use crate::Vector;
-use crate::model::{ParticleId, SpeciesId};
+use crate::model::{ParticleId, SpeciesId, Units};
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
@@ -134,6 +134,7 @@ fn frame(number: u32, speed: f64) -> Frame {
         images: Vec::new(),
         scalars: Vec::new(),
         surfaces: Vec::new(),
+        units: Units::default(),
     }
 }
 

@@ -34,6 +34,7 @@ pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> 
         images: Vec::new(),
         scalars: Vec::new(),
         surfaces: Vec::new(),
+        units: Units::default(),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::analysis::instruments::Scalar;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::potential::Potential;
 use crate::model::space::Space;
-use crate::model::{ParticleId, SpeciesId};
+use crate::model::{ParticleId, SpeciesId, Units};
 use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameSpecies, SPINS};
@@ -46,6 +46,7 @@ pub(super) fn frame(time: f64, count: u32) -> Frame {
         images: Vec::new(),
         scalars: Vec::new(),
         surfaces: Vec::new(),
+        units: Units::default(),
     }
 }
 
