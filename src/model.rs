@@ -40,7 +40,7 @@ pub mod until;
 pub use crate::physics::response::{ContactLaw, TcRule};
 pub use crate::physics::restitution::{Restitution, RestitutionTable};
 pub use crate::physics::rough::Roughness;
-pub use barostat::{Barostat, BarostatError, VolumeMoves};
+pub use barostat::{Barostat, VolumeMoves};
 pub use diameters::{DiameterDistribution, IndividualDiameters, MassRule};
 pub use energy_weights::EnergyWeights;
 pub use error::PotentialError;

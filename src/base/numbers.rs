@@ -48,6 +48,9 @@ pub(crate) fn trunc_to_i32(x: impl Into<f64>) -> i32 {
     x.into() as i32
 }
 
+/// Whole numbers below this bound, `2^53`, are exact as floating-point numbers.
+pub(crate) const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
 /// Rounds to single precision. Numbers out of range become infinite.
 #[inline]
 pub(crate) fn single(x: f64) -> f32 {

@@ -12,6 +12,16 @@ pub fn plural(count: impl Display + PartialEq + From<u8>, noun: &str) -> String 
     format!("{count} {noun}{ending}")
 }
 
+/// At most `longest` characters of a malformed text, for an error message. Such texts can be very long or binary.
+pub(crate) fn shorten(text: &str, longest: usize) -> String {
+    let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let mut short: String = text.chars().take(longest).map(shown).collect();
+    if text.chars().nth(longest).is_some() {
+        short.push_str("...");
+    }
+    short
+}
+
 /// A list in words: `x`, `x and y`, `x, y and z`.
 #[must_use]
 pub fn listed(names: &[&str]) -> String {

@@ -7,9 +7,6 @@ use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 
 use super::numbers;
 
-/// Integers below this bound, `2^53`, are exact even if written with a decimal point.
-const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
-
 pub(crate) fn number<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<T, D::Error> {
     Whole::deserialize(deserializer).map(|Whole(number)| number)
 }
@@ -72,7 +69,7 @@ impl<'de, T: Integer<'de>> Visitor<'de> for Typed<T> {
     }
 
     fn visit_f64<E: Error>(self, number: f64) -> Result<Whole<T>, E> {
-        let is_whole = number.fract() == 0.0 && number.abs() < MOST_EXACT;
+        let is_whole = number.fract() == 0.0 && number.abs() < numbers::MOST_EXACT;
         let whole = is_whole.then(|| numbers::trunc_to_i64(number)).and_then(|number| T::try_from(number).ok());
         whole.map(Whole).ok_or_else(|| E::invalid_type(Unexpected::Float(number), &self))
     }

@@ -571,43 +571,6 @@ macro_rules! columns {
     }};
 }
 
-trait Visit {
-    fn column(&mut self, column: &mut impl Column);
-}
-
-struct Permute<'a>(&'a Order);
-
-impl Visit for Permute<'_> {
-    fn column(&mut self, column: &mut impl Column) {
-        *column = column.permuted(self.0);
-    }
-}
-
-struct Shift(f64);
-
-impl Visit for Shift {
-    fn column(&mut self, column: &mut impl Column) {
-        column.shift(self.0);
-    }
-}
-
-struct Push<'a>(&'a Record);
-
-impl Visit for Push<'_> {
-    fn column(&mut self, column: &mut impl Column) {
-        column.push(self.0);
-    }
-}
-
-struct Set<'a>(u32, &'a Record);
-
-impl Visit for Set<'_> {
-    #[inline(always)]
-    fn column(&mut self, column: &mut impl Column) {
-        column.set(self.0, self.1);
-    }
-}
-
 fn take_if<C: Column>(is_plan: bool, column: &mut C, part: &C, numbers: &PartNumbers<'_>) {
     if C::IS_PLAN == is_plan {
         column.take_over(part, numbers);
@@ -622,11 +585,6 @@ fn copy_if_it_changes<C: Column>(column: &C, particle: u32, record: &mut Record)
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    #[inline(always)]
-    fn for_each_column(&mut self, mut visit: impl Visit) {
-        columns!(self, as_mut, column: mut => visit.column(column));
-    }
-
     /// Returns the record of a particle. Other particles are given by their numbers in memory.
     #[inline]
     pub(super) fn record(&self, particle: u32) -> Record {
@@ -654,7 +612,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Writes the record of a particle, except its neighbour list and its row.
     #[inline]
     pub(super) fn write_record(&mut self, particle: u32, record: &Record) {
-        self.for_each_column(Set(particle, record));
+        columns!(self, as_mut, column: mut => Column::set(column, particle, record));
     }
 
     /// Copies the state of some particles from an engine with a part of the system; with `is_plan`, the predictions and
@@ -664,17 +622,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     pub(super) fn push_record(&mut self, record: &Record) {
-        self.for_each_column(Push(record));
+        columns!(self, as_mut, column: mut => Column::push(column, record));
     }
 
     pub(super) fn permute(&mut self, order: &Order) {
-        self.for_each_column(Permute(order));
+        columns!(self, as_mut, column: mut => *column = column.permuted(order));
         self.state.numbers.iter_mut().for_each(|number| *number = order.new[*number as usize]);
         self.state.numbers.retain(|number| *number != NO_PARTICLE);
     }
 
     pub(super) fn shift_columns(&mut self, shift: f64) {
-        self.for_each_column(Shift(shift));
+        columns!(self, as_mut, column: mut => Column::shift(column, shift));
     }
 
     /// Prepares a bitwise copy of an engine for another thread. The copy uses the columns of the original. See

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use thiserror::Error;
 
 use crate::Vector;
+use crate::base::numbers::single;
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
 /// Start of the file header. Other programs read a file that begins with `solid` as text.
@@ -51,9 +52,4 @@ pub fn write_stl(mesh: &TriangleMesh, output: &mut impl Write) -> Result<(), Wri
         output.write_all(&[0; 2])?;
     }
     Ok(())
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "the format has no more bits")]
-fn single(x: f64) -> f32 {
-    x as f32
 }

@@ -1,9 +1,8 @@
 //! Settings of the barostat, which controls the pressure by volume moves.
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use super::limits::is_positive;
+use super::limits::{Invalid, is_positive};
 
 /// Barostat of the isothermal-isobaric ensemble. Monte Carlo moves change the volume at regular times.
 ///
@@ -24,31 +23,18 @@ pub struct Barostat {
 /// Largest amplitude of volume moves. It changes the volume by a factor of 7.4.
 pub(crate) const LARGEST_AMPLITUDE: f64 = 2.0;
 
-/// Invalid barostat parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("the {name} of the barostat is {value}, expected {expected}")]
-#[non_exhaustive]
-pub struct BarostatError {
-    /// Name of the parameter: pressure, interval or amplitude.
-    pub name: &'static str,
-    /// The value.
-    pub value: f64,
-    /// Description of the valid values.
-    pub expected: &'static str,
-}
-
 impl Barostat {
-    pub(crate) fn check(&self) -> Result<(), BarostatError> {
+    pub(crate) fn check(&self) -> Result<(), Invalid> {
         let number = "a number from 1e-50 to 1e50";
         let pressure = "a number from 1e-50 to 1e50: without an external pressure the volume grows for ever";
         for (name, value, number) in [("pressure", self.pressure, pressure), ("interval", self.interval, number)] {
             if !is_positive(value) {
-                return Err(BarostatError { name, value, expected: number });
+                return Err((name, value, number));
             }
         }
         match self.amplitude {
             Some(value) if !(is_positive(value) && value <= LARGEST_AMPLITUDE) => {
-                Err(BarostatError { name: "amplitude", value, expected: "a number above 0, at most 2" })
+                Err(("amplitude", value, "a number above 0, at most 2"))
             }
             _ => Ok(()),
         }
@@ -95,7 +81,7 @@ mod tests {
             ("amplitude", Barostat { amplitude: Some(2.0_f64.next_up()), ..good }),
             ("amplitude", Barostat { amplitude: Some(f64::NAN), ..good }),
         ] {
-            assert_eq!(wrong.check().unwrap_err().name, name, "{wrong:?}");
+            assert_eq!(wrong.check().unwrap_err().0, name, "{wrong:?}");
         }
     }
 }

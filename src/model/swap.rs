@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::limits::is_positive;
+use super::limits::{Invalid, is_positive};
 
 /// Monte Carlo moves of a mixture of hard spheres, at regular times between the events.
 ///
@@ -24,9 +24,6 @@ pub struct Swap {
 
 /// Largest number of moves in a set. A set is not interrupted, and takes about a second for a million moves.
 pub(crate) const MOST_ATTEMPTS: u64 = 10_000_000;
-
-/// Reason why a setting is rejected: its name, its value, and what is expected.
-pub(crate) type Invalid = (&'static str, f64, &'static str);
 
 impl Swap {
     pub(crate) fn check(&self) -> Result<(), Invalid> {

@@ -11,6 +11,7 @@ use crate::base::checksum::checksum;
 use crate::io::estimate::SizeEstimate;
 use crate::io::read_scene_text;
 use crate::model::Scene;
+use crate::model::input_file::spelled;
 use crate::run::foreseen_rate;
 use crate::scene::{NamedInput, SceneError, read_text};
 
@@ -216,7 +217,7 @@ impl Sweep {
     }
 
     pub(super) fn checksum(&self) -> String {
-        format!("crc32:{:08x}", checksum(self.text.as_bytes()))
+        spelled(checksum(self.text.as_bytes()))
     }
 
     /// Reads the scene at a point.

@@ -1,7 +1,6 @@
 use toml::{Table, Value};
 
-/// Integers up to `2^53` are exact as floating-point numbers.
-const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+use crate::base::numbers::MOST_EXACT;
 
 /// Parses a value as TOML. A word without quotes becomes a string.
 pub(super) fn value_of(text: &str) -> Value {

@@ -55,6 +55,7 @@ use crate::Vector;
 use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::pick_frame;
+pub(super) use bodies::BOND_RADIUS;
 use bodies::Bodies;
 use camera::Camera;
 use colour::Colour;

@@ -3,6 +3,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::polygon::PolygonProblem;
+use crate::base::text;
 use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES};
 
 /// Error of reading a mesh file.
@@ -162,10 +163,5 @@ impl MeshFileError {
 pub(super) fn shorten(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text = String::from_utf8_lossy(word.get(..4 * LONGEST).unwrap_or(word));
-    let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-    let mut short: String = text.chars().take(LONGEST).map(shown).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        short.push_str("...");
-    }
-    short
+    text::shorten(&text, LONGEST)
 }

@@ -2,6 +2,7 @@ use std::fmt;
 
 use super::{EdgeFault, MOST_INTERSECTIONS, MOST_PAIRS, MeshReport, PairFault, TriangleFault};
 use crate::Vector;
+use crate::base::text::plural;
 
 /// Fault of a mesh. The message names the first place where the fault occurs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,10 +104,6 @@ fn edges(f: &mut fmt::Formatter<'_>, fault: &EdgeFault, what: &str) -> fmt::Resu
     let Some([from, to]) = fault.first else { return Ok(()) };
     let place = |v: &Vector| format!("({}, {}, {})", v.x, v.y, v.z);
     write!(f, ", first from {} to {}", place(&from), place(&to))
-}
-
-fn plural(count: usize, noun: &str) -> String {
-    if count == 1 { format!("{count} {noun}") } else { format!("{count} {noun}s") }
 }
 
 fn is_or_are(count: usize) -> &'static str {

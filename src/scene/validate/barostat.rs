@@ -8,7 +8,7 @@ use crate::scene::validate::measure::check_supported;
 
 pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Result<(), SceneError> {
     let checked = barostat.map_or(Ok(()), Barostat::check);
-    checked.or_else(|error| refuse(at.key(error.name), shortest(error.value), error.expected))
+    checked.or_else(|(name, value, expected)| refuse(at.key(name), shortest(value), expected))
 }
 
 /// Rejects bonds and instruments that need a constant volume, and growth after a stage with a barostat.

@@ -3,7 +3,11 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::base::text::shorten;
 use crate::model::ParticleId;
+
+/// Number of characters of a malformed text in a message.
+pub(super) const LONGEST: usize = 60;
 
 /// Error of reading extended XYZ. Lines count from 1.
 #[derive(Debug, Error)]
@@ -67,7 +71,7 @@ pub enum ReadError {
 
 impl ReadError {
     pub(super) fn unexpected(line: usize, name: &str, value: &str, expected: &str) -> Self {
-        Self::Malformed { line, problem: format!("{name} is `{}`, expected {expected}", shorten(value)) }
+        Self::Malformed { line, problem: format!("{name} is `{}`, expected {expected}", shorten(value, LONGEST)) }
     }
 
     /// The line with the error, if there is one.
@@ -132,14 +136,4 @@ pub enum WriteError {
     /// invalid. A displacement requires periodic x and y axes, and is at most half a period.
     #[error("the frame's time or box is not finite, or the box is displaced by more than half of its edge")]
     Frame,
-}
-
-pub(super) fn shorten(text: &str) -> String {
-    const LONGEST: usize = 60;
-    let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-    let mut short: String = text.chars().take(LONGEST).map(shown).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        short.push_str("...");
-    }
-    short
 }

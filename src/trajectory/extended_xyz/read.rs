@@ -6,10 +6,11 @@ use std::io::{BufRead, Read};
 
 use self::particle::{SpeciesTable, Words};
 use super::comment::{Columns, Comment};
-use super::error::shorten;
+use super::error::LONGEST;
 use super::{LONGEST_LINE, ReadError};
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
+use crate::base::text::shorten;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
@@ -162,7 +163,7 @@ impl<R: BufRead> FrameReader<R> {
                     // Ids are `u32`, which limits the count.
                     Ok(count) => return Ok(Some(count as usize)),
                     Err(_) => {
-                        let found = shorten(text);
+                        let found = shorten(text, LONGEST);
                         let problem =
                             format!("expected the number of particles of a frame, 0 to 4294967295, found `{found}`");
                         return Err(ReadError::Malformed { line: self.line, problem });

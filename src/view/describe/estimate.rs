@@ -1,4 +1,5 @@
 use crate::analysis::statistics::{Estimate, ROUNDING, Stationarity};
+use crate::base::numbers::MOST_EXACT;
 use crate::base::text::digits;
 
 /// Formats a mean with two digits of its standard error, such as `1.0432 +- 0.0021`. An error below round-off is left
@@ -13,12 +14,10 @@ pub fn estimate(estimate: &Estimate) -> String {
     }
 }
 
+/// Prints whole numbers with all digits.
 fn exact(mean: f64) -> String {
     if mean.fract() == 0.0 && mean.abs() < MOST_EXACT { format!("{:.0}", mean + 0.0) } else { digits(mean) }
 }
-
-/// Whole numbers below `2^53` are printed with all digits.
-const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// Describes a mean, as [`estimate`] does. Adds a note for conserved values, and for pressures without events.
 #[must_use]

@@ -12,7 +12,7 @@ use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
 /// Radius of a bond, relative to its smaller particle.
-const BOND_RADIUS: f64 = 0.36;
+pub(in crate::view) const BOND_RADIUS: f64 = 0.36;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ball {

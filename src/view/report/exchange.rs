@@ -5,7 +5,7 @@ mod paths;
 
 use std::path::{Path, PathBuf};
 
-use super::families::{self, Member, Parameter};
+use super::families::{self, MOST_CURVES, Member, Parameter};
 use super::figures::{capitalised, curves_figure};
 use super::html::{self, cell, escape, quantity};
 use super::plot::{Curves, Key, Line, Point as Dot, extent};
@@ -20,8 +20,6 @@ use crate::exchange::{
 };
 use crate::model::ExchangeEnsemble;
 use paths::{drawn, paths};
-
-const MOST_CURVES: usize = 24;
 
 /// Largest ratio of temperatures on a linear axis.
 const LONG: f64 = 10.0;

@@ -7,7 +7,7 @@ use crate::analysis::instruments::{Curve, Series};
 use crate::base::text::digits;
 
 /// Largest number of curves with distinct colours. Of more curves, only every n-th is drawn.
-const MOST_CURVES: usize = 24;
+pub(super) const MOST_CURVES: usize = 24;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameter {

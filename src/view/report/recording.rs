@@ -40,8 +40,6 @@ const MOST_BYTES: usize = 29_000_000;
 
 const MOST_FRAMES: usize = 2_000;
 
-const BOND_RADIUS: f64 = 0.36;
-
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recording {
     pub head: Head,
@@ -355,7 +353,7 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
     }
     bonds.iter().flatten().for_each(|(index, _)| bytes.extend(index.to_le_bytes()));
     for [(_, a), (_, b)] in &bonds {
-        bytes.extend(single(BOND_RADIUS * a.radius.min(b.radius)).to_le_bytes());
+        bytes.extend(single(crate::view::render::BOND_RADIUS * a.radius.min(b.radius)).to_le_bytes());
     }
     // There are at most 255 species.
     bytes.extend(all().map(|particle| u8::try_from(particle.species.0).unwrap_or(u8::MAX)));
