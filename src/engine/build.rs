@@ -92,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Fills the lists of all particles, and predicts all particles at the beginning of an epoch.
+    /// Fills the lists of all particles, and predicts the events of all particles, at the beginning of an epoch.
     pub(super) fn predict_all(&mut self) {
         self.fill_lists();
         self.enlarge();
@@ -128,7 +128,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Sets the states of all pairs of the given particles, which are last in memory. Existing states are kept.
+    /// Sets the states of those pairs of the given particles that have no state yet. The particles are the last in memory.
     pub(super) fn set_states_of(&mut self, scene: &Scene, particles: Range<u32>) {
         let has_states = |id: InteractionId| scene.interactions[id.0 as usize].potential.accessible_states() != (0..=0);
         if !scene.table.iter().any(|(_, id)| has_states(id)) {

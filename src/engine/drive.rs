@@ -90,7 +90,7 @@ impl Simulation {
         bath.map(|Bath { temperature, rate, axes }| Thermostat::Andersen { temperature, rate, axes })
     }
 
-    /// Multiplies all velocities by a factor, relative to `drift` and to the streaming velocity of a sheared box.
+    /// Multiplies all velocities, relative to `drift` and to the streaming velocity of a sheared box, by a factor.
     /// The energy gained counts as supplied energy.
     pub fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         with_engine!(&mut self.engine, engine => engine.scale_velocities(factor, drift));

@@ -163,7 +163,7 @@ pub struct EventCounts {
     pub transition: u64,
     /// Physical events at a turning point, without a normal velocity towards the discontinuity.
     pub turning_point: u64,
-    /// Physical events in an invalid state: the overlap was deeper than the round-off of the positions.
+    /// Physical events of overlapping particles, if the overlap was deeper than the round-off of the positions.
     pub in_invalid_state: u64,
     /// Contacts to which the TC model was applied: all contacts at infinite barriers, if the scene uses the model.
     pub tc_contacts: u64,

@@ -93,7 +93,7 @@ impl Neighbours {
         }
     }
 
-    /// Returns what is left of the room of an alias.
+    /// Gives the memory that an alias has not used back to its part.
     pub fn give_back(&mut self, rooms: &mut Rooms) {
         if let Self::Lists(verlet) = self {
             verlet.lists.give_back(rooms);
@@ -101,7 +101,7 @@ impl Neighbours {
         }
     }
 
-    /// Whether the room of this thread may be too small for a transition of a particle.
+    /// Whether the memory of this thread may be too small for a transition of a particle.
     #[inline]
     pub fn is_short(&self, particle: u32) -> bool {
         self.verlet().is_some_and(|verlet| verlet.lists.is_short() || verlet.levels.are_short(particle))

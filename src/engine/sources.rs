@@ -10,7 +10,8 @@
 //!   at [`Sources::next_global`].
 //!
 //! To add a source, add a file here, its data in [`Sources`], and a variant of [`Contact`] or [`GlobalEvent`]. For a global
-//! event, also add its time to `global_events`, its call to `execute_global`, and its change of epoch to `shift_sources`.
+//! event, also add its time to `global_events`, execute it in `execute_global`, and shift its times in `shift_sources` when
+//! an epoch ends.
 
 pub(super) mod andersen;
 mod cell_transition;

@@ -35,7 +35,7 @@ pub(super) struct Populations {
     /// Width of the bins, or `None` for exact levels.
     width: Option<f64>,
     tolerance: f64,
-    /// Average of a level without samples, which is copied for each new level.
+    /// An average without samples. Each new level begins with a copy.
     empty: BlockAverage,
     temperatures: usize,
 }

@@ -198,7 +198,7 @@ fn replicas_have_the_highest_temperature_when_weights_begin() {
     parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
     parts.run.equilibration = Until::time(8.0);
     let mut exchange = Exchange::new(Scene::new(parts).unwrap()).unwrap();
-    // Kinetic energies of the replicas, scaled to the highest temperature 2.
+    // Kinetic energies of the replicas, scaled to the highest temperature, which is 2.
     let kinetic = |exchange: &Exchange, temperature: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let of = |(place, number): (usize, &usize)| {
             (*number, exchange.replicas[*number].simulation.energy().kinetic * 2.0 / temperature(place))

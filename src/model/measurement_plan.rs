@@ -544,7 +544,7 @@ pub struct Flow {
     /// Direction of positive passages, towards larger (`+`) or smaller (`-`) coordinates; `+` if not given.
     #[schemars(extend("enum" = DIRECTIONS))]
     pub direction: Option<String>,
-    /// Start and end of the time over which rates are averaged, from the start of the measurement `[time]`. By default,
+    /// Start and end of the averaging period, relative to the start of the measurement `[time]`. By default, the period is
     /// from the first to the last passage.
     pub window: Option<[f64; 2]>,
     /// Opening through which grains fall, for a comparison with Beverloo's law: the diameter of a round opening, or the

@@ -89,7 +89,7 @@ impl Scene {
         self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
     }
 
-    /// Whether contacts may lose energy in the last measurement, and nothing supplies energy. Such a system cools
+    /// Whether contacts may dissipate energy in the last measurement while nothing supplies energy. Such a system cools
     /// forever. A thermostat, sheared box, thermal wall, moving surface or gravity can supply energy.
     #[must_use]
     pub fn cools_for_ever(&self) -> bool {

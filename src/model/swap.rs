@@ -46,7 +46,7 @@ impl Swap {
         self.attempts.unwrap_or(moving as u64)
     }
 
-    /// Whether two diameters may be exchanged, the smaller first.
+    /// Whether two diameters may be exchanged. The first is the smaller one.
     pub(crate) fn allows(&self, [small, large]: [f64; 2]) -> bool {
         self.largest_ratio.is_none_or(|ratio| large <= ratio * small)
     }

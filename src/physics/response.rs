@@ -30,7 +30,7 @@ impl ContactLaw {
         Self { restitution: Restitution::Constant(restitution), roughness: Some(roughness) }
     }
 
-    /// Makes the barrier rough, with a tangential restitution. Contacts never slide unless friction is set, too.
+    /// Makes the barrier rough, with a tangential restitution. Contacts never slide unless friction is also set.
     #[must_use]
     pub fn with_tangential_restitution(self, tangential_restitution: f64) -> Self {
         let friction = self.roughness.map_or(f64::INFINITY, |roughness| roughness.friction);

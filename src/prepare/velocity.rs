@@ -36,7 +36,7 @@ pub(crate) struct Drawn {
     pub ids: Range<usize>,
     /// Index of the group. Each group has its own random numbers.
     pub group: usize,
-    /// Temperature `[energy]`. Without temperature and speed, all particles have the common velocity.
+    /// Temperature `[energy]`. If neither a temperature nor a speed is given, all particles have the common velocity.
     pub temperature: Option<f64>,
     /// Speed of every particle `[length / time]`, used if there is no temperature.
     pub speed: Option<f64>,

@@ -14,10 +14,10 @@ const STEPS_PER_SECOND: f64 = 1e6;
 /// Number of neighbours that can be tested in the time of one step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// The cost of a thermostat, a barostat, swap moves, shear flow or a moving surface is reported above this wall time `[seconds]`.
+/// The cost of a thermostat, a barostat, swap moves, shear flow or a moving surface is reported if it exceeds this wall time `[seconds]`.
 const LONG: f64 = 600.0;
 
-/// The number of events is reported above this wall time `[seconds]`.
+/// The number of events is reported if the run takes longer than this wall time `[seconds]`.
 const VERY_LONG: f64 = 10_800.0;
 
 /// The cost of a thermostat, a barostat, swap moves or shear flow is reported if there are more steps per event than this.

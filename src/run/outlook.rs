@@ -61,7 +61,7 @@ pub fn foreseen_rate(scene: &Scene) -> Result<f64, NoRate> {
     }
 }
 
-/// Returns why the event rate changes during a run; `None` if it is steady.
+/// Returns the reason why the event rate changes during a run; `None` if it is steady.
 fn unsteady(scene: &Scene) -> Option<NoRate> {
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     match () {

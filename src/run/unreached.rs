@@ -22,7 +22,7 @@ pub enum Unreached {
     },
     /// There are too few volume moves to tune their amplitude.
     Amplitude {
-        /// Number of volume moves that tune the amplitude.
+        /// Number of volume moves in which the amplitude is tuned.
         moves: f64,
         /// Minimum number of volume moves needed to tune the amplitude.
         fewest: f64,
@@ -130,7 +130,7 @@ struct Size {
     is_static: bool,
 }
 
-/// Largest number of diameters of a species in estimates. Similar individual diameters are combined.
+/// Largest number of different diameters of a species in estimates. Similar individual diameters are combined.
 const MOST_SIZES: usize = 64;
 
 fn sizes_of(scene: &Scene, counts: &[f64]) -> Vec<Size> {

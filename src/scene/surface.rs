@@ -28,7 +28,7 @@ impl Surface {
                 let area = edges[0].cross(&edges[1]).norm();
                 // The cross product of parallel edges may be nonzero because of round-off.
                 if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
-                    return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
+                    return refuse(at.key("edge_2"), "zero, or parallel to edge_1", "an edge in another direction");
                 }
             }
             Self::Box { lower, upper, .. } => corners(lower, upper, 0..3, at)?,

@@ -228,7 +228,7 @@ impl Sweep {
         read_scene_text(self.text.clone(), &self.scene, &self.overrides(point))
     }
 
-    /// Checks the keys and the types of values at a point. This is fast, because no particles are placed.
+    /// Checks the keys and the types of values at a point of the sweep. This is fast, because no particles are placed.
     ///
     /// # Errors
     /// [`SceneError`] with the first error.

@@ -78,7 +78,7 @@ pub enum ViewError {
         "a GIF cannot show {0} images per second: an image lasts for whole hundredths of a second, and players show the shortest images ten times longer"
     )]
     FastGif(u32),
-    /// An MP4 has an odd width or height. The format stores colours for blocks of two by two pixels.
+    /// The requested MP4 would have an odd width or height. The format stores colours for blocks of two by two pixels.
     #[error("an MP4 of {width} x {height} pixels cannot be written: expected even numbers")]
     OddSize {
         /// Columns of pixels.

@@ -116,7 +116,7 @@ fn normal(random: &mut ChaCha8Rng) -> Vector {
 
 /// The ratio after many contacts, from the mean of several blocks.
 fn boltzmann(law: Law) -> Mean {
-    // The ratio relaxes within about twelve contacts of each particle at b = -0.5, and within seven or fewer otherwise.
+    // The ratio relaxes within about twelve contacts per particle at b = -0.5, and within at most seven otherwise.
     const BLOCK: u32 = 40;
     let mut gas = Homogeneous::new(3_000, law.kinetic_theory());
     (0..BLOCK).for_each(|_| gas.collide(law));

@@ -35,7 +35,7 @@ fn arrest_of_a_ball_at_rest_names_the_cure() {
     }
 }
 
-/// The size limit of files is reported like a full disk. No signal ends the program.
+/// A file that reaches the size limit is reported like a full disk. The program is not killed by a signal.
 #[test]
 #[cfg(target_os = "linux")]
 fn run_over_the_file_size_limit_fails_with_help() {

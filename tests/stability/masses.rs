@@ -21,7 +21,7 @@ fn drift(scene: Scene, events: u64) -> f64 {
 }
 
 /// Four standard deviations of a random walk. Each event rounds six velocity components three times. The root mean
-/// square error is `0.8 eps` of the energy of the pair, which is at most the total energy.
+/// square error is `0.8 eps` times the energy of the pair. This energy is at most the total energy.
 fn bound(events: u64) -> f64 {
     4.0 * 0.8 * f64::EPSILON * (events as f64).sqrt()
 }

@@ -7,7 +7,7 @@ use crate::oracle::witness::witness;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The method correctly finds no event, or an event now.
+    /// The method finds no event, or an event at the current time, as the exact result does.
     Right,
     /// The method finds the correct event. `relative` is the relative error of its time. `of_allowed` is the error
     /// divided by the allowed round-off.

@@ -291,8 +291,8 @@ fn probability(
     if !is_scaled {
         return Some(room_of(system, pair.map(|class| mean_diameter(system, class))));
     }
-    // The box is periodic. With contact distances `sigma`, the probability in `D` dimensions is proportional to
-    // `sigma^D`.
+    // The box is periodic. In units of the contact distance `sigma`, a shell has a volume proportional to `sigma^D` in `D`
+    // dimensions.
     let volume = mean_contact_volume(system, pair, is_same)?;
     let room = Room::new(&system.space, 0.0);
     Some(Box::new(move |from, to| volume * room.probability(from, to)))

@@ -31,7 +31,7 @@ pub struct ApplicableObservables {
     pub conserves_temperature: bool,
     /// Whether a virial pressure is defined: for homogeneous or wall-confined fluids without shear.
     pub has_pressure: bool,
-    /// Axes between two walls. All false if no virial pressure is defined.
+    /// Axes with a wall at both ends. All false if no virial pressure is defined.
     pub walled_axes: [bool; 3],
     /// For each axis, whether the pressure on the lower and on the upper wall is defined.
     pub pressed_walls: [[bool; 2]; 3],

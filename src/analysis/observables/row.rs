@@ -20,7 +20,7 @@ pub struct Row {
     pub ledger: f64,
     /// Pressure since the previous row `[energy / length^D]`.
     pub pressure: Option<f64>,
-    /// Core contacts per particle and time since the previous row `[1 / time]`.
+    /// Core contacts per particle and unit of time since the previous row `[1 / time]`.
     pub collision_rate: Option<f64>,
     /// Current volume of the box `[length^D]`. `None` if no stage has a barostat.
     pub volume: Option<f64>,

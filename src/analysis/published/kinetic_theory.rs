@@ -115,7 +115,7 @@ impl HardSphereFluid {
         6.0 * self.packing_fraction / (PI * self.diameter * self.diameter * self.diameter)
     }
 
-    /// Collisions per particle and time `[1 / time]`. Each collision counts for both particles.
+    /// Collisions per particle and unit of time `[1 / time]`. Each collision counts for both particles.
     #[must_use]
     pub fn collision_rate(&self) -> f64 {
         let area = self.diameter * self.diameter;

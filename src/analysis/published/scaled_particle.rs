@@ -89,7 +89,7 @@ impl HardMixture {
 mod tests {
     use super::*;
 
-    /// Without another approximation, chemical potentials and pressure obey `dp = sum_i n_i dmu_i`.
+    /// Without further approximation, chemical potentials and pressure obey `dp = sum_i n_i dmu_i`.
     #[test]
     fn chemical_potentials_and_pressure_are_consistent() {
         let species = [[0.6, 0.31], [1.0, 0.17], [1.7, 0.04]];

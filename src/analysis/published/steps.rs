@@ -99,7 +99,11 @@ mod tests {
         let scale = -volume / 3.0 / (2.0 * PI / 3.0 * 2.0 * PI / 3.0);
         let error = scale.abs() * ((squares / n - (sum / n) * (sum / n)) / n).sqrt();
         let found = third_virial_of_square_well(lambda, 1.0, temperature);
-        assert!((found - scale * sum / n).abs() < 4.0 * error, "{found} but {} +- {error}", scale * sum / n);
+        assert!(
+            (found - scale * sum / n).abs() < 4.0 * error,
+            "found {found}, expected {} +- {error}",
+            scale * sum / n
+        );
     }
 
     #[test]

@@ -345,7 +345,7 @@ fn a_variance_is_that_about_the_true_mean() {
 #[test]
 fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
     // The slow motion has 21, 32 or 63 independent values, and the noise has the same variance. Without the lower bound
-    // for the error of a variance, the rms deviation would be 1.16 errors for 32 values.
+    // for the error of a variance, the rms deviation would be 1.16 standard errors for 32 values.
     let (rho, count) = (0.9_f64, 200);
     let exact = 2.0 / 12.0 / (1.0 - rho * rho);
     let noise = (1.0 - rho * rho).sqrt().recip();

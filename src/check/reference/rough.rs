@@ -18,8 +18,9 @@ pub(super) struct Rub {
     pub turning: Vector,
     /// Positive change of the normal component of `velocity` in the contact, without the energy lost to friction.
     pub kick: f64,
-    /// Two normal speeds. This energy goes into the normal motion, up to the first speed: all of it if the slip is at
-    /// most 4 times the second speed, and none of it if the slip is at least 8 times the second speed.
+    /// Two normal speeds. Energy lost to friction goes into the normal motion, which becomes at most as fast as the first
+    /// speed: all of this energy if the slip is at most 4 times the second speed, and none of it if the slip is at least
+    /// 8 times the second speed.
     pub rattle: [f64; 2],
 }
 

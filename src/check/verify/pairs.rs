@@ -114,7 +114,7 @@ impl Pairs {
         self.states[i as usize].iter().map(|(&j, &state)| (j, state))
     }
 
-    /// Returns all pairs that are not in state 0, ascending, each with the lower id first.
+    /// Returns all pairs that are not in state 0, in ascending order. Each pair has the lower id first.
     pub fn captured(&self) -> Vec<([ParticleId; 2], usize)> {
         let mut captured = Vec::new();
         for (i, partners) in (0..).zip(&self.states) {

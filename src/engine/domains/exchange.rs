@@ -17,7 +17,7 @@ const AHEAD: usize = 8;
 /// A step of a particle that several domains hold.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Step {
-    /// Local number of the particle. In messages, it is the global number.
+    /// Local number of the particle in a domain, or its global number in a message.
     pub particle: u32,
     /// True if the particle was only predicted again. Such a step does not change the state of the particle.
     pub is_void: bool,

@@ -28,6 +28,6 @@ pub struct Outcome {
     pub difference: Option<f64>,
     pub counts: Box<Counts>,
     pub tally: Tally,
-    /// True if the number of copies exceeds its limit. The box must then be divided anew.
+    /// True if the number of copies exceeds its limit. The box must then be divided again.
     pub has_grown: bool,
 }

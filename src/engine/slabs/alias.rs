@@ -7,11 +7,11 @@ use std::ops::{Deref, DerefMut};
 use std::ptr;
 
 /// An engine that shares the arrays of particles with another engine. It has its own queue, counts and clock, and its
-/// own room for neighbour lists. Everything else is only read.
+/// own memory for neighbour lists. Everything else is only read.
 pub(super) struct Alias<const FALLING: bool, const TABLE: bool>(ManuallyDrop<Engine<FALLING, TABLE>>);
 
 impl<const FALLING: bool, const TABLE: bool> Alias<FALLING, TABLE> {
-    /// Creates an alias of an engine, with the queue, counts and room of a part.
+    /// Creates an alias of an engine, with the queue, the counts and the memory for lists of a part.
     ///
     /// # Safety
     /// Until [`Self::give_back`] is called, the engine must not be changed or dropped. No two threads may access the

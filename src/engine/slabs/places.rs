@@ -112,7 +112,7 @@ impl Places {
         self.deepest = self.deepest.max(depth);
     }
 
-    /// Whether the set has a place near `at` with a time of at least `since`.
+    /// Whether the set has an entry near the position `at`, with the time `since` or later.
     pub fn has_near(&self, at: &Vector, since: f64) -> bool {
         if self.entries.is_empty() {
             return false;
@@ -143,7 +143,7 @@ impl Places {
     }
 }
 
-/// Some cells along an axis.
+/// Up to three neighbouring cells along an axis.
 struct Cells([usize; 3], usize);
 
 impl Cells {

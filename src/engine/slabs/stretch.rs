@@ -32,13 +32,13 @@ pub enum End {
     Epoch,
     /// A step came too late. The window must be undone and repeated by one thread.
     Conflict,
-    /// The window has too many steps. It must be undone, and be shorter.
+    /// The window has too many steps. It must be undone and replaced by a shorter one.
     TooLong,
     /// The engine must continue alone, after the window is undone.
     Alone,
-    /// The run ends at a number of events within this window. It must be undone.
+    /// The run reaches its number of events within this window. The window must be undone.
     LastEvent,
-    /// The observer ends the run after this number of events of the window. It must be undone.
+    /// The observer ends the run after this number of events of the window. The window must be undone.
     Observer(u64),
 }
 

@@ -25,7 +25,7 @@ impl Target {
     pub fn claim(path: &Path, format: Format, source: Option<&Path>, replace: bool) -> Result<Self, ConvertError> {
         let partial = partial_of(path);
         remove_abandoned(folder_of(path));
-        // A killed run leaves its trajectory under a temporary name, which may be the temporary name of the target.
+        // A killed run leaves its trajectory under a temporary name. The target may need the same temporary name.
         if let Some(source) = source.filter(|source| [path, &partial].into_iter().any(|path| is_same(path, source))) {
             return Err(ConvertError::Source(source.to_owned()));
         }

@@ -35,7 +35,7 @@ impl Stretch {
     }
 }
 
-/// A quadratic polynomial in time, constant first.
+/// A quadratic polynomial in time. The first coefficient is the constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parabola(pub [f64; 3]);
 
@@ -62,7 +62,7 @@ impl Parabola {
     }
 
     /// Returns the first time at or after `at` at which the polynomial is not negative; `None` if it stays negative.
-    /// The time `from` must not be later than `at`.
+    /// Only values from the time `from` on count, which must not be later than `at`.
     fn first_on(&self, from: f64, at: f64) -> Option<f64> {
         let [_, b, c] = self.0;
         let (value, rate) = (self.value(from), b + 2.0 * c * from);

@@ -27,7 +27,7 @@ pub(crate) struct InletFile {
     pub composition: Option<BTreeMap<String, f64>>,
     /// Where whole particles appear.
     pub region: RegionFile,
-    /// Number of new particles per time `[1 / time]`. The first is due at `from`.
+    /// Number of new particles per unit of time `[1 / time]`. The first is due at `from`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: Option<f64>,
     /// Mean mass of the new particles per time, instead of a number of particles `[mass / time]`.

@@ -33,7 +33,7 @@ pub(crate) struct SurfaceFile {
     /// Motions of the surface in order of time. The surface is at rest before, between and after its motions.
     #[schemars(length(min = 1))]
     pub motion: Option<Vec<MotionFile>>,
-    /// Velocity of the material along a rough or thermal surface, as of a belt or a drum `[length / time]`. The shape of
+    /// Velocity of the material along a rough or thermal surface, for example of a belt or a drum `[length / time]`. The shape of
     /// the surface does not move with it.
     pub surface_velocity: Option<SurfaceVelocityFile>,
     /// Ratio of the normal speeds after and before a contact.

@@ -36,7 +36,7 @@ pub(super) fn parse_classes(file: DistributionFile, at: &ConfigPath) -> Result<V
             return Ok(diameters.iter().zip(shares).map(class).collect());
         }
         _ if !(1..=MOST_CLASSES as u64).contains(&classes) => {
-            let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each is a species");
+            let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each class is a species");
             return refuse(at.key("classes"), classes, expected);
         }
         _ => index(classes),

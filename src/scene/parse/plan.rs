@@ -22,7 +22,7 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
     };
     let at = ConfigPath::root().key("run");
     if run.until_time.is_none() && run.until_events.is_none() {
-        return Err(missing(&at, "until_time", "give it, until_events, or both"));
+        return Err(missing(&at, "until_time", "give until_time, until_events, or both"));
     }
     let limit = Until { time: run.equilibration_time, events: run.equilibration_events };
     let equilibration = parse_equilibration(run.equilibration.as_deref(), limit, &at)?;
@@ -64,7 +64,7 @@ fn parse_equilibration(word: Option<&str>, limit: Until, at: &ConfigPath) -> Res
 fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneError> {
     let limit = Until { time: stage.until_time, events: stage.until_events };
     if limit == Until::default() && stage.grow.is_none() {
-        return Err(missing(at, "until_time", "give it, until_events or grow, so that the stage ends"));
+        return Err(missing(at, "until_time", "give until_time, until_events or grow, so that the stage ends"));
     }
     let before = Until { time: stage.equilibration_time, events: stage.equilibration_events };
     let equilibration = parse_equilibration(stage.equilibration.as_deref(), before, at)?;

@@ -191,7 +191,7 @@ fn parallelogram(keys: &Keys<'_>) -> Result<SurfaceShape, SceneError> {
     finite_vector(&other, &at.key("edge_2"))?;
     // Because of round-off, the cross product of parallel edges may be nonzero.
     if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
-        return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
+        return refuse(at.key("edge_2"), "zero, or parallel to edge_1", "an edge in another direction");
     }
     let vertices = vec![corner, corner + one, corner + one + other, corner + other];
     Ok(SurfaceShape::Mesh(TriangleMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] }))

@@ -204,6 +204,6 @@ pub(super) fn check_instruments(scene: &Scene) -> Result<(), SceneError> {
     check_supported(
         scene,
         |kind| kind.any_number,
-        |supported| format!("to be absent if particles enter or leave, which allows only {supported}"),
+        |supported| format!("to be absent if particles enter or leave: such runs allow only {supported}"),
     )
 }

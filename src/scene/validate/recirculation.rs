@@ -16,7 +16,8 @@ pub(super) fn check_recirculation(start: &Configuration<'_>, parts: &SceneParts)
     for (index, inlet) in start.inlets.iter().enumerate().filter(|(_, inlet)| !inlet.recirculate.is_empty()) {
         let at = ConfigPath::entry("inlet", index);
         if let Some(keep) = inlet.keep {
-            let expected = "count, the number of new particles: particles that leave return, and need no replacement";
+            let expected =
+                "count, the number of new particles: a particle that leaves returns, and needs no replacement";
             return refuse(at.key("keep"), format!("{keep} with recirculate"), expected);
         }
         for (index, name) in inlet.recirculate.iter().enumerate() {

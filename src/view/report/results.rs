@@ -100,7 +100,7 @@ fn rates(results: &Results<'_>) -> String {
         0 => String::new(),
         more => format!("<p class=\"aside\">And {more} more in <code>summary.json</code>.</p>\n"),
     };
-    let heads = [("", "what"), ("n", "number"), ("", "per time, for each participating particle")];
+    let heads = [("", "what"), ("n", "number"), ("", "per unit of time, for each participating particle")];
     table("results", "Events by kind and species", heads, &lines) + &more
 }
 

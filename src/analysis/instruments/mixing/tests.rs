@@ -7,7 +7,7 @@ use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
 const NAMES: [&str; 4] = ["A", "post", "B", "C"];
 
-/// Particles of the given species at the given places along x, in a box of length 12.
+/// Particles of the given species at the given positions along x, in a box of length 12.
 fn scene(places: &[(usize, f64)]) -> Scene {
     let mut scene = SceneBuilder::new("mixture").space(Space::periodic_cube(12.0));
     for (name, mass) in NAMES.iter().zip([0.7, 1.0, 3.1, 1.3]) {

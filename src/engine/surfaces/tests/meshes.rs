@@ -152,7 +152,7 @@ fn nothing_leaves<const FALLING: bool>(
         let across = (event.impulse - event.normal * event.normal_impulse()).norm();
         assert!(across <= rounding, "{across:e} {rounding:e}");
     });
-    // Without restitution, particles slide along edges, where projections are often outside the face.
+    // Without restitution, particles slide along edges. There, the projection of the centre is often outside the face.
     assert!(found > 500 && (besides < 5 || restitution == 0.0), "{found} {besides}");
     assert_eq!(engine.real_overlaps(), []);
     assert_eq!(engine.counts.totals.in_invalid_state, 0);

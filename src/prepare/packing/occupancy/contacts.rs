@@ -29,7 +29,7 @@ impl Kind {
     }
 }
 
-/// Contact distances of particles `[length]`, or 0 for pairs without a hard core.
+/// Contact distances of pairs `[length]`; 0 for pairs without a hard core.
 #[derive(Debug, Clone)]
 pub(crate) struct Contacts {
     /// Contact distances of particles with the diameters of their species.

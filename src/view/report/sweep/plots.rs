@@ -196,7 +196,7 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
-/// Returns label, source and points of the published values of a quantity, for the system sizes of the runs. Equal
+/// Returns the label, the source and the points of the published values of a quantity, for the system sizes of the runs. Equal
 /// series are listed once.
 fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
