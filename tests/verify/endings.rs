@@ -1,10 +1,9 @@
 //! The verifier accepts the end of a run only if no event can follow.
 
-use carom::check::verify::{Contact, Fault, Verifier};
-use carom::engine::{Simulation, States};
+use carom::check::verify::{Contact, Fault};
 use carom::model::Scene;
 
-use crate::scene;
+use crate::{end_of, scene};
 
 /// Spheres of diameter 1 with these positions and velocities. The text of the scene begins with `head`.
 fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> Scene {
@@ -18,12 +17,6 @@ fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> S
 }
 
 const HARD: &str = "potential = \"hard-sphere\"";
-
-fn end_of(scene: &Scene) -> Result<(), Fault> {
-    let mut states = States::default();
-    Simulation::without_plan(scene.clone()).states(&mut states);
-    Verifier::new(scene, &states).unwrap().witness_end()
-}
 
 const OPEN: &str = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"open\"\ny = \"open\"\nz = \"open\"";
 

@@ -28,6 +28,14 @@ fn scene(toml: &str) -> Scene {
     Scene::from_toml(toml, "scene.toml").unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
 }
 
+/// Verifies that no event follows the start of a scene.
+fn end_of(scene: &Scene) -> Result<(), Fault> {
+    let mut states = States::default();
+    Simulation::without_plan(scene.clone()).states(&mut states);
+    Verifier::new(scene, &states).unwrap().witness_end()
+}
+
+#[derive(Clone)]
 struct Recording {
     scene: Scene,
     start: States,
@@ -36,15 +44,28 @@ struct Recording {
 
 impl Recording {
     fn of(scene: Scene, count: usize) -> Self {
+        Self::until(scene, Until::default(), count)
+    }
+
+    fn until(scene: Scene, until: Until, count: usize) -> Self {
         let mut simulation = Simulation::without_plan(scene.clone());
         let mut start = States::default();
         simulation.states(&mut start);
         let mut events = Vec::new();
         while events.len() < count {
-            let Some(event) = simulation.events(Until::default()).next().transpose().unwrap() else { break };
+            // Several grains may fall asleep or wake up at the same time.
+            let mut executed = Vec::new();
+            let see = |event: &Event| {
+                executed.push(*event);
+                ControlFlow::Break(())
+            };
+            simulation.advance_with(until, see).unwrap();
+            if executed.is_empty() {
+                break;
+            }
             let mut states = States::default();
             simulation.states(&mut states);
-            events.push((event, states));
+            events.extend(executed.into_iter().map(|event| (event, states.clone())));
         }
         Self { scene, start, events }
     }
@@ -52,6 +73,12 @@ impl Recording {
     fn fault(&self) -> Option<(usize, Fault)> {
         let mut verifier = Verifier::new(&self.scene, &self.start).unwrap();
         self.fault_for(&mut verifier)
+    }
+
+    /// Returns the first fault of an event, or the fault of the end of the run if all events are right.
+    fn fault_or_end(&self) -> Fault {
+        let mut verifier = Verifier::new(&self.scene, &self.start).unwrap();
+        self.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
     }
 
     fn fault_for(&self, verifier: &mut Verifier) -> Option<(usize, Fault)> {

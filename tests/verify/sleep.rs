@@ -1,11 +1,12 @@
 //! Grains that fall asleep and wake up.
 
 use carom::Vector;
-use carom::check::verify::{EventRange, Fault, Quantity, Verifier, verify};
+use carom::check::verify::{Fault, Quantity};
 use carom::engine::event::{Event, EventKind};
-use carom::engine::{Simulation, States, Until};
-use carom::model::{ParticleId, Scene};
-use std::ops::ControlFlow;
+use carom::engine::{Simulation, Until};
+use carom::model::ParticleId;
+
+use crate::{Recording, prove, scene};
 
 /// Rough grains of two sizes that fall into a box, on a floor that is partly a belt. A large grain follows late.
 const GRAINS: &str = "
@@ -27,10 +28,6 @@ const GRAINS: &str = "
     run = { until_time = 20.0 }
 ";
 
-fn scene(text: &str) -> Scene {
-    Scene::from_toml(text, "sleep.toml").unwrap()
-}
-
 /// Like [`GRAINS`], with individual diameters.
 fn sized_grains() -> String {
     let individual = |lower, upper| {
@@ -42,50 +39,10 @@ fn sized_grains() -> String {
         .replace("species = 'b', position", "species = 'b', diameter = 1.15, position")
 }
 
-fn proof(text: &str, from: u64, events: u64) -> carom::check::verify::Certificate {
-    verify(scene(text), EventRange { from, events }, &mut |_| ControlFlow::Continue(()))
-}
-
 type Spoil = fn(&mut Event);
 
-struct Recording {
-    scene: Scene,
-    start: States,
-    events: Vec<(Event, States)>,
-}
-
-impl Recording {
-    fn new() -> Self {
-        let scene = scene(GRAINS);
-        let mut simulation = Simulation::without_plan(scene.clone());
-        let mut start = States::default();
-        simulation.states(&mut start);
-        let mut events = Vec::new();
-        loop {
-            let mut some = Vec::new();
-            simulation
-                .advance_with(Until::time(16.0), |event| {
-                    some.push(*event);
-                    ControlFlow::Break(())
-                })
-                .unwrap();
-            if some.is_empty() {
-                return Self { scene, start, events };
-            }
-            let mut states = States::default();
-            simulation.states(&mut states);
-            events.extend(some.into_iter().map(|event| (event, states.clone())));
-        }
-    }
-
-    fn fault(&self) -> Option<Fault> {
-        let mut verifier = Verifier::new(&self.scene, &self.start).unwrap();
-        self.events.iter().find_map(|(event, states)| verifier.witness(event, states).err())
-    }
-
-    fn first(&self, kind: EventKind) -> usize {
-        self.events.iter().position(|(event, _)| event.kind == kind).unwrap()
-    }
+fn recording() -> Recording {
+    Recording::until(scene(GRAINS), Until::time(16.0), usize::MAX)
 }
 
 #[test]
@@ -96,11 +53,11 @@ fn grains_that_sleep_and_wake_are_proven_from_any_event_on() {
         let counts = *simulation.event_counts();
         assert!(counts.rest > 20 && counts.wake > 8, "{} {}", counts.rest, counts.wake);
         let all = counts.physical();
-        let whole = proof(&text, 0, u64::MAX);
+        let whole = prove(scene(&text), 0, u64::MAX);
         assert!(whole.is_proven(), "{:?}", whole.end);
         assert_eq!(whole.counts.events(), all);
         for part in 1..6 {
-            let proof = proof(&text, part * all / 6, all / 8);
+            let proof = prove(scene(&text), part * all / 6, all / 8);
             assert!(proof.is_proven(), "{part}: {:?}", proof.end);
         }
     }
@@ -120,31 +77,31 @@ fn grains_wake_at_changes_of_surfaces_and_gravity() {
     let mut simulation = Simulation::without_plan(scene.clone());
     simulation.advance(Until::time(25.0)).unwrap();
     assert!(simulation.sleeping().len() > 8, "{}", simulation.sleeping().len());
-    let whole = verify(scene, EventRange { from: 0, events: u64::MAX }, &mut |_| ControlFlow::Continue(()));
+    let whole = prove(scene, 0, u64::MAX);
     assert!(whole.is_proven(), "{:?}", whole.end);
     assert!(whole.duration > 65.0, "{}", whole.duration);
 }
 
 #[test]
 fn falsified_sleep_is_found() {
-    let mut recording = Recording::new();
+    let mut recording = recording();
     assert_eq!(recording.fault(), None);
-    let rest = recording.first(EventKind::Rest);
-    let wake = recording.first(EventKind::Wake);
     let good = recording.events.clone();
+    let first = |kind| good.iter().position(|(event, _)| event.kind == kind).unwrap();
+    let (rest, wake) = (first(EventKind::Rest), first(EventKind::Wake));
     let particle = |at: usize| good[at].0.particle;
 
     // An event is left out: a grain stays awake or asleep.
     recording.events.remove(rest);
     let fault = recording.fault();
     assert!(
-        matches!(fault, Some(Fault::StayedAwake { .. } | Fault::Disturbed { .. } | Fault::Jumped { .. })),
+        matches!(fault, Some((_, Fault::StayedAwake { .. } | Fault::Disturbed { .. } | Fault::Jumped { .. }))),
         "{fault:?}"
     );
     recording.events.clone_from(&good);
     recording.events.remove(wake);
     let fault = recording.fault();
-    assert!(matches!(fault, Some(Fault::StayedAsleep { .. })), "{fault:?}");
+    assert!(matches!(fault, Some((_, Fault::StayedAsleep { .. }))), "{fault:?}");
 
     // Another grain wakes up, or falls asleep.
     for (at, other) in [(wake, 16), (rest, 16)] {
@@ -165,13 +122,13 @@ fn falsified_sleep_is_found() {
         recording.events.clone_from(&good);
         spoil(&mut recording.events[rest].0);
         let fault = recording.fault();
-        assert!(matches!(fault, Some(Fault::WrongNumbers { quantity, .. }) if quantity == expected), "{fault:?}");
+        assert!(matches!(fault, Some((_, Fault::WrongNumbers { quantity, .. })) if quantity == expected), "{fault:?}");
     }
 }
 
 #[test]
 fn different_rules_of_sleep_are_found() {
-    let mut recording = Recording::new();
+    let mut recording = recording();
     for (rule, wrong) in [
         ("interval = 0.25", "interval = 0.5"),
         ("distance = 0.01", "distance = 0.0001"),

@@ -9,7 +9,7 @@ use carom::Vector;
 use carom::check::verify::{Certificate, End, EventRange, RunEnd, verify_run};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Scene, SurfaceShape, TriangleMesh};
+use carom::model::{Scene, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::nalgebra::Rotation3;
 use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft, SurfaceDraft};
 
@@ -120,21 +120,28 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
 
 pub const KINDS: usize = 8;
 
-pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) -> Scene {
-    let draft = |(k, shape)| SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
+pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[SurfaceMotion], restitution: f64) -> Scene {
+    let draft = |(k, shape)| {
+        let draft = SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
+        motions.iter().fold(draft, |draft, motion| draft.motion(*motion))
+    };
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
+pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) -> Scene {
+    moving(scene, shapes, &[], restitution)
+}
+
 /// Asserts that the verifier proves `events` events of a scene, or all events if there are fewer. An arrested run is
-/// accepted. Returns the number of proven events with surfaces.
-fn assert_surfaces(name: &str, scene: Scene, events: u64) -> u64 {
-    let certificate: Certificate = prove(scene, 0, events);
+/// accepted.
+fn assert_surfaces(name: &str, scene: Scene, events: u64) -> Certificate {
+    let certificate = prove(scene, 0, events);
     match certificate.end {
         End::Arrested(_) => {}
         End::Idle => assert_proven(name, &certificate, certificate.counts.events()),
         _ => assert_proven(name, &certificate, events),
     }
-    certificate.counts.surface
+    certificate
 }
 
 #[test]
@@ -256,7 +263,7 @@ fn surfaces_in_periodic_boxes_are_proven_in_all_images() {
         let gas = gas.fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
         let shapes = if count == 3 { [&rod, &ball, &other] } else { [&rod, &ball, &block] };
         let scene = with(gas, shapes.map(SurfaceShape::clone).to_vec(), 1.0);
-        let met = assert_surfaces("periodic", scene, 2000);
+        let met = assert_surfaces("periodic", scene, 2000).counts.surface;
         assert!(met > 300, "{count}: {met}");
     }
 }

@@ -258,8 +258,7 @@ fn captured_pair_missing_in_the_engine_is_reported() {
 fn nonsensical_events_are_reported_without_a_panic() {
     let truth = well();
     let refused = |change: &dyn Fn(&mut Recording)| {
-        let mut recording =
-            Recording { scene: truth.scene.clone(), start: truth.start.clone(), events: truth.events[..9].to_vec() };
+        let mut recording = Recording { events: truth.events[..9].to_vec(), ..truth.clone() };
         change(&mut recording);
         recording.fault().unwrap().1
     };

@@ -15,9 +15,8 @@ fn surfaces_of_every_kind_are_proven() {
             let gas = grains(seed, 18).gravity(Vector::new(0.1, -0.2, -1.0) * gravity);
             let gas = if seed / 2 % 2 == 0 { gas } else { gas.contact_time(1e-2) };
             let restitution = if seed / 4 == 0 { 1.0 } else { 0.7 };
-            let found =
-                assert_surfaces(&format!("kind {kind}, seed {seed}"), with(gas, around(kind), restitution), 400);
-            met += found;
+            let name = format!("kind {kind}, seed {seed}");
+            met += assert_surfaces(&name, with(gas, around(kind), restitution), 400).counts.surface;
         }
         println!("{kind}: {met} contacts");
         assert!(met > 300, "kind {kind}: {met}");
@@ -33,7 +32,7 @@ fn a_ball_that_comes_to_rest_on_a_surface_is_proven() {
                 let scene = scene.gravity(Vector::new(0.1, -0.2, -1.0)).contact_time(contact_time);
                 with(scene, around(kind), 0.4)
             };
-            let met = assert_surfaces(&format!("kind {kind}, {contact_time}"), ball(grains(3, 1)), 300);
+            let met = assert_surfaces(&format!("kind {kind}, {contact_time}"), ball(grains(3, 1)), 300).counts.surface;
             assert!(met > 20 || kind == 4, "kind {kind}: {met}");
         }
     }
@@ -48,11 +47,11 @@ fn flat_edges_are_no_obstacle_to_a_proof() {
             let [a, b] = [k / n * (n + 1) + k % n, (k / n + 1) * (n + 1) + k % n];
             [[a, a + 1, b + 1], [a, b + 1, b]]
         };
-        carom::model::TriangleMesh { vertices: vertices.collect(), triangles: (0..n * n).flat_map(square).collect() }
+        TriangleMesh { vertices: vertices.collect(), triangles: (0..n * n).flat_map(square).collect() }
     };
-    for shape in [carom::model::SurfaceShape::Mesh(floor(22)), super::turned(&floor(22))] {
+    for shape in [SurfaceShape::Mesh(floor(22)), super::turned(&floor(22))] {
         let gas = grains(5, 27).gravity(Vector::new(0.0, 0.0, -1.0)).contact_time(1e-2);
-        let met = assert_surfaces("floor", with(gas, vec![shape], 0.5), 3000);
+        let met = assert_surfaces("floor", with(gas, vec![shape], 0.5), 3000).counts.surface;
         assert!(met > 500, "{met}");
     }
 }
@@ -69,7 +68,7 @@ fn degenerate_triangles_are_met_and_proven() {
         for seed in 0..3 {
             let room = around(1).into_iter().chain([needle.clone()]).collect();
             let scene = with(grains(seed, 18), room, 1.0);
-            met += assert_surfaces(&format!("seed {seed}"), scene, 400);
+            met += assert_surfaces(&format!("seed {seed}"), scene, 400).counts.surface;
         }
         assert!(met > 100, "{met}");
     }

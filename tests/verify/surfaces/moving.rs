@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use carom::Vector;
-use carom::check::verify::{Certificate, End, Verifier};
+use carom::check::verify::Verifier;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh, Until};
 use carom::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
 
-use super::{KINDS, MIDDLE, around, cuboid, grains, turned};
+use super::{KINDS, MIDDLE, around, assert_surfaces, cuboid, grains, moving, turned};
 use crate::scenes::assert_proven;
 use crate::{Recording, config, prove};
 
@@ -37,25 +37,6 @@ pub fn motions(number: usize) -> Vec<SurfaceMotion> {
     }
 }
 
-pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[SurfaceMotion], restitution: f64) -> Scene {
-    let draft = |(k, shape)| {
-        let draft = SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
-        motions.iter().fold(draft, |draft, motion| draft.motion(*motion))
-    };
-    shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
-}
-
-/// Asserts that the verifier proves the first `events` events of a scene, or all. The run may end with an arrest.
-fn assert_moving(name: &str, scene: Scene, events: u64) -> Certificate {
-    let certificate = prove(scene, 0, events);
-    match certificate.end {
-        End::Arrested(_) => {}
-        End::Idle => assert_proven(name, &certificate, certificate.counts.events()),
-        _ => assert_proven(name, &certificate, events),
-    }
-    certificate
-}
-
 #[test]
 fn surfaces_of_every_kind_are_proven_in_every_motion() {
     for number in 0..MOTIONS {
@@ -67,7 +48,7 @@ fn surfaces_of_every_kind_are_proven_in_every_motion() {
             let gas = if seed % 3 == 0 { gas } else { gas.contact_time(1e-2) };
             let restitution = [1.0, 0.7, 0.3][seed as usize % 3];
             let name = format!("motions {number}, kind {kind}");
-            let found = assert_moving(&name, moving(gas, around(kind), &motions(number), restitution), 300);
+            let found = assert_surfaces(&name, moving(gas, around(kind), &motions(number), restitution), 300);
             met += found.counts.surface;
             let margins = found.margins;
             worst = worst.max(margins.distance).max(margins.overlap).max(margins.outcome);
@@ -82,7 +63,7 @@ fn ball_carried_by_a_surface_is_proven() {
     for number in 0..MOTIONS {
         for (kind, contact_time) in [(0, 1e-3), (1, 0.1), (2, 1e-2), (3, 1e-2), (5, 0.1)] {
             let gas = grains(3, 1).gravity(Vector::new(0.1, -0.2, -1.0)).contact_time(contact_time);
-            let found = assert_moving(
+            let found = assert_surfaces(
                 &format!("motions {number}, kind {kind}"),
                 moving(gas, around(kind), &motions(number), 0.4),
                 200,
@@ -105,7 +86,7 @@ fn surfaces_that_move_through_each_other_are_proven() {
             motions((k + seed as usize) % MOTIONS).into_iter().fold(draft, SurfaceDraft::motion)
         };
         let scene = shapes.into_iter().enumerate().map(draft).fold(gas, SceneBuilder::surface).build().unwrap();
-        let found = assert_moving(&format!("seed {seed}"), scene, 1500);
+        let found = assert_surfaces(&format!("seed {seed}"), scene, 1500);
         assert!(found.counts.surface > 100, "{:?}", found.counts);
     }
 }
@@ -132,7 +113,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let gas = grains(0, 0).space(space).gravity(Vector::z() * -0.3);
         let gas = gas.fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);
         let shapes = vec![rod.clone(), ball.clone(), SurfaceShape::Mesh(block.clone())];
-        let found = assert_moving("plates", moving(gas, shapes, motions, 1.0), 1500);
+        let found = assert_surfaces("plates", moving(gas, shapes, motions, 1.0), 1500);
         assert!(found.counts.surface > 200, "{count}: {:?}", found.counts);
     }
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Periodic], ..Space::periodic_cube(7.0) };
@@ -146,7 +127,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let region = region.region(Vector::new(1.5, 4.2, 0.0), Vector::new(5.5, 5.5, 7.0));
         let gas = gas.fill(region).temperature(1.0);
         let scene = moving(gas, vec![SurfaceShape::Mesh(paddle.clone()), pipe.clone()], &for_ever(turn), 0.95);
-        let found = assert_moving("paddle", scene, 1500);
+        let found = assert_surfaces("paddle", scene, 1500);
         assert!(found.counts.surface > 200, "{:?}", found.counts);
     }
 }
