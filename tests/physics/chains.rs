@@ -1,15 +1,14 @@
 //! Bonded chains: the pendulum and the polymers of `configs/`.
 
-use std::ops::ControlFlow;
-
 use carom::Vector;
 use carom::engine::{Simulation, Snapshot, Until};
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
 use carom::model::{MassRule, MeasurementPlan, ParticleId, RunPlan, Scene, Thermostat};
-use carom::run;
 use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
+
+use super::measure::{finish, number};
 
 /// Returns the largest relative amount by which a bond is too long or too short.
 fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
@@ -130,16 +129,14 @@ fn a_bond_between_individual_diameters_has_its_exact_length() {
             thermostat: Some(Thermostat::Andersen { temperature: 0.7, rate: 1.0, axes: [true; 3] }),
             ..RunPlan::default()
         });
-    let finished = run::run(scene.build().unwrap(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(finished.audit.faults(), []);
+    let finished = finish(scene.build().unwrap());
     let ends = [0.9_f64, 1.5].map(|end| end * 0.95 / 0.8);
     let moment = |power: i32| (ends[1].powi(power + 3) - ends[0].powi(power + 3)) / f64::from(power + 3);
     for (name, exact) in [("bond_length", moment(1) / moment(0)), ("mean_square_bond_length", moment(2) / moment(0))] {
-        let number = finished.measured.numbers.iter().find(|number| number.name == name).unwrap();
-        let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
+        let (mean, error) = number(&finished.measured, name);
         assert!((mean - exact).abs() < 4.0 * error && error < 3e-3 * exact, "{name}: {mean} +- {error}, {exact}");
     }
-    let curve = finished.measured.curves.iter().find(|curve| curve.name == "bond_length").unwrap();
+    let curve = finished.measured.curve("bond_length").unwrap();
     let width = (ends[1] - ends[0]) / 6.0;
     for (k, &centre) in curve.variables[0].values.iter().enumerate() {
         let [lower, upper] = [centre - 0.5 * width, centre + 0.5 * width];

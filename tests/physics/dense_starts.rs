@@ -10,9 +10,7 @@ use carom::scene::{
     Arrangement, Fill, InteractionDraft, Lattice, SceneBuilder, SceneError, SceneErrorKind, SpeciesDraft,
 };
 
-fn hard(diameter: f64) -> Potential {
-    Potential::hard_sphere(diameter).unwrap()
-}
+use super::measure::hard;
 
 fn equal(count: u64, fraction: f64, arrangement: impl Into<Arrangement>) -> SceneBuilder {
     SceneBuilder::new("equal")

@@ -1,7 +1,5 @@
 //! External drive: thermostats, sheared boxes, thermal walls.
 
-use std::ops::ControlFlow;
-
 use carom::Vector;
 use carom::engine::event::EventKind;
 use carom::engine::{Simulation, Snapshot};
@@ -10,23 +8,14 @@ use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space, displacement_within_period};
 use carom::model::{OutputPlan, RunPlan, Scene, StagePlan, Thermostat, Until};
-use carom::run::{self, Finished};
 use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
-pub fn hard() -> Potential {
-    Potential::hard_sphere(1.0).unwrap()
-}
-
-pub fn finish(scene: Scene) -> Finished {
-    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(finished.audit.faults(), []);
-    finished
-}
+use super::measure::{finish, hard, number};
 
 fn fluid(name: &str, count: u64, fraction: f64) -> SceneBuilder {
     SceneBuilder::new(name)
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
         .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(fraction))
         .temperature(1.0)
 }
@@ -83,7 +72,7 @@ fn a_heat_bath_leaves_flat_axes_alone() {
         let scene = SceneBuilder::new("flat")
             .space(Space { lower: Vector::zeros(), size, boundary })
             .species(SpeciesDraft::new("A").mass(1.7).diameter(1.0))
-            .interaction(InteractionDraft::new(hard()).between("A", "A"))
+            .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
             .fill(Fill::new(Arrangement::Random, "A").count(150))
             .temperature(1.5)
             .run(run)
@@ -120,7 +109,7 @@ fn thermostats_that_can_do_nothing_are_refused() {
     let one = SceneBuilder::new("one")
         .space(Space::periodic_cube(5.0))
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A"));
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"));
     refused(one.particle("A", Vector::repeat(0.5), Vector::repeat(1.0)), scaling, "two or more moving particles");
     let flat = Space {
         size: Vector::new(9.0, 9.0, 0.0),
@@ -130,7 +119,7 @@ fn thermostats_that_can_do_nothing_are_refused() {
     let disks = SceneBuilder::new("disks")
         .space(flat)
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A"));
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"));
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, false, true] };
     refused(disks.fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
 }
@@ -141,7 +130,7 @@ fn scaled_gas(block: f64) -> Vec<(String, f64)> {
     let tensor = plan::PressureTensor { interval: Some(block) };
     let builder = SceneBuilder::new("gas")
         .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.8))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A").restitution(0.8))
         .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(256).packing_fraction(0.2))
         .temperature(1.0)
         .run(RunPlan { limit: Until::time(20.0), thermostat: Some(scaling), ..RunPlan::default() })
@@ -217,7 +206,7 @@ fn gas_between_equal_thermal_walls_takes_their_temperature() {
     let run = RunPlan { equilibration: Until::time(200.0), limit: Until::time(1500.0), ..RunPlan::default() };
     let scene = SceneBuilder::new("walls")
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
         .boundary([walls; 3])
         .fill(fill)
         .temperature(5.0)
@@ -240,7 +229,7 @@ fn means_of_a_rescaled_gas_do_not_depend_on_the_row_interval() {
         let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let scene = SceneBuilder::new("granular")
             .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-            .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.8))
+            .interaction(InteractionDraft::new(hard(1.0)).between("A", "A").restitution(0.8))
             .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.15))
             .temperature(1.0)
             .output(OutputPlan { thermo_interval: Some(interval), ..OutputPlan::default() })
@@ -265,7 +254,7 @@ fn samples_of_a_rescaled_gas_cover_the_time_between_scalings() {
     let speeds = plan::Speeds { windows: Some(1), ..plan::Speeds::default() };
     let scene = SceneBuilder::new("granular")
         .species(SpeciesDraft::new("A").mass(2.3).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A").restitution(0.8))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A").restitution(0.8))
         .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.15))
         .temperature(1.0)
         // At equal intervals, each of the 200 samples would be just after a rescaling.
@@ -307,9 +296,8 @@ fn vanishing_shear_rate_gives_the_pressure_at_rest() {
                 .build()
                 .unwrap(),
         );
-        let pressure = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap().clone();
-        let temperature = finished.observable("temperature").unwrap();
-        (temperature.mean, pressure.mean.unwrap(), pressure.standard_error.unwrap())
+        let (pressure, error) = number(&finished.measured, "pressure");
+        (finished.observable("temperature").unwrap().mean, pressure, error)
     };
     let (rest, sheared) = (pressure(None), pressure(Some(1e-9)));
     assert!((sheared.0 - rest.0).abs() < 1e-6, "{rest:?} {sheared:?}");

@@ -1,19 +1,20 @@
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 
+use carom::Run;
 use carom::analysis::statistics::Estimate;
 use carom::model::measurement_plan::{Diffusion, FreePaths, MeasurementPlan, PressureTensor};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::model::{RunPlan, Scene, Thermostat, Until};
-use carom::run;
 use carom::scene::{Amount, Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
+
+use super::measure::hard;
 
 /// Returns the scatter between runs, divided by the reported standard error, for each observable and measured number.
 fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
     let mut estimates: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for seed in 1..=seeds {
-        let finished = run::run(scene(seed), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+        let finished = Run::new(scene(seed)).finish().unwrap();
         let observables = finished.observables.iter().map(|(name, estimate)| ((*name).to_owned(), *estimate));
         let measured = finished.measured.numbers.iter().filter_map(|number| {
             let estimate = Estimate { mean: number.mean?, standard_error: number.standard_error };
@@ -57,14 +58,13 @@ fn lasting(equilibration: f64, time: f64, bath: Option<(f64, f64)>) -> RunPlan {
 }
 
 fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
-    let hard = || Potential::hard_sphere(1.0).unwrap();
     let well = || Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let fluid = |seed| {
-        spheres(seed, hard(), 1.0, 108, Amount::PackingFraction(0.4)).run(lasting(5.0, 20.0, None)).build().unwrap()
+        spheres(seed, hard(1.0), 1.0, 108, Amount::PackingFraction(0.4)).run(lasting(5.0, 20.0, None)).build().unwrap()
     };
     // In runs of a quarter of this length, the errors of crystals are 25 % too large.
     let crystal = |seed| {
-        spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54)).run(lasting(3.0, 40.0, None)).build().unwrap()
+        spheres(seed, hard(1.0), 1.0, 256, Amount::PackingFraction(0.54)).run(lasting(3.0, 40.0, None)).build().unwrap()
     };
     let bath = |seed| {
         spheres(seed, well(), 1.0, 108, Amount::NumberDensity(0.5))
@@ -73,7 +73,7 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
             .unwrap()
     };
     let driven = |seed| {
-        spheres(seed, hard(), 0.8, 108, Amount::PackingFraction(0.2))
+        spheres(seed, hard(1.0), 0.8, 108, Amount::PackingFraction(0.2))
             .run(lasting(10.0, 40.0, Some((1.0, 0.5))))
             .build()
             .unwrap()
@@ -118,7 +118,6 @@ fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
 /// stresses cancel over time, so their errors were too large.
 #[test]
 fn standard_errors_of_short_runs_match_the_scatter_over_seeds() {
-    let hard = || Potential::hard_sphere(1.0).unwrap();
     let well = || Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let plan = || MeasurementPlan {
         pressure_tensor: Some(PressureTensor::default()),
@@ -127,7 +126,7 @@ fn standard_errors_of_short_runs_match_the_scatter_over_seeds() {
         ..MeasurementPlan::default()
     };
     let crystal = |seed| {
-        spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54))
+        spheres(seed, hard(1.0), 1.0, 256, Amount::PackingFraction(0.54))
             .run(lasting(2.0, 10.0, None))
             .measure(plan())
             .build()

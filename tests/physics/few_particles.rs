@@ -1,7 +1,6 @@
 //! Systems of few particles, where `N` and `N - 1` differ noticeably.
 
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::analysis::observables::Observer;
@@ -9,10 +8,9 @@ use carom::analysis::statistics::Estimate;
 use carom::engine::Simulation;
 use carom::model::space::{Boundary, Space};
 use carom::model::{RunPlan, Scene, Thermostat, Until};
-use carom::run;
 use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-use super::measure::Mean;
+use super::measure::{Mean, finish};
 
 /// Hard spheres at random positions in a periodic cube. The mass is not a power of 2.
 fn spheres(count: u64, edge: f64, events: u64) -> Scene {
@@ -29,9 +27,7 @@ fn spheres(count: u64, edge: f64, events: u64) -> Scene {
 }
 
 fn observed(scene: Scene, name: &str) -> Estimate {
-    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(finished.audit.faults(), []);
-    finished.observable(name).unwrap()
+    finish(scene).observable(name).unwrap()
 }
 
 fn compressibility(count: u64, edge: f64, events: u64) -> Estimate {

@@ -1,10 +1,10 @@
 //! Diameters grow to target packing fractions and pressures without overlaps.
 
-use carom::model::potential::Potential;
 use carom::model::{Growth, GrowthTarget, RunPlan, StagePlan, Thermostat, Until};
 use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft};
 
-use super::driven::{assert_no_overlap, finish, hard};
+use super::driven::assert_no_overlap;
+use super::measure::{finish, hard};
 
 #[test]
 fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
@@ -12,7 +12,7 @@ fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
     let growth = Growth { rate: 0.05, until: GrowthTarget::PackingFraction(0.6) };
     let stage =
         StagePlan { name: "compress".into(), thermostat: Some(scaling), growth: Some(growth), ..StagePlan::default() };
-    let between = |a: f64, b: f64| Potential::hard_sphere(0.5 * (a + b)).unwrap();
+    let between = |a: f64, b: f64| hard(0.5 * (a + b));
     let mixture = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
         temperature: Some(1.0),
@@ -53,7 +53,7 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
     let fill = Fill::new(Arrangement::Random, "A").count(500).packing_fraction(0.2);
     let scene = SceneBuilder::new("jam")
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
         .fill(fill)
         .temperature(1.0)
         .run(RunPlan { stages: vec![stage], limit: Until::events(50_000), ..RunPlan::default() })
@@ -85,7 +85,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
         let scene = SceneBuilder::new("pressure")
             .seed(seed)
             .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-            .interaction(InteractionDraft::new(hard()).between("A", "A"))
+            .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
             .fill(fill)
             .temperature(1.0)
             .run(RunPlan { stages: vec![stage], limit: Until::events(contacts), ..RunPlan::default() })

@@ -1,26 +1,16 @@
 //! Heat through walls, with and without collisions.
 
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::analysis::statistics::Estimate;
 use carom::engine::Simulation;
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, RunPlan, Until};
-use carom::run::{self, Finished};
+use carom::run::Finished;
 use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-fn hard(distance: f64) -> Potential {
-    Potential::hard_sphere(distance).unwrap()
-}
-
-fn finish(scene: &SceneBuilder) -> Finished {
-    let finished = run::run(scene.build().unwrap(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(finished.audit.faults(), []);
-    finished
-}
+use super::measure::{finish, hard};
 
 fn flux(finished: &Finished, wall: &str) -> Option<Estimate> {
     finished.observable(&format!("heat_flux_through_{wall}_wall"))
@@ -60,7 +50,7 @@ fn collisionless_gas_carries_the_exact_heat_flux() {
             scene = scene.fill(Fill::new(Arrangement::Random, name).count(u64::from(count)));
         }
         let run = RunPlan { equilibration: Until::events(20_000), limit: Until::events(120_000), ..RunPlan::default() };
-        let finished = finish(&scene.temperature(1.0).run(run));
+        let finished = finish(scene.temperature(1.0).run(run).build().unwrap());
         for (wall, expected) in [("lower_x", expected), ("upper_x", -expected)] {
             let flux = flux(&finished, wall).unwrap();
             println!("{size:?} {wall}: {flux:?}, expected {expected}");
@@ -83,7 +73,7 @@ fn gas(temperatures: [Option<f64>; 2]) -> SceneBuilder {
 
 #[test]
 fn between_equal_temperatures_no_heat_flows_on_average() {
-    let finished = finish(&gas([Some(1.3); 2]));
+    let finished = finish(gas([Some(1.3); 2]).build().unwrap());
     for wall in ["lower_x", "upper_x"] {
         let flux = flux(&finished, wall).unwrap();
         println!("{wall}: {flux:?}");
@@ -95,7 +85,7 @@ fn between_equal_temperatures_no_heat_flows_on_average() {
 
 #[test]
 fn thermal_wall_sets_the_temperature_and_elastic_wall_has_no_flux() {
-    let finished = finish(&gas([None, Some(2.1)]));
+    let finished = finish(gas([None, Some(2.1)]).build().unwrap());
     assert!(flux(&finished, "lower_x").is_none());
     let heat = flux(&finished, "upper_x").unwrap();
     let temperature = finished.observables[0].1;
@@ -161,7 +151,7 @@ fn each_wall_of_a_line_dissipates_by_its_own_restitution() {
         .interaction(InteractionDraft::new(Model::None).between("A", "A"))
         .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0))
         .run(RunPlan { limit: Until::time(20.0), ..RunPlan::default() });
-    let finished = finish(&scene);
+    let finished = finish(scene.build().unwrap());
     // The particle travels 7.5 to the upper wall at speed 2, then 10 to the lower wall at speed 1. It continues at
     // speed 0.9, and the run ends before a third contact.
     let [lower, upper] = ["lower_x", "upper_x"].map(|wall| flux(&finished, wall).unwrap().mean);

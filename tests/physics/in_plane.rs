@@ -1,16 +1,14 @@
 //! Two dimensions: static disks confine particles, and speeds have Maxwell's distribution.
 
-use std::ops::ControlFlow;
-
 use carom::Vector;
 use carom::engine::Simulation;
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::model::{MeasurementPlan, RunPlan, Until, measurement_plan as plan};
-use carom::run;
 use carom::scene::{
     Arrangement, BoxSide, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft, Surface, SurfaceFill,
 };
+
+use super::measure::{finish, hard};
 
 fn plane() -> Space {
     let boundary = [Boundary::OPEN, Boundary::Flat, Boundary::OPEN];
@@ -26,7 +24,6 @@ fn surface(shape: Surface, spacing: Option<f64>) -> SurfaceFill {
 }
 
 fn held(surfaces: Vec<SurfaceFill>) -> SceneBuilder {
-    let hard = |distance: f64| Potential::hard_sphere(distance).unwrap();
     let fill = |species| Fill::new(Arrangement::Random, species).region(at(7.5, 7.5), at(12.5, 12.5));
     let scene = SceneBuilder::new("held")
         .space(plane())
@@ -105,8 +102,7 @@ fn equal_speeds_relax_to_maxwells_distribution_at_constant_energy() {
         .run(RunPlan { limit: Until::time(300.0), ..RunPlan::default() })
         .build()
         .unwrap();
-    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(finished.audit.faults(), []);
+    let finished = finish(scene);
     let temperature = finished.observable("temperature").unwrap().mean;
     // The particles start with the same speed v, so the temperature is N m v^2 / (D (N - 1)).
     assert!((temperature / (151.0 * 0.7 * 1.69 / 300.0) - 1.0).abs() < 1e-12, "{temperature}");

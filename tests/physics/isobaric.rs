@@ -13,7 +13,7 @@ use carom::model::{Barostat, MassRule, RunPlan, Scene, Thermostat, Until};
 use carom::run::Finished;
 use carom::scene::{Arrangement, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
-use super::driven::{finish, hard};
+use super::measure::{finish, hard};
 
 const TEMPERATURE: f64 = 1.7;
 
@@ -80,7 +80,7 @@ fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
     }
     for (index, (name, (_, length))) in names.iter().zip(rods).enumerate() {
         for (other, (_, other_length)) in names.iter().zip(rods).skip(index) {
-            let contact = Potential::hard_sphere(0.5 * (length + other_length)).unwrap();
+            let contact = hard(0.5 * (length + other_length));
             scene = scene.interaction(InteractionDraft::new(contact).between(name, other));
         }
         let x = 1.5 * index as f64 + 0.5;
@@ -137,7 +137,7 @@ fn two_disks_have_exact_volumes_down_to_the_smallest_box() {
         .seed(2)
         .space(space(3.0, 2))
         .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
         .particle("A", Vector::new(0.5, 0.5, 0.0), Vector::new(0.4, 0.3, 0.0))
         .particle("A", Vector::new(2.0, 2.1, 0.0), Vector::new(-0.2, 0.9, 0.0))
         .run(plan(pressure, 0.4, 1.2, 50_000));
@@ -219,7 +219,7 @@ fn too_few_volume_samples_give_an_error_for_temperature_only() {
     let scene = SceneBuilder::new("spheres")
         .seed(4)
         .species(SpeciesDraft::new("A").mass(0.7).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
         .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.3))
         .temperature(TEMPERATURE)
         .run(plan(3.4, 0.02, 0.02, 2_000));
@@ -261,8 +261,8 @@ fn dimer_and_disk_have_the_exact_volume_of_two_molecules() {
         .interaction(InteractionDraft::new(Model::None).between("B", "B"))
         .interaction(InteractionDraft::new(Model::None).between("C", "C"))
         .interaction(InteractionDraft::new(Model::None).between("A", "B"))
-        .interaction(InteractionDraft::new(Potential::hard_sphere(contact).unwrap()).between("A", "C"))
-        .interaction(InteractionDraft::new(Potential::hard_sphere(contact).unwrap()).between("B", "C"))
+        .interaction(InteractionDraft::new(hard(contact)).between("A", "C"))
+        .interaction(InteractionDraft::new(hard(contact)).between("B", "C"))
         .interaction(InteractionDraft::new(Potential::bond(shortest, longest).unwrap()).named("link"))
         .particle("A", Vector::new(0.2, 0.5, 0.0), Vector::new(0.4, 0.3, 0.0))
         .particle("B", Vector::new(3.5, 0.4, 0.0), Vector::new(0.1, -0.3, 0.0))

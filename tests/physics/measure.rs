@@ -1,5 +1,27 @@
+use carom::Run;
+use carom::analysis::instruments::Measured;
 use carom::engine::event::Event;
 use carom::engine::{Reason, Simulation, Until};
+use carom::model::{Potential, Scene};
+use carom::run::Finished;
+
+/// Hard spheres with this contact distance.
+pub fn hard(distance: f64) -> Potential {
+    Potential::hard_sphere(distance).unwrap()
+}
+
+/// Runs a scene to its end and asserts that the audit finds no fault.
+pub fn finish(scene: Scene) -> Finished {
+    let finished = Run::new(scene).finish().unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    finished
+}
+
+/// Returns the mean and the standard error of a measured number.
+pub fn number(measured: &Measured, name: &str) -> (f64, f64) {
+    let number = measured.number(name).unwrap();
+    (number.mean.unwrap(), number.standard_error.unwrap_or_else(|| panic!("{number:?}")))
+}
 
 #[derive(Debug, Clone, Copy)]
 pub struct Mean {

@@ -1,21 +1,15 @@
 //! Event rates per particle. A contact counts once for each of its particles that can move.
 
-use std::ops::ControlFlow;
-
 use carom::Vector;
 use carom::io::Summary;
 use carom::io::rates::Rate;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{RunPlan, Scene, Thermostat, Until};
-use carom::run::{self, Finished};
+use carom::model::{RunPlan, Thermostat, Until};
+use carom::run::Finished;
 use carom::scene::{Arrangement, Fill, InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-fn finish(scene: Scene) -> Finished {
-    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(finished.audit.faults(), []);
-    finished
-}
+use super::measure::finish;
 
 fn collision_rate(finished: &Finished) -> f64 {
     finished.observable("collision_rate").unwrap().mean

@@ -7,10 +7,10 @@ use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::model::{RunPlan, Thermostat, Until};
-use carom::run::{self, Finished};
 use carom::scene::{Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use std::collections::HashSet;
-use std::ops::ControlFlow;
+
+use super::measure::{finish, hard, number};
 
 /// Returns the distances between particle `i` and the images of particle `j` that may be the nearest.
 fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, j: usize) -> impl Iterator<Item = f64> {
@@ -54,7 +54,7 @@ fn fluid(space: &Space, potential: Potential, rate: f64) -> Simulation {
 fn hard_particles_never_overlap_in_boxes_of_any_shape() {
     for space in boxes() {
         for rate in [0.1, 3.0, -1.3] {
-            let mut simulation = fluid(&space, Potential::hard_sphere(1.0).unwrap(), rate);
+            let mut simulation = fluid(&space, hard(1.0), rate);
             for part in 1..=20 {
                 simulation.advance(Until::time(0.3 * f64::from(part))).unwrap();
                 let now = simulation.snapshot();
@@ -131,7 +131,7 @@ fn chains_hold_together_across_the_sides_that_slide() {
             chains: Some(plan::Chains { interval: Some(0.5), bins: None }),
             ..MeasurementPlan::default()
         };
-        let finished = finish(scene.measure(plan));
+        let finished = finish(scene.measure(plan).build().unwrap());
         let simulation = &finished.simulation;
         let (scene, now) = (simulation.scene(), simulation.snapshot());
         let mut across = 0;
@@ -142,16 +142,9 @@ fn chains_hold_together_across_the_sides_that_slide() {
             across += u32::from((now.positions[a].y - now.positions[b].y).abs() > 4.0);
         }
         assert!(across > 0, "no bond across the sides");
-        let length = finished.measured.numbers.iter().find(|number| number.name == "bond_length").unwrap();
+        let length = finished.measured.number("bond_length").unwrap();
         assert!((0.9..1.3).contains(&length.mean.unwrap()), "{length:?}");
     }
-}
-
-fn finish(builder: SceneBuilder) -> Finished {
-    let scene = builder.build().unwrap();
-    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(finished.audit.faults(), []);
-    finished
 }
 
 /// A pair next to the sliding sides. A hundred resting particles far away make the engine use many cells.
@@ -220,14 +213,11 @@ fn common_velocity_along_the_gradient_adds_no_pressure() {
         let plan =
             MeasurementPlan { pressure_tensor: Some(plan::PressureTensor::default()), ..MeasurementPlan::default() };
         let run = RunPlan { equilibration: Until::time(2.0), limit, thermostat: Some(bath), ..RunPlan::default() };
-        finish(builder.measure(plan).run(run)).measured
+        finish(builder.measure(plan).run(run).build().unwrap()).measured
     };
     let (rest, moving) = (measured(0.0), measured(0.8));
     for name in ["pressure", "pressure_xx", "pressure_yy"] {
-        let [a, b] = [&rest, &moving].map(|measured| {
-            let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
-            (number.mean.unwrap(), number.standard_error.unwrap())
-        });
+        let [a, b] = [&rest, &moving].map(|measured| number(measured, name));
         let error = a.1.hypot(b.1);
         assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
     }
@@ -253,31 +243,24 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
                 ..MeasurementPlan::default()
             })
             .run(run);
-        finish(match rate {
+        let fluid = match rate {
             Some(rate) => fluid.shear(rate),
             None => fluid,
-        })
-        .measured
+        };
+        finish(fluid.build().unwrap()).measured
     };
     let (rest, sheared) = (measured(None), measured(Some(0.05)));
     // The shear strain in a mean free time is only 0.005, and the effects are of second order.
     for name in ["diffusion_coefficient", "contact_value_A_A", "neighbours", "q6", "mean_free_time"] {
-        let [a, b] = [&rest, &sheared].map(|measured| {
-            let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
-            let error = number.standard_error.unwrap_or_else(|| panic!("{number:?}"));
-            (number.mean.unwrap(), error)
-        });
+        let [a, b] = [&rest, &sheared].map(|measured| number(measured, name));
         let error = a.1.hypot(b.1);
         // The standard errors are uncertain by 1/8, so the limit is 4.5 instead of 4.
         assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
     }
-    let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
+    let path = sheared.number("mean_free_path").unwrap();
     assert_eq!(path.mean, None, "relative to what streams no particle flies straight on");
-    let curve = |measured: &carom::analysis::instruments::Measured, name: &str| {
-        measured.curves.iter().find(|curve| curve.name == name).unwrap().clone()
-    };
     for name in ["radial_distribution", "structure_factor"] {
-        let [a, b] = [&rest, &sheared].map(|measured| curve(measured, name));
+        let [a, b] = [&rest, &sheared].map(|measured| measured.curve(name).unwrap());
         assert_eq!(a.series[0].values.len(), b.series[0].values.len());
         let mut worst = 0.0_f64;
         let mut known = 0;
@@ -285,7 +268,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             let at = |of: &carom::analysis::instruments::Curve| {
                 Some((of.series[0].values[index]?, of.series[0].standard_errors[index]?))
             };
-            let Some((one, other)) = at(&a).zip(at(&b)) else { continue };
+            let Some((one, other)) = at(a).zip(at(b)) else { continue };
             known += 1;
             // Where S(q) rises, the means of different wave vectors differ by up to a fifth.
             let shells = if name == "structure_factor" { 0.2 * one.0 } else { 0.0 };

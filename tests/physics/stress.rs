@@ -1,14 +1,13 @@
 //! Stress and dissipated power on grids.
 
-use carom::Run;
 use carom::analysis::instruments::Series;
 use carom::model::Scene;
 use carom::run::Finished;
 
-fn finish(text: &str) -> Finished {
-    let finished = Run::new(Scene::from_toml(text, "stress.toml").unwrap()).finish().unwrap();
-    assert_eq!(finished.audit.faults(), []);
-    finished
+use super::measure::finish;
+
+fn finished(text: &str) -> Finished {
+    finish(Scene::from_toml(text, "stress.toml").unwrap())
 }
 
 fn series<'f>(finished: &'f Finished, name: &str) -> &'f Series {
@@ -41,7 +40,7 @@ const MIXTURE: &str = "
 #[test]
 fn mean_over_all_cells_is_the_pressure_tensor() {
     let text = MIXTURE.replace("equilibration_events = 5000, ", "");
-    let finished = finish(&format!(
+    let finished = finished(&format!(
         "{text}
         [measure]
         pressure_tensor = {{ interval = 0.1 }}
@@ -82,7 +81,7 @@ fn mean_over_all_cells_is_the_pressure_tensor() {
 
 #[test]
 fn cells_of_a_fluid_have_the_same_stress_within_their_errors() {
-    let finished = finish(&format!("{MIXTURE}\n[[measure.stress]]\nname = 's'\nbins = [1, 1, 6]\ninterval = 0.1"));
+    let finished = finished(&format!("{MIXTURE}\n[[measure.stress]]\nname = 's'\nbins = [1, 1, 6]\ninterval = 0.1"));
     let off_diagonal = series(&finished, "stress zx");
     let kinetic = series(&finished, "kinetic pressure");
     let is = |series: &Series, cell: usize, expected: f64| {
@@ -101,7 +100,7 @@ fn cells_of_a_fluid_have_the_same_stress_within_their_errors() {
 
 #[test]
 fn shear_stress_is_the_same_at_all_heights_and_pulls_the_plates() {
-    let finished = finish(
+    let finished = finished(
         "
         seed = 5
         space = { size = [5.0, 5.0, 6.0], z = 'open' }
@@ -146,7 +145,7 @@ fn shear_stress_is_the_same_at_all_heights_and_pulls_the_plates() {
 
 #[test]
 fn stress_in_grains_at_rest_is_the_weight_above() {
-    let finished = finish(
+    let finished = finished(
         "
         seed = 2
         space = { size = [5.0, 5.0, 14.0], z = { lower = 'wall', upper = 'open', restitution = 0.5, friction = 0.3 } }
@@ -198,7 +197,7 @@ fn stress_in_grains_at_rest_is_the_weight_above() {
 fn dissipated_power_adds_up_to_the_dissipated_energy() {
     // The second run lasts longer than expected, so that its intervals become longer while it cools.
     for (limit, interval) in [("until_time = 4.0", "interval = 0.1"), ("until_events = 9000", "")] {
-        let finished = finish(&format!(
+        let finished = finished(&format!(
             "
             seed = 4
             space = {{ size = [6.0, 6.0, 6.0], z = {{ lower = 'wall', upper = 'wall', restitution = 0.8 }} }}
@@ -221,7 +220,7 @@ fn dissipated_power_adds_up_to_the_dissipated_energy() {
 #[test]
 fn flux_between_two_unlike_balls_is_the_same_everywhere() {
     // Balls on a line exchange momentum at a constant rate. The total momentum is zero, and N / (N - 1) is 2.
-    let finished = finish(
+    let finished = finished(
         "
         space = { size = [6.0, 0.0, 0.0], y = 'flat', z = 'flat' }
         species = [{ name = 'a', mass = 1.3, diameter = 1.0 }, { name = 'b', mass = 0.7, diameter = 0.6 }]

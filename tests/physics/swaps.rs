@@ -5,9 +5,8 @@ use carom::model::measurement_plan::{PressureTensor, RadialDistribution, Relaxat
 use carom::model::{
     Barostat, DiameterDistribution, MassRule, MeasurementPlan, RunPlan, Scene, StagePlan, Swap, Thermostat, Until,
 };
-use carom::run::run;
+use carom::run::{Finished, Run};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
-use std::ops::ControlFlow;
 
 use super::pauses::finished_with_pauses;
 
@@ -99,7 +98,7 @@ fn threads_do_not_change_a_run_with_swap_moves() {
 fn swap_moves_change_no_average() {
     let of = |swap| {
         let plan = RunPlan { equilibration: Until::time(5.0), limit: Until::time(60.0), swap, ..RunPlan::default() };
-        run(mixture(plan), &mut (), &mut |_| ControlFlow::Continue(())).unwrap()
+        Run::new(mixture(plan)).finish().unwrap()
     };
     let (with, without) = (of(swap(0.1)), of(None));
     assert!(with.swaps[1].moves.acceptance().unwrap() > 0.05, "{:?}", with.swaps);
@@ -120,7 +119,7 @@ fn swap_moves_change_no_average() {
         assert!(error < 0.1 * one.mean, "{name}: {error} {one:?}");
     }
     // The rates by species depend on equipartition between the masses.
-    let rates = |finished: &carom::run::Finished| {
+    let rates = |finished: &Finished| {
         let entries = finished.event_counts_by_species.entries();
         entries.into_iter().map(|(_, _, count)| count as f64).collect::<Vec<f64>>()
     };
@@ -141,12 +140,11 @@ fn pilot_runs_leave_no_exchanged_species_behind() {
             relaxation: Some(Relaxation { interval: Some(0.05), span: Some(1.0), ..Relaxation::default() }),
             ..MeasurementPlan::default()
         };
-        run(mixture_with(256, plan, measure), &mut (), &mut |_| ControlFlow::Continue(())).unwrap()
+        Run::new(mixture_with(256, plan, measure)).finish().unwrap()
     };
     let by_events = of(Until::events(20_000));
     let by_time = of(Until::time(by_events.simulation.time()));
-    let values =
-        |finished: &carom::run::Finished| finished.measured.curve("relaxation").unwrap().series[0].values.clone();
+    let values = |finished: &Finished| finished.measured.curve("relaxation").unwrap().series[0].values.clone();
     let (one, other) = (values(&by_time), values(&by_events));
     assert!(one.len() > 6 && one.len() == other.len(), "{one:?} {other:?}");
     for (one, other) in one.into_iter().zip(other) {

@@ -1,20 +1,15 @@
 //! The pressure between walls, from the virial, from the impulses on the walls, and from the pressure tensor.
 
-use std::ops::ControlFlow;
-
 use carom::engine::event::EventKind;
 use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
-use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::model::{RunPlan, Thermostat, Until};
-use carom::run::{self, Finished};
+use carom::run::Finished;
 use carom::scene::{Arrangement, Fill, InteractionDraft, SceneBuilder, SpeciesDraft};
-use carom::{Simulation, Vector};
+use carom::{Run, Simulation, Vector};
 
-fn hard(distance: f64) -> Potential {
-    Potential::hard_sphere(distance).unwrap()
-}
+use super::measure::{finish, hard, number};
 
 fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished {
     let scene = SceneBuilder::new("mixture")
@@ -35,9 +30,7 @@ fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished 
         .run(RunPlan { equilibration: Until::events(20_000), limit: Until::events(150_000), ..RunPlan::default() })
         .build()
         .unwrap();
-    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert_eq!(finished.audit.faults(), []);
-    finished
+    finish(scene)
 }
 
 #[test]
@@ -57,8 +50,7 @@ fn virial_wall_and_tensor_pressures_agree() {
         // The centres of particles cannot enter the outer layer of the box, a fifth of the volume or more. The standard
         // error must be far smaller than the effect of this layer.
         assert!(virial_error < 0.01 * virial.mean, "{what}: {virial:?}");
-        let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap();
-        let (mean, error) = (tensor.mean.unwrap(), tensor.standard_error.unwrap());
+        let (mean, error) = number(&finished.measured, "pressure");
         println!("{what}: tensor {mean} +- {error}");
         assert!((mean - virial.mean).abs() < 4.0 * error.max(virial_error), "{what}: {mean} +- {error}, {virial:?}");
         let (mut sum, mut number) = (0.0, 0.0);
@@ -103,9 +95,9 @@ fn driven_granular_slit_has_equal_wall_and_virial_pressures() {
         })
         .build()
         .unwrap();
-    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    let finished = Run::new(scene).finish().unwrap();
     let virial = finished.observable("pressure").unwrap();
-    let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure_xx").unwrap();
+    let tensor = finished.measured.number("pressure_xx").unwrap();
     println!("{virial:?} {:?}", tensor.mean);
     assert!((tensor.mean.unwrap() / virial.mean - 1.0).abs() < 1e-9, "{virial:?} {:?}", tensor.mean);
     for side in ["lower", "upper"] {
@@ -133,7 +125,7 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
             .build()
             .unwrap()
     };
-    let finished = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    let finished = Run::new(scene(boundary)).finish().unwrap();
     assert!(finished.observable("pressure").is_none(), "it is not the same at all heights");
     let on = |side: &str| finished.observable(&format!("pressure_on_{side}_y_wall")).unwrap().mean;
     // The pressures on floor and ceiling differ by the weight of 20 particles of mass 0.7, divided by the length of the
@@ -142,7 +134,7 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     assert!((on("lower") - on("upper") - weight).abs() < left, "{} {} {weight} {left}", on("lower"), on("upper"));
     assert!(left < 0.01 * weight);
     boundary[0] = Boundary::OPEN;
-    let open = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    let open = Run::new(scene(boundary)).finish().unwrap();
     assert!(open.observable("pressure_on_lower_y_wall").is_none(), "its area has no end");
 }
 

@@ -1,13 +1,11 @@
 //! Runs at constant pressure: chains keep their bonds, pauses change nothing, and stages start with the last volume.
 
-use std::ops::ControlFlow;
-
 use carom::Vector;
 use carom::engine::Snapshot;
 use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
 use carom::model::{Barostat, OutputPlan, RunPlan, Scene, StagePlan, Until};
-use carom::run::{Run, run};
+use carom::run::Run;
 use carom::scene::{Chain, Fill, InteractionDraft, Lattice, SceneBuilder, SpeciesDraft};
 
 use crate::pauses::finished_with_pauses;
@@ -31,8 +29,8 @@ fn chains() -> SceneBuilder {
         .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
         .species(SpeciesDraft::new("B").mass(0.7).diameter(1.0))
         .interaction(InteractionDraft::new(well).between("A", "A"))
-        .interaction(InteractionDraft::new(hard()).between("A", "B"))
-        .interaction(InteractionDraft::new(hard()).between("B", "B"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "B"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("B", "B"))
         .interaction(InteractionDraft::new(Potential::bond(1.0, 1.2).unwrap()).named("link"));
     scene.insert_chain(chain((Vector::new(6.2, 1.0, 0.0), Vector::new(1.0, 0.35, 0.0))));
     for y in 0..3 {
@@ -114,13 +112,13 @@ fn run_starts_at_the_volume_left_by_the_stage_before() {
     let plan = RunPlan { stages: vec![stage], limit: Until::time(100.0), ..RunPlan::default() };
     let scene = SceneBuilder::new("pressed")
         .species(SpeciesDraft::new("A").mass(1.3).diameter(1.0))
-        .interaction(InteractionDraft::new(hard()).between("A", "A"))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
         .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.2))
         .temperature(TEMPERATURE)
         .run(plan)
         .build()
         .unwrap();
-    let finished = run(scene.clone(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    let finished = Run::new(scene.clone()).finish().unwrap();
     assert!(finished.volume_moves.is_none() && finished.observable("volume").is_none());
     let volume = finished.simulation.volume();
     assert!(volume < 0.8 * scene.space().volume());
