@@ -241,7 +241,7 @@ impl Cell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::instruments::test_system::{instrument, measure, unlike_spheres};
+    use crate::analysis::instruments::test_system::{instrument, measure, report, unlike_spheres};
 
     #[test]
     fn the_kinetic_pressure_of_individual_diameters_follows_from_the_energy() {
@@ -249,8 +249,7 @@ mod tests {
         let plan = plan::Stress { name: "s".into(), bins: [1; 3], lower: None, upper: None, interval: Some(0.5) };
         let mut stress = instrument(&simulation, &system, 5.0, |setup| Stress::new(&plan, setup));
         measure(&mut simulation, &system, &mut stress, 5.0);
-        let mut measured = Measured::default();
-        stress.report(&system, &mut measured);
+        let measured = report(&stress, &system);
         let kinetic = measured.curves[0].series.iter().find(|series| series.name == "kinetic pressure").unwrap();
         let found = kinetic.values[0].unwrap();
         // The momentum is conserved, and the mean velocity is computed from ten samples of 40 velocities.

@@ -6,6 +6,7 @@ use serde::de::DeserializeOwned;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Measured, Number};
 use super::system::{Sample, SystemDescription};
+use crate::Vector;
 use crate::engine::event::Event;
 use crate::engine::{Simulation, Until};
 use crate::model::{DiameterDistribution, MassRule, Scene};
@@ -57,6 +58,10 @@ pub(super) fn instrument<I>(
 ) -> I {
     let snapshot = simulation.snapshot();
     new(&Setup { system, sample: Sample::of(&snapshot), duration })
+}
+
+pub(super) fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> Sample<'a> {
+    Sample { time, positions, velocities, ..Sample::default() }
 }
 
 pub(super) fn measure(
@@ -152,7 +157,11 @@ pub(super) fn report(instrument: &dyn Instrument, system: &SystemDescription) ->
 }
 
 pub(super) fn number<'a>(measured: &'a Measured, name: &str) -> &'a Number {
-    measured.numbers.iter().find(|number| number.name == name).unwrap()
+    measured.number(name).unwrap()
+}
+
+pub(super) fn mean(measured: &Measured, name: &str) -> f64 {
+    number(measured, name).mean.unwrap()
 }
 
 pub(super) fn estimate(measured: &Measured, name: &str) -> (f64, f64) {

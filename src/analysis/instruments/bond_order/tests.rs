@@ -1,5 +1,6 @@
 use super::*;
 use crate::Vector;
+use crate::analysis::instruments::test_system::{mean, report, sample};
 use crate::model::space::{Boundary, Space};
 
 /// The sites are in units of the edges of the cell.
@@ -11,10 +12,6 @@ fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (SystemDescription, 
     let at = |k: u32| sites.iter().map(move |site| (corner(k) + Vector::from(*site)).component_mul(&cell));
     let positions: Vec<Vector> = (0..cells * cells * cells).flat_map(at).collect();
     (SystemDescription::of_points(space, u32::try_from(positions.len()).unwrap()), positions)
-}
-
-fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> Sample<'a> {
-    Sample { time, positions, velocities, ..Sample::default() }
 }
 
 #[test]
@@ -53,9 +50,8 @@ fn triangular_lattice_has_full_hexatic_order() {
     let setup = Setup { system: &system, sample: sample(0.0, &positions, &velocities), duration: 20.0 };
     let mut instrument = BondOrder::new(&plan, &setup);
     (1..=20).for_each(|k| instrument.sample(&sample(f64::from(k), &positions, &velocities), &system));
-    let mut measured = Measured::default();
-    instrument.report(&system, &mut measured);
-    let value = |name: &str| measured.numbers.iter().find(|number| number.name == name).unwrap().mean.unwrap();
+    let measured = report(&instrument, &system);
+    let value = |name| mean(&measured, name);
     assert_eq!(value("neighbours"), 6.0);
     assert!((value("psi6") - 1.0).abs() < 1e-12 && (value("psi6_global") - 1.0).abs() < 1e-12);
     assert!(value("psi4") < 1e-12 && value("psi4_global") < 1e-12);
@@ -91,8 +87,7 @@ fn without_neighbours_there_is_no_order_and_no_nan() {
     let setup = Setup { system: &system, sample: sample(0.0, &positions, &velocities), duration: 20.0 };
     let mut instrument = BondOrder::new(&plan::BondOrder::default(), &setup);
     instrument.sample(&sample(10.0, &positions, &velocities), &system);
-    let mut measured = Measured::default();
-    instrument.report(&system, &mut measured);
+    let measured = report(&instrument, &system);
     assert_eq!(measured.numbers[0].mean, Some(0.0));
     assert!(measured.numbers[1..].iter().all(|number| number.mean.is_none()));
     assert!(measured.curves[0].series.iter().all(|series| series.values.iter().all(Option::is_none)));

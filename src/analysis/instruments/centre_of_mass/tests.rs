@@ -1,5 +1,5 @@
 use super::*;
-use crate::analysis::instruments::test_system::{Recorded, instrument, measure, number, report, start};
+use crate::analysis::instruments::test_system::{Recorded, instrument, mean, measure, number, report, start};
 use crate::model::space::Space;
 use crate::model::{MassRule, ParticleId, Scene, SpeciesId};
 use crate::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
@@ -38,10 +38,6 @@ fn measured(scene: Scene, plan: &Plan, duration: f64) -> Measured {
     let mut centre = instrument(&simulation, &system, duration, |setup| Recorded::new(CentreOfMass::new(plan, setup)));
     measure(&mut simulation, &system, &mut centre, duration);
     report(&centre, &system)
-}
-
-fn mean(measured: &Measured, name: &str) -> f64 {
-    number(measured, name).mean.unwrap()
 }
 
 #[test]

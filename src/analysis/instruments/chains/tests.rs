@@ -1,4 +1,5 @@
 use super::*;
+use crate::analysis::instruments::test_system::{mean, number, report};
 use crate::model::space::Space;
 
 /// Two straight chains of four beads that cross the sides of the box, a ring of three, and a single particle.
@@ -22,12 +23,6 @@ fn sample(time: f64, positions: &[Vector], displacement: f64) -> Sample<'_> {
     Sample { time, positions, displacement, ..Sample::default() }
 }
 
-fn measured(instrument: &Chains, system: &SystemDescription) -> Measured {
-    let mut measured = Measured::default();
-    instrument.report(system, &mut measured);
-    measured
-}
-
 #[test]
 fn sizes_are_those_of_straight_chains_and_triangles() {
     // In a sheared box, the second chain crosses into a displaced image.
@@ -44,16 +39,15 @@ fn check_sizes(displacement: f64) {
         let record = serde_json::to_string(&instrument).unwrap();
         instrument = serde_json::from_str(&record).unwrap();
     }
-    let Measured { numbers, curves } = measured(&instrument, &system);
-    let value = |name: &str| numbers.iter().find(|number| number.name == name).unwrap();
-    let is = |name: &str, expected: f64| (value(name).mean.unwrap() - expected).abs() < 1e-12;
+    let measured = report(&instrument, &system);
+    let is = |name: &str, expected: f64| (mean(&measured, name) - expected).abs() < 1e-12;
     assert!(is("bond_length", (6.0 + 3.75) / 9.0) && is("mean_square_bond_length", (6.0 + 3.0 * 1.5625) / 9.0));
     assert!(is("mean_square_end_to_end_distance_4", 0.5 * (9.0 + 9.0 * 1.5625)));
     // The four beads are 1.5, 0.5, 0.5 and 1.5 bonds from the centre. For bonds of length 1, the squared radius of
     // gyration is (1.5^2 + 0.5^2) 2 / 4.
     assert!(is("mean_square_radius_of_gyration_4", 0.5 * (1.25 + 1.25 * 1.5625)));
-    assert!(value("bond_length").standard_error.unwrap() < 1e-12);
-    let curve = |name: &str| curves.iter().find(|curve| curve.name == name).unwrap();
+    assert!(number(&measured, "bond_length").standard_error.unwrap() < 1e-12);
+    let curve = |name: &str| measured.curve(name).unwrap();
     let sizes = curve("chain_size");
     assert_eq!(sizes.variables[0].values, [3.0, 4.0]);
     assert_eq!(sizes.series.len(), 3);
@@ -77,5 +71,5 @@ fn system_without_bonds_reports_nothing() {
     let next = instrument.next_sample();
     instrument.sample(&sample(next, &positions, 0.0), &system);
     assert!(instrument.next_sample() > next);
-    assert_eq!(measured(&instrument, &system), Measured::default());
+    assert_eq!(report(&instrument, &system), Measured::default());
 }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::Vector;
 use crate::analysis::instruments::test_system::{
-    Recorded, estimate, hard_spheres, instrument, measure, number, report, start,
+    Recorded, estimate, hard_spheres, instrument, mean, measure, number, report, start,
 };
 use crate::engine::{Simulation, Until};
 use crate::model::space::{Boundary, Space};
@@ -52,10 +52,6 @@ fn plane(particles: &[(u32, u32)]) -> (SystemDescription, Vec<ParticleId>, Vec<S
 fn contacts(system: &SystemDescription) -> Recorded<Contacts> {
     let setup = Setup { system, sample: Sample::default(), duration: 100.0 };
     Recorded::new(Contacts::new(&Plan { duration: Some(1.0), interval: Some(2.0) }, &setup))
-}
-
-fn mean(measured: &Measured, name: &str) -> f64 {
-    number(measured, name).mean.unwrap()
 }
 
 fn fractions(measured: &Measured) -> Vec<f64> {

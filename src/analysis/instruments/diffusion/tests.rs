@@ -49,7 +49,7 @@ fn start_is_ballistic_and_matches_the_temperature() {
     let mut instrument = diffusion(&simulation, &system, &Plan::default(), 4.0);
     measure(&mut simulation, &system, &mut instrument, 4.0);
     let measured = report(&instrument, &system);
-    let curve = |name: &str| measured.curves.iter().find(|curve| curve.name == name).unwrap();
+    let curve = |name: &str| measured.curve(name).unwrap();
     // The temperature is exactly 1 at the start, and kinetic energy is conserved, so <v^2> is 3.
     let vacf = &curve("velocity_autocorrelation").series[0];
     assert!((vacf.values[0].unwrap() - 3.0).abs() < 1e-12);

@@ -1,6 +1,6 @@
 use super::*;
 use crate::analysis::instruments::Series;
-use crate::analysis::instruments::test_system::{instrument, measure as run, unlike_spheres};
+use crate::analysis::instruments::test_system::{instrument, measure as run, report, unlike_spheres};
 use crate::analysis::statistics::tests::fits;
 use crate::model::SpeciesId;
 use crate::model::space::Space;
@@ -33,8 +33,7 @@ fn measure(
         };
         profile.sample(&sample, system);
     }
-    let mut measured = Measured::default();
-    profile.report(system, &mut measured);
+    let measured = report(&profile, system);
     (profile, measured)
 }
 
@@ -48,8 +47,7 @@ fn the_temperature_of_individual_diameters_is_that_of_the_simulation() {
     let (system, mut simulation) = unlike_spheres(40);
     let mut profile = instrument(&simulation, &system, 5.0, |setup| Profile::new(&plan([1, 1, 1]), setup));
     run(&mut simulation, &system, &mut profile, 5.0);
-    let mut measured = Measured::default();
-    profile.report(&system, &mut measured);
+    let measured = report(&profile, &system);
     let temperature = measured.curves[0].series.last().unwrap().values[0].unwrap();
     // The momentum is conserved.
     let expected = 2.0 * simulation.energy().kinetic / f64::from(3 * 40 - 3);

@@ -35,9 +35,7 @@ fn measure_sheared(
     let setup = Setup { system, sample: sample(0), duration: frames.len() as f64 };
     let mut instrument = RadialDistribution::new(plan, &setup);
     (1..frames.len()).for_each(|k| instrument.sample(&sample(k), system));
-    let mut measured = Measured::default();
-    instrument.report(system, &mut measured);
-    measured
+    report(&instrument, system)
 }
 
 fn plan(cutoff: f64, bins: u64) -> plan::RadialDistribution {
@@ -246,8 +244,7 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
         simulation.advance(Until::time(instrument.next_sample())).unwrap();
         instrument.sample(&Sample::of(&simulation.snapshot()), &system);
     }
-    let mut measured = Measured::default();
-    instrument.report(&system, &mut measured);
+    let measured = report(&instrument, &system);
     let number = &measured.numbers[0];
     let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
     assert_eq!(number.name, "contact_value_A_A");
@@ -288,8 +285,7 @@ fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
         simulation.advance(Until::time(instrument.next_sample())).unwrap();
         instrument.sample(&Sample::of(&simulation.snapshot()), &system);
     }
-    let mut measured = Measured::default();
-    instrument.report(&system, &mut measured);
+    let measured = report(&instrument, &system);
     let number = &measured.numbers[0];
     let core = (simulation.event_counts().core - before.core) as f64;
     let rate = 2.0 * core / (500.0 * (simulation.time() - start.time));

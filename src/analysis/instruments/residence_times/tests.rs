@@ -1,5 +1,5 @@
 use super::*;
-use crate::analysis::instruments::test_system::{Recorded, estimate, instrument, measure, number, report, start};
+use crate::analysis::instruments::test_system::{Recorded, estimate, instrument, mean, measure, number, report, start};
 use crate::engine::Simulation;
 use crate::model::Scene;
 use crate::model::random::{Purpose, Random};
@@ -10,10 +10,6 @@ fn scene(text: &str) -> (SystemDescription, Simulation) {
 
 fn residence_times(simulation: &Simulation, system: &SystemDescription, plan: &Plan) -> Recorded<ResidenceTimes> {
     Recorded::new(instrument(simulation, system, 1.0, |setup| ResidenceTimes::new(plan, setup)))
-}
-
-fn mean(measured: &Measured, name: &str) -> f64 {
-    number(measured, name).mean.unwrap()
 }
 
 /// Two kinds of grains that fall freely, one after the other, from points at which they enter at rest.

@@ -1,7 +1,7 @@
 use super::*;
 use crate::analysis::instruments::quantity::Curve;
 use crate::analysis::instruments::test_system::{
-    Recorded, equilibrate, instrument, measure, report, start, unlike_spheres,
+    Recorded, equilibrate, instrument, measure, report, sample, start, unlike_spheres,
 };
 use crate::engine::Simulation;
 use crate::model::potential::Potential;
@@ -84,10 +84,6 @@ fn free_particles_of_one_speed_are_in_one_bin_in_every_dimension() {
             assert!(sum <= 1.0 + 1e-12 && sum > 0.998, "{sum}");
         }
     }
-}
-
-fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> Sample<'a> {
-    Sample { time, positions, velocities, ..Sample::default() }
 }
 
 /// Passes frames of independent normal velocities of temperature 1.5 to an instrument, at times 1, 2, ...

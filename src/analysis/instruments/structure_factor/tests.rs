@@ -1,5 +1,6 @@
 use super::*;
 use crate::Vector;
+use crate::analysis::instruments::test_system::{report, sample};
 use crate::model::space::{Boundary, Space};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -7,8 +8,7 @@ use rand_core::{Rng, SeedableRng};
 fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
     let system = SystemDescription::of_points(space.clone(), u32::try_from(frames[0].len()).unwrap());
     let velocities = vec![Vector::zeros(); frames[0].len()];
-    let sample =
-        |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, ..Sample::default() };
+    let sample = |k: usize| sample(k as f64, &frames[k], &velocities);
     let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
     let setup = Setup { system: &system, sample: sample(0), duration: frames.len() as f64 };
     let mut instrument = StructureFactor::new(&plan, &setup);
@@ -75,8 +75,7 @@ fn sheared_lattice_scatters_only_at_reciprocal_vectors() {
         }
         assert_eq!(peaks, 3, "{displacement}");
     }
-    let mut measured = Measured::default();
-    instrument.report(&system, &mut measured);
+    let measured = report(&instrument, &system);
     let (q, values) = (&measured.curves[0].variables[0].values, &measured.curves[0].series[0].values);
     let peak = 4.0 * PI / 3.0_f64.sqrt();
     let width = q.windows(2).map(|two| two[1] - two[0]).fold(f64::INFINITY, f64::min);

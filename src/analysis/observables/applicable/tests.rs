@@ -1,4 +1,5 @@
 use super::*;
+use crate::analysis::observables::Observer;
 use crate::engine::Until;
 use crate::model::ContactLaw;
 use crate::model::space::{Boundary, Face, Space};
@@ -11,6 +12,22 @@ fn pair() -> SceneBuilder {
         .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", Vector::new(3.0, 5.0, 5.0), Vector::new(3.0, 0.0, 0.0))
         .particle("A", Vector::new(7.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0))
+}
+
+fn fluid(count: u64) -> SceneBuilder {
+    SceneBuilder::new("fluid")
+        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(count).packing_fraction(0.2))
+}
+
+fn slit() -> Space {
+    Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(10.0) }
+}
+
+fn observed(scene: &SceneBuilder) -> (Observer, Simulation) {
+    let scene = scene.build().unwrap();
+    (Observer::new(&scene), Simulation::without_plan(scene))
 }
 
 #[test]
@@ -40,11 +57,7 @@ fn walls_gravity_and_static_particles_disable_observables() {
     let rough = ApplicableObservables::of(&pair().space(rough).build().unwrap());
     assert!(!rough.has_pressure && rough.pressed_walls == [[true; 2]; 3]);
     // The walls act only along x. The common motion along y has a kinetic energy of 2.
-    let slit = Space {
-        boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
-        ..Space::periodic_cube(10.0)
-    };
-    let slit = ApplicableObservables::of(&pair().space(slit).build().unwrap());
+    let slit = ApplicableObservables::of(&pair().space(slit()).build().unwrap());
     assert!(!slit.conserves_momentum && slit.conserved_axes == [false, true, true]);
     assert_eq!(slit.degrees_of_freedom, 4.0);
     assert_eq!(slit.temperature(10.0, &Vector::new(8.0, 4.0, 0.0)), Some(2.0 * (10.0 - 2.0) / 4.0));
@@ -65,14 +78,7 @@ fn walls_gravity_and_static_particles_disable_observables() {
 
 #[test]
 fn system_at_rest_has_unknown_equilibrium() {
-    let scene = SceneBuilder::new("rest")
-        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
-        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(32).packing_fraction(0.2))
-        .build()
-        .unwrap();
-    let mut observer = crate::analysis::observables::Observer::new(&scene);
-    let mut simulation = Simulation::without_plan(scene);
+    let (mut observer, mut simulation) = observed(&fluid(32));
     for row in 0..100 {
         simulation.advance(Until::time(f64::from(row))).unwrap();
         observer.row(&simulation);
@@ -85,15 +91,7 @@ fn system_at_rest_has_unknown_equilibrium() {
 
 #[test]
 fn fluid_virial_is_positive_and_rates_match_the_counts() {
-    let scene = SceneBuilder::new("fluid")
-        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
-        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(256).packing_fraction(0.2))
-        .temperature(1.5)
-        .build()
-        .unwrap();
-    let mut observer = crate::analysis::observables::Observer::new(&scene);
-    let mut simulation = Simulation::without_plan(scene);
+    let (mut observer, mut simulation) = observed(&fluid(256).temperature(1.5));
     simulation.advance(Until::events(5_000)).unwrap();
     let first = observer.row(&simulation);
     assert_eq!((first.pressure, first.collision_rate), (None, None), "no interval yet");
@@ -109,10 +107,6 @@ fn fluid_virial_is_positive_and_rates_match_the_counts() {
     assert!((row.pressure.unwrap() / (z.mean * density * temperature) - 1.0).abs() < 1e-12);
 }
 
-fn slit() -> Space {
-    Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(10.0) }
-}
-
 #[test]
 fn only_motion_normal_to_the_walls_gives_pressure() {
     // One particle hits each wall of area 100 once in a time of 18 and transfers a momentum of 2. The pressure is
@@ -123,9 +117,7 @@ fn only_motion_normal_to_the_walls_gives_pressure() {
         .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
         .particle("A", Vector::new(3.0, 5.0, 2.0), Vector::new(1.0, 0.0, 0.0))
         .particle("A", Vector::new(7.0, 5.0, 7.0), Vector::new(0.0, 2.0, 0.0));
-    let scene = scene.build().unwrap();
-    let mut observer = crate::analysis::observables::Observer::new(&scene);
-    let mut simulation = Simulation::without_plan(scene);
+    let (mut observer, mut simulation) = observed(&scene);
     for time in [0.0, 5.0, 18.0, 90.0] {
         simulation.advance(Until::time(time)).unwrap();
         let row = observer.row(&simulation);
@@ -148,11 +140,8 @@ fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
     }
     let scene = scene
         .fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "A").count(40) })
-        .fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "B").count(10) })
-        .build()
-        .unwrap();
-    let mut observer = crate::analysis::observables::Observer::new(&scene);
-    let mut simulation = Simulation::without_plan(scene);
+        .fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "B").count(10) });
+    let (mut observer, mut simulation) = observed(&scene);
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, true, false] };
     simulation.set_thermostat(Some(&bath), 0).unwrap();
     // The virial pressure and the pressure on the walls differ only by the change of the moment `sum x m v / V`.
