@@ -1,20 +1,19 @@
 use std::fs;
 use std::process::Stdio;
 
-use super::place::{FLUID, Place, code, errors, words};
+use super::place::{FLUID, Place, code, errors, line, words};
 
 #[test]
 fn a_run_can_be_proven_from_its_folder() {
     let place = Place::with(FLUID);
     let arguments = ["run", "scene.toml", "--seed", "9", "--set", "fill.0.temperature=2.0", "--until-events", "700"];
-    assert_eq!(code(&place.carom(&arguments)), 0);
+    place.done(&arguments);
     fs::remove_file(place.path().join("scene.toml")).unwrap();
     let kept = place.read("runs/scene/scene.toml");
     for line in ["name = \"scene\"", "seed = 9", "temperature = 2.0", "until_events = 700"] {
         assert!(kept.lines().any(|other| other == line), "{line}: {kept}");
     }
-    let output = place.carom(&["verify", "runs/scene"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["verify", "runs/scene"]);
     let text = words(&output);
     for expected in ["scene, seed 9", "over all 5778 pairs", "1200 (1200 core)", "PROVEN", "up to the end of the run"] {
         assert!(text.contains(expected), "{expected}: {text}");
@@ -29,12 +28,11 @@ fn proof_of_a_folder_ends_at_the_last_event_of_its_run() {
     // The equilibration ends by a criterion, so only the summary contains the final time of the run.
     let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
     let few = ["run", "scene.toml", "--until-events", "300", "--set", "run.equilibration_time=1.0", "--quiet"];
-    assert_eq!(code(&place.carom(&few)), 0);
+    place.done(&few);
     let events = &place.summary("runs/scene")["events"];
     let all = events["before"].as_u64().unwrap() + events["total"].as_u64().unwrap();
     assert!(events["total"] == 300 && all > 500, "{events}");
-    let output = place.carom(&["verify", "runs/scene", "-q", "--from-events", &(all - 100).to_string()]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["verify", "runs/scene", "-q", "--from-events", &(all - 100).to_string()]);
     let text = words(&output);
     let last = format!("event {} to {all}", all - 99);
     for expected in [last.as_str(), "up to the end of the run", "agree with summary.json"] {
@@ -47,7 +45,7 @@ fn proof_of_a_folder_ends_at_the_last_event_of_its_run() {
 #[test]
 fn verify_rejects_a_folder_with_a_different_scene() {
     let place = Place::with(FLUID);
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "1", "--until-events", "700", "-q"])), 0);
+    place.done(&["run", "scene.toml", "--seed", "1", "--until-events", "700", "-q"]);
     let file = place.path().join("runs/scene/scene.toml");
     let kept = fs::read_to_string(&file).unwrap();
     for (was, is, exit, message) in [
@@ -59,7 +57,7 @@ fn verify_rejects_a_folder_with_a_different_scene() {
         fs::write(&file, kept.replace(was, is)).unwrap();
         let output = place.carom(&["verify", "runs/scene", "-q"]);
         assert_eq!(code(&output), exit, "{is}: {}", errors(&output));
-        let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
+        let told = line(&output);
         assert!(told.contains(message), "{message}: {told}");
         assert!(!words(&output).contains("PROVEN: no event"), "{}", words(&output));
     }
@@ -84,8 +82,7 @@ fn closed_output_pipe_is_not_an_error() {
 #[test]
 fn every_kind_of_new_scene_is_valid() {
     let place = Place::with(FLUID);
-    let output = place.carom(&["new"]);
-    assert_eq!(code(&output), 0);
+    let output = place.done(&["new"]);
     let list = words(&output);
     let lines = list.lines().skip_while(|line| *line != "Kinds of scenes:").skip(1);
     let kinds: Vec<&str> = lines.map_while(|line| line.split_whitespace().next()).collect();
@@ -110,7 +107,7 @@ fn keys_of_unsupported_features_get_an_explanation() {
         let place = Place::with(&format!("{table}{FLUID}"));
         let output = place.carom(&["check", "scene.toml"]);
         assert_eq!(code(&output), 2);
-        let text = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+        let text = line(&output);
         assert!(text.contains(answer) && text.contains("scene.toml:1:1"), "{text}");
     }
 }
@@ -172,29 +169,25 @@ fn check_temperature_of_few_particles_excludes_streaming() {
 #[test]
 fn a_rendered_frame_is_a_png() {
     let place = Place::with(FLUID);
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-events", "100"])), 0);
-    let output = place.carom(&["render", "runs/scene", "--size", "160x120", "--colour", "speed"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "scene.toml", "--until-events", "100"]);
+    place.done(&["render", "runs/scene", "--size", "160x120", "--colour", "speed"]);
     let png = fs::read(place.path().join("runs/scene/picture.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG"));
     // Earlier versions had the command `picture`.
-    let output =
-        place.carom(&["picture", "runs/scene", "--size", "160x120", "--colour", "speed", "--out", "again.png"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["picture", "runs/scene", "--size", "160x120", "--colour", "speed", "--out", "again.png"]);
     assert_eq!(fs::read(place.path().join("again.png")).unwrap(), png);
 }
 
 #[test]
 fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
     let place = Place::with(FLUID);
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-events", "100"])), 0);
+    place.done(&["run", "scene.toml", "--until-events", "100"]);
     let output = place.carom(&["report", "runs/scene"]);
     assert_eq!((code(&output), errors(&output).as_str()), (0, ""));
     assert_eq!(words(&output).trim(), "runs/scene/report.html");
     assert!(place.read("runs/scene/report.html").contains("108 sphere"));
     fs::remove_file(place.path().join("runs/scene/thermo.csv")).unwrap();
-    let output = place.carom(&["report", "runs/scene", "--out", "page.html"]);
-    assert_eq!(code(&output), 0);
+    let output = place.done(&["report", "runs/scene", "--out", "page.html"]);
     assert!(errors(&output).contains("thermo.csv") && place.read("page.html").contains("thermo.csv: "));
     assert_eq!(code(&place.carom(&["report", "runs/scene", "--out", "nowhere/page.html"])), 2);
 }

@@ -4,11 +4,10 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Stdio};
-use std::time::Duration;
+use std::process::Child;
 
 use super::exchange::CHAIN;
-use super::place::{FLUID, Place, code, errors, killed, run};
+use super::place::{FLUID, Place, code, errors, killed, run, wait_until};
 
 /// A temporary file of a process that no longer exists.
 const LEFT: &str = ".carom-4711-0.partial";
@@ -20,13 +19,8 @@ fn drafts(folder: &Path) -> Vec<String> {
 
 fn drawing(place: &Place) -> Child {
     let arguments = ["movie", "runs/scene", "--out", "runs/scene/film.apng", "--size", "2000x2000", "-q"];
-    let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    for _ in 0..2400 {
-        if drafts(&place.path().join("runs/scene")).iter().any(|name| name != LEFT) {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(25));
-    }
+    let child = place.start(&arguments);
+    wait_until(|| drafts(&place.path().join("runs/scene")).iter().any(|name| name != LEFT));
     child
 }
 
@@ -37,8 +31,7 @@ fn temporary_file_is_removed_only_after_its_process_has_ended() {
     let folder = place.path().join("runs/scene");
     fs::write(folder.join(LEFT), "half").unwrap();
     let child = drawing(&place);
-    let output = place.carom(&["render", "runs/scene", "--size", "32x32"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["render", "runs/scene", "--size", "32x32"]);
     let [of_movie] = drafts(&folder).try_into().unwrap();
     assert_ne!(of_movie, LEFT);
     killed(child);

@@ -2,9 +2,8 @@
 
 use std::fs;
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
-use super::place::{COLLAPSE, FLUID, Place, code, errors, words};
+use super::place::{COLLAPSE, FLUID, Place, code, errors, line, send_signal, wait_until, words};
 
 #[test]
 fn an_arrest_is_an_error_with_complete_files_and_a_cure() {
@@ -28,7 +27,7 @@ fn arrest_of_a_ball_at_rest_names_the_cure() {
     for command in ["run", "verify"] {
         let output = place.carom(&[command, "scene.toml"]);
         assert_eq!(code(&output), 1, "{}", words(&output));
-        let help = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+        let help = line(&output);
         assert!(help.contains("dynamical arrest at time 0"), "{help}");
         assert!(help.contains("set dynamics.contact_time"), "{help}");
         assert!(help.contains("particles that rest in contact"), "{help}");
@@ -48,9 +47,9 @@ fn run_over_the_file_size_limit_fails_with_help() {
     };
     let output = limited("run scene.toml --quiet");
     assert_eq!(output.status.code(), Some(1), "{output:?}");
-    let text = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = line(&output);
     assert!(text.contains("File too large") && text.contains("free some space"), "{text}");
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet", "--force"])), 0);
+    place.done(&["run", "scene.toml", "--quiet", "--force"]);
 }
 
 #[test]
@@ -117,8 +116,7 @@ position = [5.0, 0.0, 0.0]
 until_events = 10
 "#;
     let place = Place::with(scene);
-    let output = place.carom(&["run", "scene.toml"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["run", "scene.toml"]);
     assert!(words(&output).contains("nothing will happen any more"), "{}", words(&output));
     assert_eq!(place.summary("runs/scene")["events"]["total"], 1);
 }
@@ -131,14 +129,8 @@ fn a_stopped_run_leaves_complete_files() {
     let mut child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let partial = place.path().join("runs/scene/thermo.csv.partial");
     // The table is written every two seconds. A table with rows shows that the run has started.
-    for _ in 0..600 {
-        if fs::metadata(&partial).is_ok_and(|metadata| metadata.len() > 1000) {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    let kill = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
+    wait_until(|| fs::metadata(&partial).is_ok_and(|metadata| metadata.len() > 1000));
+    send_signal(&child, "-TERM");
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(1));
     assert!(!partial.exists());
@@ -228,9 +220,6 @@ until_time = 10.0
 
 #[test]
 fn grain_resting_on_a_wall_gets_a_warning_and_arrests() {
-    let told = |output: &std::process::Output| {
-        errors(output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "")
-    };
     for (speed, happens) in
         [(0.0, "ends immediately with a dynamical arrest"), (1e-12, "in contact again every 2.000e-12 of time")]
     {
@@ -241,7 +230,7 @@ fn grain_resting_on_a_wall_gets_a_warning_and_arrests() {
         assert!(checked.contains("set dynamics.contact_time"), "{checked}");
         let output = place.carom(&["run", "scene.toml", "-q"]);
         assert_eq!(code(&output), 1, "{}", words(&output));
-        let told = told(&output);
+        let told = line(&output);
         assert!(told.contains(warning) && told.contains("dynamical arrest at time 0"), "{told}");
         assert!(told.contains("set dynamics.contact_time"), "{told}");
     }
@@ -257,7 +246,7 @@ fn rattling_in_a_narrow_slit_ends_in_a_storm() {
     let output = Place::with(&slit).carom(&["run", "scene.toml", "-q"]);
     assert_eq!(code(&output), 1, "{}", words(&output));
     // Long messages are broken into lines that begin with a bar.
-    let told = errors(&output).split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+    let told = line(&output);
     assert!(told.contains("1020000 events while time advances by"), "{told}");
     assert!(told.contains("give the particles more room, or set a longer dynamics.contact_time"), "{told}");
 }
@@ -268,8 +257,7 @@ fn grain_resting_on_a_wall_runs_with_a_contact_time() {
     for (height, speed) in [(0.0, 0.0), (0.0, 1e-12), (1.25e-7, 0.0)] {
         let place = Place::with(&at_rest(height, speed));
         assert!(words(&place.carom(&["check", "scene.toml"])).contains("The scene is valid.\n"));
-        let output = place.carom(&["run", "scene.toml", "-q"]);
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&["run", "scene.toml", "-q"]);
         let summary = place.summary("runs/scene");
         let events = summary["events"]["total"].as_u64().unwrap();
         assert!((5_000..40_000).contains(&events), "two grains that rattle at intervals of about 1e-3: {events}");

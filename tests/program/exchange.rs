@@ -1,10 +1,8 @@
 //! Files of `carom exchange`, and inputs that `carom exchange` rejects.
 
 use std::path::Path;
-use std::process::Stdio;
-use std::time::Duration;
 
-use super::place::{FLUID, Place, code, contents, errors, line, words};
+use super::place::{FLUID, Place, code, contents, errors, killed, line, wait_until, words};
 
 pub const CHAIN: &str = r#"
 name = "chain"
@@ -64,8 +62,7 @@ fn files(folder: &Path) -> Vec<String> {
 #[test]
 fn an_exchange_leaves_tables_trajectories_and_a_page() {
     let place = Place::with(&measured_chain());
-    let output = place.carom(&exchange(&["--jobs", "2"]));
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&exchange(&["--jobs", "2"]));
     assert!(words(&output).contains("chain, 600 attempts to swap"), "{}", words(&output));
     let folder = "runs/chain-exchange";
     let expected = [
@@ -139,8 +136,7 @@ fn check_page(place: &Place, folder: &str) {
         .unwrap();
     let output = place.carom(&["report", folder, "--force"]);
     assert!(code(&output) == 2 && line(&output).contains("measurements.json"), "{}", errors(&output));
-    let output = place.carom(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
 }
 
 #[test]
@@ -152,29 +148,25 @@ fn an_exchange_has_the_surfaces_of_its_scene_beside_its_trajectories() {
     place.write("scene.toml", &scene);
     let folder = place.path().join("runs/chain-exchange/surfaces");
     let run = |end: &str| {
-        let output = place.carom(&exchange(&["--until-time", end]));
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&exchange(&["--until-time", end]));
         assert_eq!(files(&folder), ["rod.stl"]);
     };
     run("6.0");
     std::fs::remove_file(folder.join("rod.stl")).unwrap();
     run("12.0");
-    let output = place.carom(&["render", "runs/chain-exchange/trajectory-1.xyz", "--out", "chain.png"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["render", "runs/chain-exchange/trajectory-1.xyz", "--out", "chain.png"]);
 }
 
 #[test]
 fn the_number_of_threads_changes_no_byte() {
     let place = Place::with(CHAIN);
     for (out, jobs) in [("one", "1"), ("two", "2"), ("many", "9")] {
-        let output = place.carom(&exchange(&["--jobs", jobs, "--out", out, "--set", "run.until_time=300"]));
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&exchange(&["--jobs", jobs, "--out", out, "--set", "run.until_time=300"]));
     }
     let one = contents(&place.path().join("one"));
     assert!(one == contents(&place.path().join("two")));
     assert!(one == contents(&place.path().join("many")));
-    let output = place.carom(&exchange(&["--out", "other", "--seed", "4", "--set", "run.until_time=300"]));
-    assert_eq!(code(&output), 0);
+    place.done(&exchange(&["--out", "other", "--seed", "4", "--set", "run.until_time=300"]));
     assert!(one["exchange.csv"] != contents(&place.path().join("other"))["exchange.csv"]);
 }
 
@@ -183,21 +175,16 @@ fn complete_exchange_is_kept_and_other_folders_are_untouched() {
     let place = Place::with(CHAIN);
     let short = ["--set", "run.until_time=150"];
     let with = |more: &[&'static str]| exchange(&[short.as_slice(), more].concat());
-    assert_eq!(code(&place.carom(&with(&[]))), 0);
+    place.done(&with(&[]));
     let folder = place.path().join("runs/chain-exchange");
     let before = contents(&folder);
     std::fs::remove_file(folder.join("exchange.html")).unwrap();
     for arguments in [with(&[]), vec!["exchange", "runs/chain-exchange"]] {
-        let output = place.carom(&arguments);
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        let output = place.done(&arguments);
         assert!(words(&output).contains("It was complete already"), "{}", words(&output));
         assert!(contents(&folder) == before);
     }
-    let refused = |arguments: &[&str], expected: &str| {
-        let output = place.carom(arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
-        assert!(line(&output).contains(expected), "{arguments:?}: {}", line(&output));
-    };
+    let refused = |arguments: &[&str], expected: &str| place.refused(arguments, &[expected]);
     refused(&with(&["--seed", "8"]), "holds the exchange of another scene");
     refused(&["exchange", "runs/chain-exchange", "--seed", "8"], "an exchange continues unchanged");
     std::fs::create_dir(place.path().join("thesis")).unwrap();
@@ -215,10 +202,9 @@ fn complete_exchange_is_kept_and_other_folders_are_untouched() {
     refused(&["exchange", "plain.toml"], "plain.toml has no [exchange]");
     refused(&["run", "plain.toml", "--out", "runs/chain-exchange"], "something that is not a run");
     assert!(contents(&folder) == before);
-    assert_eq!(code(&place.carom(&["report", "runs/chain-exchange", "--out", "page.html"])), 0);
+    place.done(&["report", "runs/chain-exchange", "--out", "page.html"]);
     assert!(place.read("page.html").as_bytes() == before["exchange.html"]);
-    let output = place.carom(&["check", "scene.toml"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["check", "scene.toml"]);
     let expected =
         "3 replicas at temperatures 0.35, 0.6, 1, in heat baths of rate 0.8, are swapped at intervals of 1.5";
     assert!(words(&output).contains(expected), "{}", words(&output));
@@ -227,22 +213,11 @@ fn complete_exchange_is_kept_and_other_folders_are_untouched() {
 #[test]
 fn two_processes_do_not_write_to_one_folder() {
     let place = Place::with(CHAIN);
-    let mut child = place
-        .command(&exchange(&["--set", "run.until_time=1.5e7"]))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let child = place.start(&exchange(&["--set", "run.until_time=1.5e7"]));
     let checkpoint = place.path().join("runs/chain-exchange/exchange.checkpoint");
-    for _ in 0..600 {
-        if checkpoint.exists() {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
+    wait_until(|| checkpoint.exists());
     let output = place.carom(&exchange(&["--set", "run.until_time=1.5e7"]));
-    child.kill().unwrap();
-    child.wait().unwrap();
+    killed(child);
     assert_eq!(code(&output), 2, "{}", errors(&output));
     assert!(line(&output).contains("another process runs the exchange"), "{}", line(&output));
     std::fs::write(&checkpoint, "carom checkpoint").unwrap();
@@ -261,8 +236,7 @@ fn scene_in_the_exchange_document_runs() {
     let scenes: Vec<&str> = page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     let [scene] = scenes.as_slice() else { panic!("{} scenes", scenes.len()) };
     let place = Place::with(scene);
-    let output = place.carom(&exchange(&["--set", "run.until_time=400", "--set", "run.equilibration_time=20"]));
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&exchange(&["--set", "run.until_time=400", "--set", "run.equilibration_time=20"]));
     let summary = place.summary("runs/chain-exchange");
     assert_eq!((summary["temperatures"].as_array().unwrap().len(), &summary["attempts"]), (6, &200.into()));
 }
@@ -270,13 +244,12 @@ fn scene_in_the_exchange_document_runs() {
 #[test]
 fn an_exchange_starts_from_the_end_of_a_run() {
     let place = Place::with(FLUID);
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    place.done(&["run", "scene.toml", "--quiet"]);
     place.write(
         "next.toml",
         "start.from = \"runs/scene\"\n[exchange]\ntemperatures = [1.0, 2.5]\ninterval = 0.5\nrate = 1.0\n[run]\nuntil_time = 10.0\n",
     );
-    let output = place.carom(&["exchange", "next.toml", "--quiet"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["exchange", "next.toml", "--quiet"]);
     let (run, summary) = (place.summary("runs/scene"), place.summary("runs/next-exchange"));
     assert_eq!(summary["start"], run["time"]);
     // Hard spheres have no potential energy, so every swap is accepted.

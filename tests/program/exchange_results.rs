@@ -6,7 +6,7 @@ use super::place::{Place, code, errors, words};
 #[test]
 fn an_exchange_has_curves_through_its_temperatures() {
     let place = Place::with(CHAIN);
-    assert_eq!(code(&place.carom(&exchange(&[]))), 0);
+    place.done(&exchange(&[]));
     let (summary, curves) = (place.summary("runs/chain-exchange"), place.read("runs/chain-exchange/curves.csv"));
     assert_eq!(summary["warnings"], serde_json::json!([]));
     let heads =
@@ -29,14 +29,13 @@ fn an_exchange_has_curves_through_its_temperatures() {
 #[test]
 fn temperatures_are_found_for_a_requested_acceptance() {
     let place = Place::with(CHAIN);
-    assert_eq!(code(&place.carom(&exchange(&[]))), 0);
-    let found = place.carom(&["exchange", "runs/chain-exchange", "--temperatures-for", "0.75"]);
-    assert_eq!(code(&found), 0, "{}", errors(&found));
+    place.done(&exchange(&[]));
+    let found = place.done(&["exchange", "runs/chain-exchange", "--temperatures-for", "0.75"]);
     let text = words(&found).trim().to_owned();
     let list = text.strip_prefix("exchange.temperatures=[").unwrap().trim_end_matches(']');
     let temperatures: Vec<f64> = list.split(", ").map(|it| it.parse().unwrap()).collect();
     assert_eq!((temperatures[0], temperatures.last()), (0.35, Some(&1.0)));
-    assert_eq!(code(&place.carom(&exchange(&["--set", &text, "--out", "runs/even"]))), 0);
+    place.done(&exchange(&["--set", &text, "--out", "runs/even"]));
     let neighbours = place.summary("runs/even")["neighbours"].as_array().unwrap().clone();
     let all: Vec<f64> = neighbours.iter().map(|it| it["acceptance"]["mean"].as_f64().unwrap()).collect();
     assert!(all.iter().all(|it| *it > 0.65 && (it - all[0]).abs() < 0.15), "{all:?}");
@@ -52,8 +51,7 @@ fn temperatures_are_found_for_a_requested_acceptance() {
 fn a_multicanonical_exchange_has_means_at_its_temperatures_and_no_swaps() {
     let place = Place::with(CHAIN);
     let ensemble = "exchange.ensemble=\"multicanonical\"";
-    let output = place.carom(&exchange(&["--set", ensemble, "--set", "run.equilibration_time=600"]));
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&exchange(&["--set", ensemble, "--set", "run.equilibration_time=600"]));
     assert!(words(&output).contains("600 samples of each replica in a multicanonical ensemble"), "{}", words(&output));
     let folder = "runs/chain-exchange";
     let summary = place.summary(folder);
@@ -90,8 +88,7 @@ fn a_multicanonical_exchange_has_means_at_its_temperatures_and_no_swaps() {
 fn an_exchange_without_round_trips_is_not_shown_as_sound() {
     let place = Place::with(CHAIN);
     let frozen = exchange(&["--until-time", "60", "--set", "exchange.temperatures=[0.02, 40.0]"]);
-    let output = place.carom(&frozen);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&frozen);
     assert!(words(&output).contains("warning: equilibrium is not shown"), "{}", words(&output));
     let page = place.read("runs/chain-exchange/exchange.html");
     assert!(

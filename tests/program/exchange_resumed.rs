@@ -1,17 +1,14 @@
 //! Exchanges that are killed, interrupted or extended write the same bytes as undisturbed exchanges.
 
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::Duration;
 
 use super::exchange::{exchange, measured_chain};
-use super::place::{Place, code, contents, errors, kill_until_done, line, words};
+use super::place::{Place, code, contents, errors, kill_until_done, line, send_signal, wait_until, words};
 
 fn start(place: &Place, out: &str) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
-    command.args(exchange(&["--jobs", "2", "--checkpoint-every", "0.005", "--out", out]));
-    command.args(["--set", "run.until_time=3000"]);
-    command.current_dir(place.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.spawn().unwrap()
+    let jobs = ["--jobs", "2", "--checkpoint-every", "0.005", "--set", "run.until_time=3000", "--out", out];
+    place.start(&exchange(&jobs))
 }
 
 #[test]
@@ -33,8 +30,7 @@ fn extended_exchange_equals_one_with_the_later_end() {
     let frames = ["--set", "output.frame_interval=75"];
     let with = |more: &[&'static str]| exchange(&[frames.as_slice(), more].concat());
     let done = |arguments: &[&str], attempts: &str| {
-        let output = place.carom(arguments);
-        assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+        let output = place.done(arguments);
         assert!(words(&output).contains(attempts), "{arguments:?}: {}", words(&output));
     };
     done(&with(&["--out", "whole", "--until-time", "900"]), "600 attempts to swap");
@@ -42,9 +38,7 @@ fn extended_exchange_equals_one_with_the_later_end() {
     let folder = place.path().join("parts");
     let short = contents(&folder);
     let refused = |arguments: &[&str], expected: &str| {
-        let output = place.carom(arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
-        assert!(line(&output).contains(expected), "{arguments:?}: {}", line(&output));
+        place.refused(arguments, &[expected]);
         assert!(contents(&folder) == short);
     };
     refused(&["exchange", "parts", "--until-time", "150"], "has measured a time of 300 already");
@@ -69,12 +63,12 @@ fn exchange_killed_during_an_extension_ends_with_identical_bytes() {
     let place = Place::with(&measured_chain());
     let frames = ["--set", "output.frame_interval=75"];
     let whole = exchange(&[frames.as_slice(), &["--out", "whole", "--until-time", "3000"]].concat());
-    assert_eq!(code(&place.carom(&whole)), 0);
+    place.done(&whole);
     let short = exchange(&[frames.as_slice(), &["--out", "parts", "--until-time", "300"]].concat());
-    assert_eq!(code(&place.carom(&short)), 0);
+    place.done(&short);
     let on = || {
         let arguments = ["exchange", "parts", "--until-time", "3000", "--checkpoint-every", "0.005", "--quiet"];
-        place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+        place.start(&arguments)
     };
     let kills = kill_until_done(10, on);
     let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));
@@ -91,21 +85,15 @@ fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
     let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     // The first checkpoint is written after a second.
     let checkpoint = place.path().join("runs/chain-exchange/exchange.csv.partial");
-    for _ in 0..600 {
-        if checkpoint.exists() {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_until(|| checkpoint.exists());
     std::thread::sleep(Duration::from_millis(100));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    send_signal(&child, "-INT");
     let output = child.wait_with_output().unwrap();
     assert_eq!(code(&output), 1, "{}", errors(&output));
     assert!(line(&output).contains("interrupted; the simulated part is kept"), "{}", line(&output));
     assert!(line(&output).contains("or: carom exchange runs/chain-exchange --jobs 2"), "{}", line(&output));
-    let output = place.carom(&["exchange", "runs/chain-exchange", "--jobs", "1"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["exchange", "runs/chain-exchange", "--jobs", "1"]);
     let whole = exchange(&["--set", "run.until_time=12000", "--jobs", "1", "--out", "whole"]);
-    assert_eq!(code(&place.carom(&whole)), 0);
+    place.done(&whole);
     assert!(contents(&place.path().join("whole")) == contents(&place.path().join("runs/chain-exchange")));
 }

@@ -24,8 +24,7 @@ until_time = 20.0
 fn place() -> Place {
     let place = Place::with(SCENE);
     fs::write(place.path().join("start.xyz"), START).unwrap();
-    let output = place.carom(&["run", "scene.toml", "--out", "runs/a"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "scene.toml", "--out", "runs/a"]);
     place
 }
 
@@ -39,7 +38,7 @@ fn changed_input_file_of_a_run_is_detected() {
     let summary = place.summary("runs/a");
     assert!(summary["inputs"][0]["path"].as_str().unwrap().ends_with("start.xyz"));
     assert!(summary["inputs"][0]["checksum"].as_str().unwrap().starts_with("crc32:"));
-    assert_eq!(code(&place.carom(&["verify", "runs/a"])), 0);
+    place.done(&["verify", "runs/a"]);
     let before = place.read("runs/a/thermo.csv");
     fs::write(place.path().join("start.xyz"), START.replace("0.5 0.2", "0.5 0.3")).unwrap();
     for command in [&["verify", "runs/a"][..], &["run", "--resume", "runs/a", "--until-time", "30"]] {
@@ -50,11 +49,10 @@ fn changed_input_file_of_a_run_is_detected() {
     }
     assert_eq!(place.read("runs/a/thermo.csv"), before);
     fs::write(place.path().join("start.xyz"), START).unwrap();
-    assert_eq!(code(&place.carom(&["verify", "runs/a"])), 0);
+    place.done(&["verify", "runs/a"]);
     // The checkpoint contains the state, so a resumed run does not need the start file.
     fs::remove_file(place.path().join("start.xyz")).unwrap();
-    let output = place.carom(&["run", "--resume", "runs/a", "--until-time", "30"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "--resume", "runs/a", "--until-time", "30"]);
 }
 
 #[test]
@@ -115,7 +113,7 @@ temperature = 1.0
 until_events = 500
 "#;
     let place = Place::with(scene);
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "runs/a"])), 0);
+    place.done(&["run", "scene.toml", "--out", "runs/a"]);
     let trajectory = place.read("runs/a/trajectory.xyz");
     let last = trajectory.matches("Lattice=").count() - 1;
     let (head, rest) = scene.split_once("[[chain]]").unwrap();
@@ -123,12 +121,11 @@ until_events = 500
     let head = head.replace("[space]\nsize = [7.0, 7.0, 7.0]\n", "");
     let next = format!("{head}[[file]]\npath = \"runs/a/trajectory.xyz\"\nframe = {last}\n{run}");
     fs::write(place.path().join("next.toml"), next).unwrap();
-    let output = place.carom(&["run", "next.toml", "--out", "runs/b"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "next.toml", "--out", "runs/b"]);
     let bonds = |text: &str| {
         let line = text.lines().nth(1).unwrap().to_owned();
         line[line.find(" bonds=").unwrap()..].to_owned()
     };
     assert_eq!(bonds(&place.read("runs/b/trajectory.xyz")), bonds(&trajectory));
-    assert_eq!(code(&place.carom(&["verify", "runs/b", "--events", "300"])), 0);
+    place.done(&["verify", "runs/b", "--events", "300"]);
 }

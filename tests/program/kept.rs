@@ -7,18 +7,18 @@ use carom::io::{Existing, Folder};
 use carom::model::{Scene, Until};
 use carom::run::{Ending, Progress, Run, run};
 
-use super::place::{FLUID, Place, begun, code, contents, ended, errors, killed, line, when_free, words};
+use super::place::{FLUID, Place, begun, code, contents, ended, errors, killed, line, send_signal, when_free, words};
 
 #[test]
 fn no_command_replaces_anything_unasked() {
     let place = Place::with(FLUID);
     let run = ["run", "scene.toml", "--until-events", "300", "--set", "output.contacts=true"];
-    assert_eq!(code(&place.carom(&run)), 0);
+    place.done(&run);
     for command in ["report", "render"] {
-        assert_eq!(code(&place.carom(&[command, "runs/scene"])), 0);
+        place.done(&[command, "runs/scene"]);
         assert_eq!(code(&place.carom(&[command, "runs/scene"])), 0, "the same bytes are no replacement");
     }
-    assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", "csv"])), 0);
+    place.done(&["convert", "runs/scene", "--to", "csv"]);
     fs::write(place.path().join("thesis.tex"), "years of work").unwrap();
     fs::write(place.path().join("runs/scene/notes.txt"), "my notes").unwrap();
     let before = contents(place.path());
@@ -40,9 +40,9 @@ fn no_command_replaces_anything_unasked() {
         }
         assert!(contents(place.path()) == before, "{arguments:?} changed something");
     }
-    assert_eq!(code(&place.carom(&["report", "runs/scene", "--out", "thesis.tex", "--force"])), 0);
+    place.done(&["report", "runs/scene", "--out", "thesis.tex", "--force"]);
     assert!(place.read("thesis.tex").contains("</html>"));
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-events", "200"])), 0);
+    place.done(&["run", "scene.toml", "--force", "--until-events", "200"]);
     let mut names: Vec<String> = contents(&place.path().join("runs/scene")).into_keys().collect();
     names.sort();
     // The new run has removed all derived files of the replaced run.
@@ -61,9 +61,7 @@ fn a_summary_does_not_make_a_folder_a_run() {
     }
     let before = contents(&mine);
     for force in [&[][..], &["--force"]] {
-        let output = place.carom(&[&["run", "scene.toml", "--out", "mine"], force].concat());
-        assert_eq!(code(&output), 2, "{}", errors(&output));
-        assert!(line(&output).contains("not a run of carom"), "{}", errors(&output));
+        place.refused(&[&["run", "scene.toml", "--out", "mine"], force].concat(), &["not a run of carom"]);
         assert!(contents(&mine) == before);
     }
     assert_eq!(code(&place.carom(&["run", "--resume", "mine"])), 2);
@@ -75,7 +73,7 @@ fn a_summary_does_not_make_a_folder_a_run() {
 fn run_is_unchanged_until_its_replacement_is_complete() {
     let place = Place::with(FLUID);
     let folder = place.path().join("runs/scene");
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "7", "--set", "output.events=true"])), 0);
+    place.done(&["run", "scene.toml", "--seed", "7", "--set", "output.events=true"]);
     fs::write(folder.join("notes.txt"), "my notes").unwrap();
     let before = contents(&folder);
     let is_as_before = || {
@@ -115,12 +113,10 @@ fn an_interrupted_run_is_protected_like_a_killed_one() {
     let place = Place::with(FLUID);
     for signal in ["-TERM", "-KILL"] {
         let mut child = begun(&place, &[]);
-        let _ = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
+        send_signal(&child, signal);
         child.wait().unwrap();
         let before = contents(&place.path().join("runs/scene"));
-        let output = place.carom(&["run", "scene.toml"]);
-        assert_eq!(code(&output), 2, "{signal}: {}", errors(&output));
-        assert!(errors(&output).contains("--resume") && errors(&output).contains("--out"), "{}", errors(&output));
+        place.refused(&["run", "scene.toml"], &["--resume", "--out"]);
         assert!(contents(&place.path().join("runs/scene")) == before, "{signal}");
         fs::remove_dir_all(place.path().join("runs")).unwrap();
     }
@@ -131,8 +127,7 @@ fn an_interrupted_run_is_protected_like_a_killed_one() {
 fn interrupted_run_prints_a_resume_command_with_all_options() {
     let place = Place::with(FLUID);
     let child = begun(&place, &["--threads", "1"]);
-    let interrupt = |id: u32| std::process::Command::new("kill").args(["-INT", &id.to_string()]).status().unwrap();
-    assert!(interrupt(child.id()).success());
+    send_signal(&child, "-INT");
     let output = child.wait_with_output().unwrap();
     let again = "carom run --resume runs/scene --threads 1 --checkpoint-every 0.01 --quiet continues it";
     assert_eq!(code(&output), 1, "{}", errors(&output));
@@ -145,9 +140,7 @@ fn two_runs_in_one_folder_exclude_each_other() {
     let child = begun(&place, &[]);
     for arguments in [&["run", "scene.toml"][..], &["run", "scene.toml", "--force"], &["run", "--resume", "runs/scene"]]
     {
-        let output = place.carom(arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
-        assert!(line(&output).contains("another run writes to runs/scene"), "{arguments:?}: {}", errors(&output));
+        place.refused(arguments, &["another run writes to runs/scene"]);
     }
     killed(child);
     assert_eq!(code(&ended(&place, "runs/scene")), 0);
@@ -157,7 +150,7 @@ fn two_runs_in_one_folder_exclude_each_other() {
 fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
     let place = Place::with(FLUID);
     let folder = place.path().join("runs/scene");
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    place.done(&["run", "scene.toml", "--quiet"]);
     let files = ["scene.toml", "thermo.csv", "trajectory.xyz", "report.txt", "summary.json"];
     let whole = files.map(|name| place.read(&format!("runs/scene/{name}")));
     // A run renames its finished files in this order. Here it was killed after renaming some files.
@@ -165,9 +158,7 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
         for name in &files[done..] {
             fs::rename(folder.join(name), folder.join(format!("{name}.partial"))).unwrap();
         }
-        let output = place.carom(&["run", "scene.toml", "--quiet"]);
-        assert_eq!(code(&output), 2, "{done}: {}", errors(&output));
-        assert!(errors(&output).contains("--resume"), "{done}: {}", errors(&output));
+        place.refused(&["run", "scene.toml", "--quiet"], &["--resume"]);
         let output = place.carom(&["run", "--resume", "runs/scene", "--quiet"]);
         assert_eq!(code(&output), 0, "{done}: {}", errors(&output));
         for (name, text) in files[..3].iter().zip(&whole) {
@@ -180,16 +171,13 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
 fn run_requires_force_before_filling_the_disk() {
     let interval = ["scene.toml", "--set", "output.thermo_interval=1e-3"];
     let place = Place::with(&FLUID.replace("until_events = 4000", "until_time = 1e10"));
-    let output = place.carom(&[&["run"], &interval[..]].concat());
-    assert_eq!(code(&output), 2, "{}", errors(&output));
-    assert!(line(&output).contains("TB") && errors(&output).contains("--force"), "{}", errors(&output));
+    place.refused(&[&["run"], &interval[..]].concat(), &["TB", "--force"]);
     assert!(!place.path().join("runs").exists());
     let text = words(&place.carom(&[&["check"], &interval[..]].concat()));
     assert!(text.contains("requires --force"), "{text}");
     let place = Place::with(FLUID);
     let both = [&interval[..], &["--set", "run.until_time=1e10"]].concat();
-    let output = place.carom(&[&["run"], &both[..]].concat());
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&[&["run"], &both[..]].concat());
     let text = words(&place.carom(&[&["check"], &both[..]].concat()));
     assert!(text.contains("rows and") && text.contains("of memory") && text.contains("4500 events"), "{text}");
     assert!(!text.contains("--force"), "{text}");

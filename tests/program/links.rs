@@ -21,9 +21,7 @@ fn replaced(path: &Path, put: impl FnOnce(&Path)) {
 
 fn refused(place: &Place, arguments: &[&str], name: &str) {
     let before = contents(place.path());
-    let output = place.carom(arguments);
-    assert_eq!(code(&output), 2, "{arguments:?}, {name}: {}", errors(&output));
-    assert!(line(&output).contains(name) && line(&output).contains("expected"), "{arguments:?}: {}", errors(&output));
+    place.refused(arguments, &[name, "expected"]);
     assert!(contents(place.path()) == before, "{arguments:?}, {name}: something was changed");
 }
 
@@ -31,7 +29,7 @@ fn refused(place: &Place, arguments: &[&str], name: &str) {
 fn each(scene: &str, command: &[&str], names: &[&str], then: impl Fn(&Place, &str)) {
     let place = Place::with(scene);
     place.write("thesis.tex", WORK);
-    assert_eq!(code(&place.carom(command)), 0);
+    place.done(command);
     for name in names {
         let copy = Place::with(scene);
         let status = Command::new("cp").arg("-r").arg(place.path().join(".")).arg(copy.path()).status().unwrap();
@@ -118,8 +116,7 @@ fn hard_links_of_partial_files_are_not_written_through() {
         fs::hard_link(&thesis, place.path().join("runs/scene").join(name)).unwrap();
         run(place, &["--resume", "runs/scene", "--until-events", "4100"]);
         fs::hard_link(&thesis, place.path().join("out.csv.partial")).unwrap();
-        let output = place.carom(&["convert", "runs/scene", "--to", "csv", "--out", "out.csv", "--force"]);
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&["convert", "runs/scene", "--to", "csv", "--out", "out.csv", "--force"]);
     });
 }
 

@@ -31,7 +31,7 @@ fn was_ended_by_the_c_library(output: &Output) -> bool {
 #[test]
 fn a_run_without_memory_says_so_and_can_be_resumed() {
     let place = Place::with(&FLUID.replace("count = 108", "count = 13500"));
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    place.done(&["run", "scene.toml", "--quiet"]);
     let before = place.read("runs/scene/thermo.csv");
     let least = least_room(&place);
     let mut room = 2 * least + (1 << 15);
@@ -62,7 +62,7 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
 fn peak(count: u32, instruments: &str) -> f64 {
     let scene = FLUID.replace("count = 108", &format!("count = {count}")).replace("= 0.3", "= 0.49");
     let place = Place::with(&format!("{scene}{instruments}"));
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    place.done(&["run", "scene.toml", "--quiet"]);
     let summary: serde_json::Value = serde_json::from_str(&place.read("runs/scene/summary.json")).unwrap();
     summary["speed"]["peak_memory_bytes"].as_f64().unwrap()
 }

@@ -1,6 +1,6 @@
 //! How `carom check` and `carom run` describe moving surfaces and changing gravity.
 
-use super::place::{Place, code, errors, words};
+use super::place::{Place, code, line, words};
 
 const SHAKER: &str = r#"
 [space]
@@ -51,8 +51,7 @@ at = 2.5
 #[test]
 fn check_describes_motions_and_run_reports_measurements() {
     let place = Place::with(SHAKER);
-    let output = place.carom(&["check", "scene.toml"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["check", "scene.toml"]);
     let text = words(&output);
     for told in [
         "moves with velocity (0, 0, 0) and acceleration (0, 0, 0.1) from t = 0 to 1",
@@ -62,8 +61,7 @@ fn check_describes_motions_and_run_reports_measurements() {
     ] {
         assert!(text.contains(told), "no `{told}` in {text}");
     }
-    let output = place.carom(&["run", "scene.toml"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["run", "scene.toml"]);
     let text = words(&output);
     assert!(text.contains("results of instruments\nParticles that passed top"), "{text}");
     assert!(text.contains("energy supplied") && text.contains("sound"), "{text}");
@@ -172,7 +170,7 @@ until_time = 20.0
 "#;
     let place = Place::with(scene);
     let output = place.carom(&["run", "scene.toml", "-q"]);
-    let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
+    let told = line(&output);
     assert_eq!(code(&output), 1, "{told}");
     assert!(told.contains("dynamical arrest at time 8.9") || told.contains("dynamical arrest at time 9"), "{told}");
     assert!(told.contains("surface `piston`"), "{told}");

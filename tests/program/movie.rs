@@ -4,16 +4,14 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
-use super::place::{FLUID, Place, code, contents, errors, line, words};
+use super::place::{FLUID, Place, code, contents, errors, line, send_signal, wait_until, words};
 
 fn place(frames: usize) -> Place {
     let scene = FLUID.replace("equilibration_events = 500\n", "");
     let place = Place::with(&format!("{scene}[output]\nframe_interval = 0.02\n"));
     let until = format!("{}", 0.02 * (frames as f64 - 0.5));
-    let output = place.carom(&["run", "scene.toml", "-q", "--until-time", &until]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "scene.toml", "-q", "--until-time", &until]);
     place
 }
 
@@ -76,8 +74,7 @@ fn frames_speed_turn_and_colours_are_chosen() {
     let chosen =
         ["movie", "runs/scene/trajectory.xyz", "--size", "80x60", "-q", "--turn", "-45.5", "--colour", "speed"];
     let chosen = [&chosen[..], &["--frames", "2..7", "--every", "2", "--fps", "30", "--out", "film.GIF"]].concat();
-    let output = place.carom(&chosen);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&chosen);
     let (_, _, frames) = gif_frames(&place.path().join("film.GIF"));
     assert_eq!(frames.iter().map(|(_, delay)| *delay).collect::<Vec<_>>(), [3, 4, 3]);
     let film = fs::read(place.path().join("film.GIF")).unwrap();
@@ -121,8 +118,7 @@ fn no_movie_replaces_anything_unasked_or_a_file_of_the_run() {
         assert!(line(&output).contains(expected), "{arguments:?}: {}", errors(&output));
         assert!(contents(place.path()) == before, "{arguments:?} changed something");
     }
-    let output = place.carom(&["movie", "runs/scene", "--out", "mine.gif", "--force", "--size", "32x32", "-q"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["movie", "runs/scene", "--out", "mine.gif", "--force", "--size", "32x32", "-q"]);
     assert_eq!(gif_frames(&place.path().join("mine.gif")).2.len(), frames_of(&place));
 }
 
@@ -132,8 +128,7 @@ fn an_mp4_has_all_frames_where_ffmpeg_is() {
         return;
     }
     let place = place(5);
-    let output = place.carom(&["movie", "runs/scene", "--out", "film.mp4", "--size", "96x64", "-q"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["movie", "runs/scene", "--out", "film.mp4", "--size", "96x64", "-q"]);
     let decoded = Command::new("ffmpeg")
         .args(["-v", "error", "-i", "film.mp4", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"])
         .current_dir(place.path())
@@ -205,15 +200,8 @@ fn ctrl_c_leaves_nothing_of_a_movie() {
     for name in names {
         let arguments = ["movie", "runs/scene", "--out", name, "--size", "1600x1200"];
         let child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let is_begun = || fs::read_dir(place.path()).unwrap().count() > 2;
-        for _ in 0..1200 {
-            if is_begun() {
-                break;
-            }
-            std::thread::sleep(Duration::from_millis(25));
-        }
-        assert!(is_begun(), "{name}");
-        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        assert!(wait_until(|| fs::read_dir(place.path()).unwrap().count() > 2), "{name}");
+        send_signal(&child, "-INT");
         let output = child.wait_with_output().unwrap();
         assert_eq!(code(&output), 1, "{name}: {}", errors(&output));
         assert!(line(&output).contains("interrupted"), "{}", errors(&output));
@@ -240,15 +228,9 @@ fn ctrl_c_ends_a_movie_whose_ffmpeg_hangs() {
     let arguments = ["movie", "runs/scene", "--out", "film.mp4", "--size", "640x480", "-q"];
     let mut command = place.command(&arguments);
     let mut child = command.env("PATH", tools.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let wait_until = |is_so: &mut dyn FnMut() -> bool| {
-        (0..2400).any(|_| {
-            std::thread::sleep(Duration::from_millis(25));
-            is_so()
-        })
-    };
-    assert!(wait_until(&mut || begun.exists()));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let has_ended = wait_until(&mut || child.try_wait().unwrap().is_some());
+    assert!(wait_until(|| begun.exists()));
+    send_signal(&child, "-INT");
+    let has_ended = wait_until(|| child.try_wait().unwrap().is_some());
     let _ = child.kill();
     let output = child.wait_with_output().unwrap();
     assert!(has_ended && line(&output).contains("interrupted"), "{}", errors(&output));

@@ -80,6 +80,29 @@ impl Place {
         self.command(arguments).output().unwrap()
     }
 
+    /// Starts the program without its output.
+    pub fn start(&self, arguments: &[&str]) -> Child {
+        let mut command = self.command(arguments);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    }
+
+    /// Runs the program and asserts that it succeeds.
+    #[track_caller]
+    pub fn done(&self, arguments: &[&str]) -> Output {
+        let output = self.carom(arguments);
+        assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+        output
+    }
+
+    /// Runs the program and asserts that it rejects its input with a message that contains each expected text.
+    #[track_caller]
+    pub fn refused(&self, arguments: &[&str], expected: &[&str]) {
+        let output = self.carom(arguments);
+        let message = line(&output);
+        assert_eq!(code(&output), 2, "{arguments:?}: {message}");
+        expected.iter().for_each(|text| assert!(message.contains(text), "{arguments:?} lacks `{text}`: {message}"));
+    }
+
     pub fn write(&self, file: &str, text: &str) {
         fs::write(self.path().join(file), text).unwrap();
     }
@@ -108,8 +131,7 @@ impl Place {
 }
 
 pub fn run(place: &Place, arguments: &[&str]) {
-    let output = place.carom(&[&["run", "-q"], arguments].concat());
-    assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+    place.done(&[&["run", "-q"], arguments].concat());
 }
 
 /// Starts and kills a program until it finishes before the kill. Returns the number of kills. After `patience` kills,
@@ -171,13 +193,20 @@ pub fn begun(place: &Place, more: &[&str]) -> Child {
     arguments.extend(["--set", "output.thermo_interval=10.0"]);
     arguments.extend(more);
     let child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    for _ in 0..600 {
-        if std::fs::read(&checkpoint).is_ok_and(|now| Some(&now) != before.as_ref()) {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
+    wait_until(|| std::fs::read(&checkpoint).is_ok_and(|now| Some(&now) != before.as_ref()));
     child
+}
+
+pub fn send_signal(child: &Child, name: &str) {
+    assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
+}
+
+/// Waits for a condition, at most for about five minutes. Returns whether it is true.
+pub fn wait_until(mut is_true: impl FnMut() -> bool) -> bool {
+    (0..60_000).any(|_| {
+        std::thread::sleep(Duration::from_millis(5));
+        is_true()
+    })
 }
 
 pub fn killed(mut child: Child) {

@@ -3,13 +3,12 @@
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::process::Command;
 
 use carom::io::{Existing, Folder};
 use carom::model::Scene;
 use carom::run::{Run, run};
 
-use super::place::{COLLAPSE, FLUID, Place, begun, code, contents, ended, errors, line, when_free, words};
+use super::place::{COLLAPSE, FLUID, Place, begun, code, contents, ended, errors, line, send_signal, when_free, words};
 
 fn is_as_before(before: &std::collections::BTreeMap<String, Vec<u8>>, folder: &Path) -> bool {
     let now = contents(folder);
@@ -21,12 +20,12 @@ fn is_as_before(before: &std::collections::BTreeMap<String, Vec<u8>>, folder: &P
 fn an_interrupted_run_replaces_nothing_until_it_is_finished() {
     let place = Place::with(FLUID);
     let folder = place.path().join("runs/scene");
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "7"])), 0);
+    place.done(&["run", "scene.toml", "--seed", "7"]);
     let before = contents(&folder);
     // The second run discards the replacement of the first run.
     for _ in 0..2 {
         let child = begun(&place, &["--force"]);
-        let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        send_signal(&child, "-INT");
         let output = child.wait_with_output().unwrap();
         assert_eq!(code(&output), 1, "{}", errors(&output));
         assert!(is_as_before(&before, &folder), "{}", errors(&output));
@@ -52,7 +51,7 @@ fn an_interrupted_run_replaces_nothing_until_it_is_finished() {
 fn failed_run_does_not_replace_a_successful_one() {
     let place = Place::with(COLLAPSE);
     let folder = place.path().join("runs/scene");
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-time", "1"])), 0);
+    place.done(&["run", "scene.toml", "--until-time", "1"]);
     let before = contents(&folder);
     for _ in 0..3 {
         let output = place.carom(&["run", "scene.toml", "--force"]);
@@ -62,19 +61,19 @@ fn failed_run_does_not_replace_a_successful_one() {
         assert!(!folder.join("replacement/replacement").exists());
     }
     assert!(place.read("runs/scene/replacement/report.txt").contains("FAILED"));
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-time", "2"])), 0);
+    place.done(&["run", "scene.toml", "--force", "--until-time", "2"]);
     assert_eq!(place.summary("runs/scene")["time"], 2.0);
     assert!(!folder.join("replacement").exists());
 
     let place = Place::with(FLUID);
     let folder = place.path().join("runs/scene");
-    assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
+    place.done(&["run", "scene.toml"]);
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "audit.overlap=1e-17"]);
     assert!(code(&output) == 1 && is_as_before(&before, &folder), "{}", errors(&output));
     fs::rename(folder.join("replacement"), place.path().join("elsewhere")).unwrap();
     assert_eq!(place.summary("elsewhere")["faults"].as_array().unwrap().len(), 1);
-    assert_eq!(code(&place.carom(&["run", "--resume", "runs/scene", "--until-events", "4100"])), 0);
+    place.done(&["run", "--resume", "runs/scene", "--until-events", "4100"]);
     assert_eq!(place.summary("runs/scene")["events"]["total"], 4100);
 }
 
@@ -85,10 +84,10 @@ fn no_file_of_a_replaced_run_stays_in_a_converted_folder() {
     let fluid = FLUID.replace("4000", "60").replace("500", "10");
     let place = Place::with(&format!("{fluid}{large}"));
     fs::write(place.path().join("small.toml"), format!("{fluid}{small}").replace("108", "32")).unwrap();
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "replaced"])), 0);
+    place.done(&["run", "scene.toml", "--out", "replaced"]);
     assert!(place.path().join("replaced/trajectory-npy/q6.npy").exists());
-    assert_eq!(code(&place.carom(&["run", "small.toml", "--out", "replaced", "--force"])), 0);
-    assert_eq!(code(&place.carom(&["run", "small.toml", "--out", "new"])), 0);
+    place.done(&["run", "small.toml", "--out", "replaced", "--force"]);
+    place.done(&["run", "small.toml", "--out", "new"]);
     for name in ["trajectory-npy", "trajectory-vtk"] {
         let [replaced, new] = ["replaced", "new"].map(|run| contents(&place.path().join(run).join(name)));
         assert_eq!(replaced.keys().collect::<Vec<_>>(), new.keys().collect::<Vec<_>>(), "{name}");
@@ -101,24 +100,19 @@ fn foreign_replacement_folder_is_rejected_and_left_unchanged() {
     let place = Place::with(FLUID);
     let folder = place.path().join("runs/scene");
     for (seed, out) in [("1", "runs/scene"), ("2", "other")] {
-        assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", seed, "--out", out])), 0);
+        place.done(&["run", "scene.toml", "--seed", seed, "--out", out]);
     }
     for inside in ["runs/scene/replacement", "runs/scene/a/b"] {
-        let output = place.carom(&["run", "scene.toml", "--out", inside]);
-        assert_eq!(code(&output), 2, "{}", errors(&output));
-        assert!(line(&output).contains("the folder of a run"), "{}", errors(&output));
+        place.refused(&["run", "scene.toml", "--out", inside], &["the folder of a run"]);
         assert!(!place.path().join(inside).exists());
     }
     fs::rename(place.path().join("other"), folder.join("replacement")).unwrap();
     let before = contents(&folder);
     for (force, cure) in [(&[][..], "--force"), (&["--force"], "runs/scene/replacement")] {
-        let output = place.carom(&[&["run", "scene.toml"], force].concat());
-        assert_eq!(code(&output), 2, "{}", errors(&output));
-        assert!(line(&output).contains(cure), "{}", errors(&output));
+        place.refused(&[&["run", "scene.toml"], force].concat(), &[cure]);
         assert!(contents(&folder) == before, "{force:?}");
     }
-    let output = place.carom(&["run", "--resume", "runs/scene", "--until-events", "4100"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "--resume", "runs/scene", "--until-events", "4100"]);
     assert_eq!(place.summary("runs/scene")["seed"], 1);
     assert_eq!(place.summary("runs/scene/replacement")["events"]["total"], 4000);
 }
@@ -127,16 +121,15 @@ fn foreign_replacement_folder_is_rejected_and_left_unchanged() {
 fn conversions_of_a_run_are_replaced_with_it() {
     let place = Place::with(FLUID);
     let folder = place.path().join("runs/scene");
-    assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
+    place.done(&["run", "scene.toml"]);
     let all = ["lammps", "gsd", "vtk", "npy", "csv", "xyz"];
     for format in all {
-        assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", format])), 0);
+        place.done(&["convert", "runs/scene", "--to", format]);
     }
-    assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", "csv", "--out", "runs/scene/mine.csv"])), 0);
+    place.done(&["convert", "runs/scene", "--to", "csv", "--out", "runs/scene/mine.csv"]);
     let gsd = ["run", "scene.toml", "--force", "--seed", "2", "--set", "output.formats=[\"gsd\"]"];
-    let output = place.carom(&gsd);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
-    assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", "gsd", "--out", "new.gsd"])), 0);
+    place.done(&gsd);
+    place.done(&["convert", "runs/scene", "--to", "gsd", "--out", "new.gsd"]);
     let mut now = contents(&folder);
     // Whether this file exists depends on timing.
     now.remove("checkpoint.previous");
@@ -154,15 +147,13 @@ fn conversions_of_a_run_are_replaced_with_it() {
 fn users_file_in_a_converted_folder_is_reported_before_the_run() {
     let place = Place::with(&format!("{FLUID}[output]\nformats = [\"npy\"]\n"));
     let folder = place.path().join("runs/scene");
-    assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
+    place.done(&["run", "scene.toml"]);
     fs::write(folder.join("trajectory-npy/notes.txt"), "mine").unwrap();
     let before = contents(&folder);
     for arguments in
         [&["run", "scene.toml", "--force"][..], &["run", "--resume", "runs/scene", "--until-events", "4100"]]
     {
-        let output = place.carom(arguments);
-        assert_eq!(code(&output), 2, "{}", errors(&output));
-        assert!(line(&output).contains("notes.txt"), "{}", errors(&output));
+        place.refused(arguments, &["notes.txt"]);
         assert!(contents(&folder) == before, "{arguments:?}");
     }
 }
@@ -196,18 +187,15 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
 fn end_that_has_passed_is_rejected_without_changes() {
     let place = Place::with(FLUID);
     let scene = ["run", "scene.toml", "--until-time", "2", "--set", "run.equilibration_events=100"];
-    assert_eq!(code(&place.carom(&scene)), 0);
+    place.done(&scene);
     let folder = place.path().join("runs/scene");
     let before = contents(&folder);
     for end in [["--until-time", "1.5"], ["--until-events", "5"]] {
-        let output = place.carom(&[&["run", "--resume", "runs/scene"], &end[..]].concat());
-        assert_eq!(code(&output), 2, "{}", errors(&output));
-        assert!(line(&output).contains("expected a later end than"), "{}", errors(&output));
+        place.refused(&[&["run", "--resume", "runs/scene"], &end[..]].concat(), &["expected a later end than"]);
         assert!(contents(&folder) == before, "{end:?}");
     }
     for end in ["2", "2.5"] {
-        let output = place.carom(&["run", "--resume", "runs/scene", "--until-time", end]);
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&["run", "--resume", "runs/scene", "--until-time", end]);
         assert!(place.read("runs/scene/scene.toml").contains(&format!("until_time = {end}")));
     }
 }
@@ -216,10 +204,10 @@ fn end_that_has_passed_is_rejected_without_changes() {
 #[test]
 fn link_to_a_run_folder_counts_as_the_folder() {
     let place = Place::with(FLUID);
-    assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
+    place.done(&["run", "scene.toml"]);
     std::os::unix::fs::symlink("runs/scene", place.path().join("link")).unwrap();
     let output = place.carom(&["run", "scene.toml", "--out", "link/new"]);
     assert!(code(&output) == 2 && line(&output).contains("the folder of a run"), "{}", errors(&output));
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "link", "--force", "--seed", "2"])), 0);
+    place.done(&["run", "scene.toml", "--out", "link", "--force", "--seed", "2"]);
     assert_eq!(place.summary("runs/scene")["seed"], 2);
 }

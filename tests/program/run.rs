@@ -7,8 +7,7 @@ use super::place::{COLLAPSE, FLUID, Place, code, errors, keys, sorted, words};
 #[test]
 fn a_run_leaves_its_files_and_a_table() {
     let place = Place::with(FLUID);
-    let output = place.carom(&["run", "scene.toml"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["run", "scene.toml"]);
     assert!(words(&output).contains("compressibility factor"), "{}", words(&output));
     assert!(words(&output).contains("one hard-sphere species"));
     let files = fs::read_dir(place.path().join("runs/scene")).unwrap();
@@ -37,7 +36,7 @@ fn a_run_leaves_its_files_and_a_table() {
 #[test]
 fn summary_has_exactly_the_agreed_keys() {
     let place = Place::with(FLUID);
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "9"])), 0);
+    place.done(&["run", "scene.toml", "--seed", "9"]);
     let summary = place.summary("runs/scene");
     let top = "version scene seed inputs engine particles diameter_factor time ending measured system events energy momentum overlap faults equilibrated observables published columns rates speed";
     assert_eq!(keys(&summary), sorted(top.split(' ').collect()));
@@ -73,8 +72,7 @@ fn summary_has_exactly_the_agreed_keys() {
 fn run_depends_on_its_scene_and_not_on_its_output_rows() {
     let place = Place::with(FLUID);
     for (folder, more) in [("a", "seed=1"), ("b", "seed=1"), ("c", "output.thermo_interval=0.001"), ("d", "seed=2")] {
-        let output = place.carom(&["run", "scene.toml", "--out", folder, "--set", more]);
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&["run", "scene.toml", "--out", folder, "--set", more]);
     }
     let last_frame = |folder: &str| {
         let text = place.read(&format!("{folder}/trajectory.xyz"));
@@ -101,8 +99,7 @@ fn runs_limited_by_events_write_rows_and_frames_from_the_start() {
         ("frames", vec!["--set", "output.frame_interval=0.1"]),
         ("measured", vec!["--set", "output.frame_interval=0.1", "--set", "measure.pressure_tensor=true"]),
     ] {
-        let output = place.carom(&[&ahead[..], &["--out", folder], &more[..]].concat());
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&[&ahead[..], &["--out", folder], &more[..]].concat());
         let times = times_of(folder);
         assert!(times.len() > 3_000, "{}", times.len());
         for (k, time) in times[..times.len() - 1].iter().enumerate() {
@@ -127,8 +124,7 @@ fn rows_start_with_the_first_stage_and_name_their_stage() {
     let stage = "[[stage]]\nname = \"first warm\"\nuntil_time = 1.0\n\
         thermostat = { kind = \"andersen\", temperature = 2.0, rate = 1.0 }\n";
     let place = Place::with(&format!("{FLUID}\n{stage}"));
-    let output = place.carom(&["run", "scene.toml", "--set", "output.thermo_interval=0.25"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "scene.toml", "--set", "output.thermo_interval=0.25"]);
     let thermo = place.read("runs/scene/thermo.csv");
     assert!(thermo.lines().next().unwrap().ends_with(",stage"), "{thermo}");
     let lines: Vec<&str> = thermo.lines().skip(1).collect();
@@ -181,8 +177,7 @@ fn conserved_temperature_is_constant_with_zero_error() {
         let set = format!("output.thermo_interval={interval}");
         let arguments =
             ["run", "scene.toml", "-q", "--seed", seed, "--out", seed, "--until-events", "2000", "--set", &set];
-        let output = place.carom(&arguments);
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        let output = place.done(&arguments);
         let temperature = &place.summary(seed)["observables"]["temperature"];
         assert_eq!(temperature["stationarity"]["verdict"], "constant", "{temperature}");
         assert_eq!(temperature["standard_error"].as_f64(), Some(0.0), "{temperature}");
@@ -211,20 +206,17 @@ fn integers_may_have_an_exponent_or_a_point_in_scene_files() {
     for (out, set) in
         [("typed", vec![]), ("plain", [&set[..], &more].concat()), ("set", vec!["--set", "run.until_events=4.0e3"])]
     {
-        let output = place.carom(&[&["run", "scene.toml", "-q", "--out", out], &set[..]].concat());
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&[&["run", "scene.toml", "-q", "--out", out], &set[..]].concat());
         assert!(place.read(&format!("{out}/trajectory.xyz")) == place.read("typed/trajectory.xyz"), "{out}");
     }
-    let output = place.carom(&["run", "typed/scene.toml", "-q", "--out", "again"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "typed/scene.toml", "-q", "--out", "again"]);
 }
 
 #[test]
 fn results_without_events_are_marked() {
     let thin = FLUID.replace("count = 108", "count = 4").replace("0.3", "1e-9");
     let place = Place::with(&thin.replace("equilibration_events = 500\nuntil_events = 4000", "until_time = 1.0"));
-    let output = place.carom(&["run", "scene.toml", "-q"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["run", "scene.toml", "-q"]);
     let text = words(&output);
     for (name, value) in [("compressibility factor", "1 (no event) [1]"), ("temperature", "1 (conserved) [energy]")] {
         let line = text.lines().find(|line| line.starts_with(name)).unwrap();
@@ -239,8 +231,7 @@ fn automatic_equilibration_does_not_depend_on_the_output() {
         let dense = "fill.0.packing_fraction=0.49";
         let arguments =
             ["run", "scene.toml", "--out", folder, "--set", more, "--set", dense, "--set", "fill.0.count=500"];
-        let output = place.carom(&arguments);
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&arguments);
         let measured = place.measured(folder);
         let line = measured.lines().nth(1).unwrap();
         let cells: Vec<&str> = line.split(',').take(4).collect();
@@ -257,12 +248,11 @@ fn automatic_equilibration_does_not_depend_on_the_output() {
 #[test]
 fn limits_on_the_command_line_replace_those_of_the_scene() {
     let place = Place::with(FLUID);
-    let output = place.carom(&["run", "scene.toml", "--until-events", "1e3", "--out", "events"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["run", "scene.toml", "--until-events", "1e3", "--out", "events"]);
     assert_eq!(place.summary("events")["events"]["total"], 1000);
     let arguments =
         ["run", "scene.toml", "--until-time", "0.5", "--set", "run.equilibration_events=1", "--out", "time"];
-    assert_eq!(code(&place.carom(&arguments)), 0);
+    place.done(&arguments);
     let thermo = place.measured("time");
     assert_eq!(thermo.lines().count(), 1 + 201, "rows at both ends and between them");
 }
@@ -321,9 +311,9 @@ fn a_folder_is_only_replaced_if_it_is_a_run() {
     assert_eq!(place.read("scene.toml"), FLUID);
 
     fs::create_dir(place.path().join("empty")).unwrap();
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "empty", "--set", "output.contacts=true"])), 0);
+    place.done(&["run", "scene.toml", "--out", "empty", "--set", "output.contacts=true"]);
     assert!(place.path().join("empty/contacts.csv").exists());
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "empty", "--seed", "2", "--force"])), 0);
+    place.done(&["run", "scene.toml", "--out", "empty", "--seed", "2", "--force"]);
     assert!(!place.path().join("empty/contacts.csv").exists(), "a file of the earlier run");
     assert_eq!(place.summary("empty")["seed"], 2);
 }
@@ -331,7 +321,7 @@ fn a_folder_is_only_replaced_if_it_is_a_run() {
 #[test]
 fn contacts_lists_every_physical_event() {
     let place = Place::with(FLUID);
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--set", "output.contacts=true"])), 0);
+    place.done(&["run", "scene.toml", "--set", "output.contacts=true"]);
     let contacts = place.read("runs/scene/contacts.csv");
     assert_eq!(contacts.lines().count(), 1 + 4000);
     assert!(contacts.lines().skip(1).all(|line| line.split(',').count() == 7 && line.contains(",core,")));
@@ -346,8 +336,7 @@ fn counting_regions_and_heights_are_columns() {
         format!("{COLLAPSE}\n[[output.count]]\nname = \"floor\"\nlower = [0.0, 0.0, 0.0]\nupper = [4.0, 4.0, 1.0]\n");
     let place = Place::with(&counting);
     let arguments = ["run", "scene.toml", "--set", "space.z.restitution=1.0", "--until-time", "2"];
-    let output = place.carom(&arguments);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&arguments);
     let thermo = place.measured("runs/scene");
     assert!(thermo.starts_with("time,events,kinetic,potential"), "{thermo}");
     assert!(thermo.lines().next().unwrap().ends_with("height,in_floor,stage"), "{thermo}");

@@ -135,7 +135,7 @@ fn next_run_continues_from_the_last_event() {
     // Gravity needs another engine. The run starts with a pair in contact.
     started(&place, "fall", &format!("[dynamics]\ngravity = [0.3, 0.0, 0.0]\n{}", plan(500)));
     run(&place, &["fall.toml", "--from", "runs/1", "--out", "runs/fall"]);
-    assert_eq!(code(&place.carom(&["verify", "runs/fall"])), 0);
+    place.done(&["verify", "runs/fall"]);
 }
 
 #[test]
@@ -197,8 +197,7 @@ fn changes_of_the_scene_apply_to_the_exact_final_state() {
         frame.lines().filter(|line| line.starts_with('A')).map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(images("runs/a", false), images("runs/b", true));
-    let output = place.carom(&["verify", "runs/b", "--events", "2000"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["verify", "runs/b", "--events", "2000"]);
     assert!(words(&output).contains("from the end of the run in [start]"), "{}", words(&output));
     let output = place.carom(&["check", "deeper.toml", "--from", "runs/a"]);
     assert!(
@@ -208,8 +207,7 @@ fn changes_of_the_scene_apply_to_the_exact_final_state() {
     );
     started(&place, "next", &run_until("0.5"));
     run(&place, &["next.toml", "--from", "runs/b", "--out", "runs/c"]);
-    let output = place.carom(&["verify", "runs/c", "--events", "1e6"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["verify", "runs/c", "--events", "1e6"]);
     assert!(words(&output).contains("number of events and final time agree with summary.json"), "{}", words(&output));
     run(&place, &["runs/c/scene.toml", "--out", "runs/d"]);
     assert_eq!(place.read("runs/c/thermo.csv"), place.read("runs/d/thermo.csv"));
@@ -220,7 +218,7 @@ fn changes_of_the_scene_apply_to_the_exact_final_state() {
         "{}",
         words(&output)
     );
-    assert_eq!(code(&place.carom(&["report", "runs/c"])), 0);
+    place.done(&["report", "runs/c"]);
 }
 
 #[test]
@@ -232,13 +230,13 @@ fn gravity_and_walls_come_from_the_new_scene() {
     let heights = column(&place, "runs/up", "potential");
     assert!(heights[0] < 0.0 && heights.last().unwrap() < &heights[0], "they fall upwards");
     // A scene without [space] has the box of the run.
-    assert_eq!(code(&place.carom(&["verify", "runs/up", "--events", "500"])), 0);
+    place.done(&["verify", "runs/up", "--events", "500"]);
     started(&place, "walls", &format!("[space]\nx = \"walls\"\nz = \"walls\"\n{}", run_until("0.5")));
     refused(&place, &["run", "walls.toml", "--from", "runs/a"], &["start.from", "wall of"]);
     let open = format!("[space]\nx = \"open\"\ny = \"open\"\nz = \"open\"\n{}", run_until("0.5"));
     started(&place, "open", &open);
     run(&place, &["open.toml", "--from", "runs/a", "--out", "runs/open"]);
-    assert_eq!(code(&place.carom(&["verify", "runs/open"])), 0);
+    place.done(&["verify", "runs/open"]);
 }
 
 #[test]
@@ -285,7 +283,7 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
     }
     refused(&place, &["verify", "runs/whole"], &["nothing can start from", "no such folder"]);
     fs::rename(place.path().join("runs/away"), place.path().join("runs/a")).unwrap();
-    assert_eq!(code(&place.carom(&["verify", "runs/whole", "--events", "300"])), 0);
+    place.done(&["verify", "runs/whole", "--events", "300"]);
     run(&place, &["--resume", "runs/a", "--until-time", "1.5"]);
     let expected = ["has changed: the checksum of its checkpoint", "without `checksum` any state is accepted"];
     refused(&place, &["verify", "runs/whole"], &expected);

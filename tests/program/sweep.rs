@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::process::Child;
 
-use super::place::{FLUID, Place, code, errors, kill_until_done, line, words};
+use super::place::{FLUID, Place, code, errors, kill_until_done, line, send_signal, wait_until, words};
 
 const AXES: [&str; 4] = ["--vary", "fill.0.packing_fraction=0.1,0.3", "--vary", "seed=1..3"];
 
@@ -46,8 +45,7 @@ fn sweep<'a>(more: &[&'a str]) -> Vec<&'a str> {
 #[test]
 fn every_combination_is_a_run_and_a_row() {
     let place = Place::with(FLUID);
-    let output = place.carom(&sweep(&["--jobs", "2"]));
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&sweep(&["--jobs", "2"]));
     assert!(words(&output).contains("6 of 6 runs done"), "{}", words(&output));
     let runs = rows(&place.read("runs/scene-sweep/sweep.csv"));
     assert_eq!(runs.len(), 6);
@@ -82,7 +80,7 @@ fn every_combination_is_a_run_and_a_row() {
     let first = place.path().join("runs/scene-sweep").join(&runs[0]["folder"]).join("run.html");
     let changed = || fs::metadata(&first).unwrap().modified().unwrap();
     let before = changed();
-    assert_eq!(code(&place.carom(&sweep(&[]))), 0);
+    place.done(&sweep(&[]));
     assert_eq!(changed(), before);
 }
 
@@ -90,8 +88,7 @@ fn every_combination_is_a_run_and_a_row() {
 fn keys_that_change_together_are_one_curve_of_the_page() {
     let place = Place::with(FLUID);
     let together = "fill.0.packing_fraction=0.1,0.3; run.until_events=2000,3000";
-    let output = place.carom(&["sweep", "scene.toml", "--vary", together, "--out", "s"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["sweep", "scene.toml", "--vary", together, "--out", "s"]);
     let page = place.read("s/sweep.html");
     assert!(page.contains("measured") && !page.contains("until events = "), "{page}");
 }
@@ -100,36 +97,23 @@ fn keys_that_change_together_are_one_curve_of_the_page() {
 fn the_number_of_jobs_and_of_tasks_changes_no_bit() {
     let place = Place::with(FLUID);
     for (out, jobs) in [("one", "1"), ("four", "4")] {
-        let output = place.carom(&sweep(&["--jobs", jobs, "--out", out]));
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&sweep(&["--jobs", jobs, "--out", out]));
     }
     for task in ["2/3", "1/3", "3/3"] {
-        let output = place.carom(&sweep(&["--array", task, "--out", "tasks"]));
-        assert_eq!(code(&output), 0, "{}", errors(&output));
+        place.done(&sweep(&["--array", task, "--out", "tasks"]));
     }
     let one = bits(&place.path().join("one"));
     assert!(one == bits(&place.path().join("four")));
     assert!(one == bits(&place.path().join("tasks")));
     let alone =
         ["run", "scene.toml", "--quiet", "--seed", "2", "--set", "fill.0.packing_fraction=0.3", "--out", "alone"];
-    assert_eq!(code(&place.carom(&alone)), 0);
+    place.done(&alone);
     assert!(place.read("alone/trajectory.xyz") == place.read("one/packing_fraction-0.3_seed-2/trajectory.xyz"));
 }
 
 fn start(place: &Place, out: &str) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
-    command.args(sweep(&[
-        "--jobs",
-        "2",
-        "--checkpoint-every",
-        "0.005",
-        "--out",
-        out,
-        "--set",
-        "run.until_events=40000",
-    ]));
-    command.current_dir(place.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.spawn().unwrap()
+    let jobs = ["--jobs", "2", "--checkpoint-every", "0.005", "--set", "run.until_events=40000", "--out", out];
+    place.start(&sweep(&jobs))
 }
 
 #[test]
@@ -144,10 +128,9 @@ fn a_sweep_that_is_killed_again_and_again_comes_to_the_same_bits() {
 #[test]
 fn sweep_with_more_values_keeps_the_finished_runs() {
     let place = Place::with(FLUID);
-    assert_eq!(code(&place.carom(&["sweep", "scene.toml", "--vary", "seed=1..2", "--out", "s"])), 0);
+    place.done(&["sweep", "scene.toml", "--vary", "seed=1..2", "--out", "s"]);
     let before = fs::metadata(place.path().join("s/seed-1/summary.json")).unwrap().modified().unwrap();
-    let output = place.carom(&["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s"]);
     assert!(words(&output).contains("4 of 4 runs done, 2 were there already"), "{}", words(&output));
     assert!(
         !errors(&output).contains("seed-1: done") && errors(&output).contains("seed-4: done"),
@@ -160,7 +143,7 @@ fn sweep_with_more_values_keeps_the_finished_runs() {
     assert!(words(&output).contains("4 of 4 runs done"), "{}{}", words(&output), errors(&output));
     let file = "scene = \"scene.toml\"\nvary = [\"fill.0.packing_fraction=0.1,0.2; run.until_events=1000,2000\"]\n";
     place.write("study.toml", file);
-    assert_eq!(code(&place.carom(&["sweep", "study.toml", "--quiet"])), 0);
+    place.done(&["sweep", "study.toml", "--quiet"]);
     let events: Vec<f64> =
         rows(&place.read("runs/study-sweep/sweep.csv")).iter().map(|row| number(row, "events")).collect();
     assert_eq!(events, [1000.0, 2000.0]);
@@ -189,7 +172,7 @@ fn a_run_that_fails_is_named_and_the_others_go_on() {
 fn means_over_seeds_are_those_of_sound_runs() {
     let place = Place::with(FLUID);
     let arguments = ["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s", "--quiet"];
-    assert_eq!(code(&place.carom(&arguments)), 0);
+    place.done(&arguments);
     // Results of runs that failed the audit or ended irregularly must not enter the means.
     let summary = place.read("s/seed-2/summary.json");
     let faulty = summary.replacen("\"faults\":[]", "\"faults\":[\"the energy is wrong\"]", 1);
@@ -224,22 +207,17 @@ fn a_run_that_was_interrupted_by_hand_is_not_a_finished_point() {
     let place = Place::with(FLUID);
     let until = ["--set", "run.until_events=1000000"];
     let sweep = |seeds: &str, more: &[&str]| {
-        let output = place.carom(&[&["sweep", "scene.toml", "--vary", seeds], until.as_slice(), more].concat());
-        assert_eq!(code(&output), 0, "{}", errors(&output));
-        output
+        place.done(&[&["sweep", "scene.toml", "--vary", seeds], until.as_slice(), more].concat())
     };
     sweep("seed=1..2", &["--out", "whole"]);
     let whole = bits(&place.path().join("whole"));
     for signal in ["-INT", "-KILL"] {
         sweep("seed=1", &["--out", "s"]);
         let arguments = ["run", "scene.toml", "-q", "--seed", "2", "--checkpoint-every", "0.01", "--out", "s/seed-2"];
-        let mut command = place.command(&[&arguments, until.as_slice()].concat());
-        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let is_begun = || place.path().join("s/seed-2/checkpoint").exists();
-        while !is_begun() && child.try_wait().unwrap().is_none() {
-            std::thread::sleep(Duration::from_millis(2));
-        }
-        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let mut child = place.start(&[&arguments, until.as_slice()].concat());
+        let checkpoint = place.path().join("s/seed-2/checkpoint");
+        wait_until(|| checkpoint.exists() || child.try_wait().unwrap().is_some());
+        send_signal(&child, signal);
         assert!(!child.wait().unwrap().success(), "{signal}: it had come to its end already");
         assert_eq!(place.path().join("s/seed-2/summary.json").exists(), signal == "-INT");
         // Another task of the job array lists this run as started, without results.
@@ -259,12 +237,11 @@ fn measured_stages_have_rows_of_their_own() {
     let stage = "[[stage]]\nname = \"cold\"\nmeasure = true\nuntil_events = 3000\n\
         thermostat = { kind = \"rescaling\", temperature = 0.25, interval = 0.125 }\n[measure]\npressure_tensor = true\n";
     let place = Place::with(&format!("{FLUID}{stage}"));
-    assert_eq!(code(&place.carom(&sweep(&["--out", "s", "--array", "1/2"]))), 0);
+    place.done(&sweep(&["--out", "s", "--array", "1/2"]));
     let runs = rows(&place.read("s/sweep.csv"));
     let states: Vec<[&str; 2]> = runs.iter().map(|row| ["state", "stage"].map(|name| row[name].as_str())).collect();
     assert_eq!(states[..4], [["done", "cold"], ["done", "measurement"], ["missing", ""], ["done", "cold"]]);
-    let output = place.carom(&sweep(&["--out", "s"]));
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&sweep(&["--out", "s"]));
     assert!(words(&output).contains("6 of 6 runs done") && words(&output).contains("  cold  "), "{}", words(&output));
     let runs = rows(&place.read("s/sweep.csv"));
     assert_eq!(runs.len(), 12);
@@ -305,38 +282,34 @@ fn measured_stages_have_rows_of_their_own() {
 #[test]
 fn bad_sweep_input_is_rejected_with_help_before_writing_files() {
     let place = Place::with(FLUID);
-    let refused = |arguments: &[&str], expected: &[&str]| {
-        let output = place.carom(arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
-        for word in expected {
-            assert!(errors(&output).contains(word), "{word} in {}", errors(&output));
-        }
-    };
-    refused(
+    place.refused(
         &["sweep", "scene.toml", "--vary", "fill.0.packing_fractoin=0.1,0.2"],
         &["packing_fractoin", "packing_fraction"],
     );
-    refused(&["sweep", "scene.toml", "--vary", "fill.3.count=1,2"], &["fill.3.count", "override:1"]);
-    refused(&["sweep", "scene.toml", "--vary", "run.until_events=10,many"], &["many"]);
-    refused(&["sweep", "scene.toml", "--vary", "fill.0.packing_fraction=0.49..0.05/12"], &["runs backwards"]);
-    refused(&["sweep", "scene.toml", "--vary", "seed"], &["KEY=VALUES"]);
-    refused(&["sweep", "scene.toml", "--vary", "seed=1,1"], &["twice"]);
-    refused(&["sweep", "scene.toml", "--seed", "1", "--vary", "seed=1,2"], &["more than once"]);
-    refused(&["sweep", "scene.toml"], &["--vary"]);
-    refused(&["sweep", "nothing.toml", "--vary", "seed=1,2"], &["nothing.toml"]);
-    refused(&["sweep", "scene.toml", "--vary", "seed=1,2", "--array", "4/3"], &["K/N"]);
-    refused(&["sweep", "scene.toml", "--vary", "fill.0.packing_fraction=0.8,0.9"], &["packing"]);
+    place.refused(&["sweep", "scene.toml", "--vary", "fill.3.count=1,2"], &["fill.3.count", "override:1"]);
+    place.refused(&["sweep", "scene.toml", "--vary", "run.until_events=10,many"], &["many"]);
+    place.refused(&["sweep", "scene.toml", "--vary", "fill.0.packing_fraction=0.49..0.05/12"], &["runs backwards"]);
+    place.refused(&["sweep", "scene.toml", "--vary", "seed"], &["KEY=VALUES"]);
+    place.refused(&["sweep", "scene.toml", "--vary", "seed=1,1"], &["twice"]);
+    place.refused(&["sweep", "scene.toml", "--seed", "1", "--vary", "seed=1,2"], &["more than once"]);
+    place.refused(&["sweep", "scene.toml"], &["--vary"]);
+    place.refused(&["sweep", "nothing.toml", "--vary", "seed=1,2"], &["nothing.toml"]);
+    place.refused(&["sweep", "scene.toml", "--vary", "seed=1,2", "--array", "4/3"], &["K/N"]);
+    place.refused(&["sweep", "scene.toml", "--vary", "fill.0.packing_fraction=0.8,0.9"], &["packing"]);
     assert!(!place.path().join("runs").exists());
-    assert_eq!(code(&place.carom(&["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "s", "--quiet"])), 0);
-    refused(
+    place.done(&["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "s", "--quiet"]);
+    place.refused(
         &["sweep", "scene.toml", "--vary", "fill.0.count=4,32", "--out", "s"],
         &["another sweep", "varies seed", "--out"],
     );
     place.write("other.toml", &FLUID.replace("0.3", "0.2"));
-    refused(&["sweep", "other.toml", "--vary", "seed=1,2", "--out", "s"], &["is not the scene of the sweep", "--out"]);
+    place.refused(
+        &["sweep", "other.toml", "--vary", "seed=1,2", "--out", "s"],
+        &["is not the scene of the sweep", "--out"],
+    );
     fs::create_dir(place.path().join("full")).unwrap();
     place.write("full/thesis.tex", "");
-    refused(&["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "full"], &["not a sweep", "--out"]);
+    place.refused(&["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "full"], &["not a sweep", "--out"]);
 }
 
 #[test]
@@ -366,11 +339,11 @@ fn jammed_run_counts_as_failed_without_a_stored_reason() {
 fn run_resume_rejects_the_folder_of_a_sweep() {
     let place = Place::with(FLUID);
     let until = ["--set", "run.until_events=600", "--out", "s", "-q"];
-    assert_eq!(code(&place.carom(&[&["sweep", "scene.toml", "--vary", "seed=1,2"], &until[..]].concat())), 0);
+    place.done(&[&["sweep", "scene.toml", "--vary", "seed=1,2"], &until[..]].concat());
     let output = place.carom(&["run", "--resume", "s"]);
     assert_eq!(code(&output), 2, "{}", errors(&output));
     for expected in ["s is the folder of a sweep", "carom sweep s;", "carom run --resume s/RUN"] {
         assert!(line(&output).contains(expected), "{}", line(&output));
     }
-    assert_eq!(code(&place.carom(&["run", "-q", "--resume", "s/seed-1", "--until-events", "700"])), 0);
+    place.done(&["run", "-q", "--resume", "s/seed-1", "--until-events", "700"]);
 }

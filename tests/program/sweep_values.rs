@@ -1,9 +1,8 @@
 //! Sweeps over lists and tables, and the command that continues such a sweep.
 
-use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::process::Stdio;
 
-use super::place::{FLUID, Place, code, errors, line};
+use super::place::{FLUID, Place, code, errors, line, send_signal, wait_until};
 
 fn cells(line: &str) -> Vec<String> {
     let mut is_quoted = false;
@@ -25,8 +24,7 @@ fn sweep_over_lists_or_tables_plots_against_the_changed_entry() {
     let place = Place::with(FLUID);
     let bath = |temperature: &str| format!("{{ kind = \"andersen\", temperature = {temperature}, rate = 1.0 }}");
     let vary = format!("run.thermostat={},{}", bath("1.0"), bath("2.0"));
-    let output = place.carom(&["sweep", "scene.toml", "--vary", &vary, "--out", "s"]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&["sweep", "scene.toml", "--vary", &vary, "--out", "s"]);
     for table in ["s/sweep.csv", "s/sweep-mean.csv"] {
         let temperatures = column(&place.read(table), "thermostat_temperature");
         let temperatures: Vec<f64> = temperatures.iter().map(|cell| cell.parse().unwrap()).collect();
@@ -49,10 +47,9 @@ fn interrupted_sweep_prints_a_command_with_all_options() {
     let sweep = ["sweep", "scene.toml", "--vary", "seed=1,2", "--set", "run.until_events=100000000", "--out", "my s"];
     let mut command = place.command(&[&sweep[..], &options].concat());
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    while !place.path().join("my s/seed-1/checkpoint").exists() && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let checkpoint = place.path().join("my s/seed-1/checkpoint");
+    wait_until(|| checkpoint.exists() || child.try_wait().unwrap().is_some());
+    send_signal(&child, "-INT");
     let output = child.wait_with_output().unwrap();
     let again = "carom sweep 'my s' --jobs 1 --array 1/2 --checkpoint-every 0.5 --force";
     assert_eq!(code(&output), 1, "{}", errors(&output));

@@ -2,9 +2,8 @@
 
 use std::cell::Cell;
 use std::fs;
-use std::process::Stdio;
 
-use super::place::{FLUID, Place, code, errors, kill_until_done, line, run, words};
+use super::place::{FLUID, Place, kill_until_done, run, words};
 
 /// The fluid is large enough, and its box long enough, for several threads.
 fn fluid() -> Place {
@@ -50,7 +49,7 @@ fn a_run_that_is_killed_goes_on_with_another_number_of_threads() {
         let force: &[&str] = if is_there || !place.path().join("killed").exists() { &[] } else { &["--force"] };
         let more = ["--threads", threads, "--checkpoint-every", "0.01", "-q"];
         let arguments = [&["run"], &what[..], &end, &more, force].concat();
-        place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+        place.start(&arguments)
     });
     assert!(kills > 2, "{kills}");
     assert_eq!(measured(&place, "killed"), measured(&place, "one"));
@@ -60,8 +59,7 @@ fn a_run_that_is_killed_goes_on_with_another_number_of_threads() {
 fn scenes_that_cannot_be_threaded_run_serially_and_say_why() {
     let place = Place::with(&format!("{FLUID}threads = 2\n"));
     let sheared = ["--set", "space.shear_rate=0.1"];
-    let output = place.carom(&[&["run", "scene.toml"], &sheared[..]].concat());
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&[&["run", "scene.toml"], &sheared[..]].concat());
     let report = words(&output);
     let line_of_threads = report.lines().find(|line| line.starts_with("threads ")).unwrap();
     assert!(line_of_threads.ends_with("1 of 2: the box is sheared"), "{line_of_threads}");
@@ -82,13 +80,10 @@ fn scenes_that_cannot_be_threaded_run_serially_and_say_why() {
     for (bad, found) in
         [("0", "is 0,"), ("65", "is 65,"), ("1.5", "is 1.5,"), ("-3", "is -3,"), ("all", "is \"all\","), ("{}", "map")]
     {
-        let output = place.carom(&["check", "scene.toml", "--set", &format!("run.threads={bad}")]);
-        assert_eq!(code(&output), 2, "{bad}");
-        assert!(errors(&output).contains(found), "{bad}: {}", errors(&output));
+        place.refused(&["check", "scene.toml", "--set", &format!("run.threads={bad}")], &[found]);
     }
     for bad in ["0", "65", "-1", "two", "1.5"] {
-        let output = place.carom(&["run", "scene.toml", "--threads", bad]);
-        assert_eq!(code(&output), 2, "{bad}");
-        assert!(line(&output).contains("expected a number of threads from 1 to 64, or auto"), "{}", errors(&output));
+        let expected = ["expected a number of threads from 1 to 64, or auto"];
+        place.refused(&["run", "scene.toml", "--threads", bad], &expected);
     }
 }

@@ -11,8 +11,7 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
         &format!("temperatures = [0.7]\nensemble = \"umbrella\"\n{windows}"),
     );
     let place = Place::with(&scene.replace("equilibration_time = 15.0", "equilibration_time = 150.0"));
-    let output = place.carom(&exchange(&["--jobs", "2"]));
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = place.done(&exchange(&["--jobs", "2"]));
     for expected in [
         "600 attempts to swap",
         "1.4 to 2.2",
@@ -65,7 +64,7 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
         errors(&output)
     );
     std::fs::remove_file(place.path().join(folder).join("summary.json")).unwrap();
-    assert_eq!(code(&place.carom(&["exchange", folder, "-q"])), 0);
+    place.done(&["exchange", folder, "-q"]);
     assert_eq!(place.read(&format!("{folder}/potential_of_mean_force.csv")), text);
 }
 
@@ -90,6 +89,5 @@ fn a_window_that_cannot_be_reached_is_named() {
     let output = place.carom(&["report", "runs/chain-exchange"]);
     assert!(code(&output) == 2 && line(&output).contains("unfinished replica exchange"), "{}", errors(&output));
     place.write("scene.toml", &scene.replace("], [3.9, 4.4]]", "]]").replace("time = 15.0", "time = 150.0"));
-    let output = place.carom(&exchange(&["--until-time", "30"]));
-    assert_eq!(code(&output), 0, "{}", errors(&output));
+    place.done(&exchange(&["--until-time", "30"]));
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use super::place::{Place, code, errors, run, words};
+use super::place::{Place, code, errors, line, run, words};
 use carom::check::compare::{CompareError, Comparison, compare};
 use carom::io::{Existing, Folder, read_scene};
 use carom::run::{Ending, Run};
@@ -249,7 +249,7 @@ fn the_program_names_the_file_and_the_place_that_was_changed() {
     let last = rows.lines().last().unwrap();
     place.write("runs/scene/thermo.csv", &rows.replace(last, &last.replace(",measurement", "0,measurement")));
     let output = verify(&[]);
-    let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
+    let told = line(&output);
     assert_eq!(code(&output), 1, "{told}");
     assert!(told.contains(&format!("thermo.csv differs from the file of the replay: line {number} is")), "{told}");
     assert!(words(&output).contains("PROVEN"), "the events are right: {}", words(&output));
