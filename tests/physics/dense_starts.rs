@@ -24,13 +24,16 @@ fn mixture(count: u64, fraction: f64) -> SceneBuilder {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
         ..Fill::new(Arrangement::Random, "A").count(count).packing_fraction(fraction)
     };
+    two_sizes().fill(fill)
+}
+
+fn two_sizes() -> SceneBuilder {
     SceneBuilder::new("mixture")
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
         .species(SpeciesDraft::new("B").mass(2.0).diameter(1.4))
         .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
         .interaction(InteractionDraft::new(hard(1.2)).between("A", "B"))
         .interaction(InteractionDraft::new(hard(1.4)).between("B", "B"))
-        .fill(fill)
 }
 
 const DISKS: [Boundary; 3] = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
@@ -220,16 +223,7 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
 #[test]
 fn as_many_as_fit_keeps_the_composition_of_a_mixture() {
     let fill = Fill { composition: vec![("A".into(), 1.0), ("B".into(), 3.0)], ..Fill::new(Arrangement::Random, "A") };
-    let scene = SceneBuilder::new("mixture")
-        .space(Space::periodic_cube(12.0))
-        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .species(SpeciesDraft::new("B").mass(2.0).diameter(1.4))
-        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A"))
-        .interaction(InteractionDraft::new(hard(1.2)).between("A", "B"))
-        .interaction(InteractionDraft::new(hard(1.4)).between("B", "B"))
-        .fill(fill.as_many_as_fit())
-        .build()
-        .unwrap();
+    let scene = two_sizes().space(Space::periodic_cube(12.0)).fill(fill.as_many_as_fit()).build().unwrap();
     assert!((0.3..0.42).contains(&scene.packing_fraction()), "{}", scene.packing_fraction());
     let all = scene.particles().len() as f64;
     let small = scene.particles().iter().filter(|particle| particle.species.0 == 0).count() as f64;

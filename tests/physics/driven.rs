@@ -223,15 +223,19 @@ fn gas_between_equal_thermal_walls_takes_their_temperature() {
     assert!(finished.audit.event_counts.supplied.total() < 0.0, "it was hotter at the start");
 }
 
+fn granular(mass: f64) -> SceneBuilder {
+    SceneBuilder::new("granular")
+        .species(SpeciesDraft::new("A").mass(mass).diameter(1.0))
+        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A").restitution(0.8))
+        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.15))
+        .temperature(1.0)
+}
+
 #[test]
 fn means_of_a_rescaled_gas_do_not_depend_on_the_row_interval() {
     let measured = |interval: f64| {
         let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
-        let scene = SceneBuilder::new("granular")
-            .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-            .interaction(InteractionDraft::new(hard(1.0)).between("A", "A").restitution(0.8))
-            .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.15))
-            .temperature(1.0)
+        let scene = granular(1.0)
             .output(OutputPlan { thermo_interval: Some(interval), ..OutputPlan::default() })
             .run(RunPlan { limit: Until::time(50.0), thermostat, ..RunPlan::default() });
         let finished = finish(scene.build().unwrap());
@@ -252,18 +256,14 @@ fn samples_of_a_rescaled_gas_cover_the_time_between_scalings() {
     let profile =
         plan::Profile { name: "all".into(), bins: [1; 3], lower: None, upper: None, interval: None, species: None };
     let speeds = plan::Speeds { windows: Some(1), ..plan::Speeds::default() };
-    let scene = SceneBuilder::new("granular")
-        .species(SpeciesDraft::new("A").mass(2.3).diameter(1.0))
-        .interaction(InteractionDraft::new(hard(1.0)).between("A", "A").restitution(0.8))
-        .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(108).packing_fraction(0.15))
-        .temperature(1.0)
+    let scene = granular(2.3)
         // At equal intervals, each of the 200 samples would be just after a rescaling.
         .run(RunPlan { limit: Until::time(200.0), thermostat: Some(scaling), ..RunPlan::default() })
         .measure(MeasurementPlan { profiles: vec![profile], speeds: Some(speeds), ..MeasurementPlan::default() });
     let finished = finish(scene.build().unwrap());
     let exact = finished.observables[0].1.mean;
     assert!(exact < 0.95, "{exact}");
-    let profile = finished.measured.curves.iter().find(|curve| curve.name == "profile_all").unwrap();
+    let profile = finished.measured.curve("profile_all").unwrap();
     let temperature = profile.series.iter().find(|series| series.name == "temperature").unwrap();
     let (mean, error) = (temperature.values[0].unwrap(), temperature.standard_errors[0].unwrap());
     assert!((mean - exact).abs() < 4.0 * error && error < 0.02, "{mean} +- {error}, {exact}");

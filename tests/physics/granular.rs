@@ -8,16 +8,21 @@ use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
 use carom::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 
+fn simulation(builder: SceneBuilder, contact_time: Option<f64>) -> Simulation {
+    let builder = match contact_time {
+        Some(time) => builder.contact_time(time),
+        None => builder,
+    };
+    Simulation::without_plan(builder.build().unwrap())
+}
+
 fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
-    let mut builder = SceneBuilder::new("gas")
+    let builder = SceneBuilder::new("gas")
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
         .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(restitution))
         .fill(Fill::new(Lattice::FaceCentredCubic, "A").count(1372).packing_fraction(0.10))
         .temperature(1.0);
-    if let Some(time) = contact_time {
-        builder = builder.contact_time(time);
-    }
-    Simulation::without_plan(builder.build().unwrap())
+    simulation(builder, contact_time)
 }
 
 #[test]
@@ -78,10 +83,7 @@ fn drifting_line(restitution: f64, contact_time: Option<f64>, drift: f64) -> Sim
     for (x, v) in [(-2.0, 1.0), (0.0, 0.01), (2.5, -1.0)] {
         builder = builder.particle("A", Vector::new(x, 0.0, 0.0), Vector::new(v + drift, 0.0, 0.0));
     }
-    if let Some(time) = contact_time {
-        builder = builder.contact_time(time);
-    }
-    Simulation::without_plan(builder.build().unwrap())
+    simulation(builder, contact_time)
 }
 
 #[test]
@@ -122,25 +124,27 @@ fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
     }
 }
 
-fn column(restitution: f64, contact_time: Option<f64>) -> Simulation {
+/// An open box with a floor, under gravity.
+fn above_floor(height: f64, restitution: f64) -> SceneBuilder {
     let floor = Face::Wall(ContactLaw::smooth(restitution));
     let space = Space {
         lower: Vector::zeros(),
-        size: Vector::new(4.0, 4.0, 16.0),
+        size: Vector::new(4.0, 4.0, height),
         boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Bounded { lower: floor, upper: Face::Open }],
     };
-    let mut builder = SceneBuilder::new("column")
+    SceneBuilder::new("floor")
         .space(space)
         .gravity(Vector::new(0.0, 0.0, -1.0))
         .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
+}
+
+fn column(restitution: f64, contact_time: Option<f64>) -> Simulation {
+    let mut builder = above_floor(16.0, restitution)
         .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A").restitution(restitution));
     for k in 0..6 {
         builder = builder.particle("A", Vector::new(2.0, 2.0, 0.6 + 1.1 * f64::from(k)), Vector::zeros());
     }
-    if let Some(time) = contact_time {
-        builder = builder.contact_time(time);
-    }
-    Simulation::without_plan(builder.build().unwrap())
+    simulation(builder, contact_time)
 }
 
 #[test]
@@ -161,27 +165,16 @@ fn a_column_of_spheres_arrests_unless_the_tc_model_holds_it() {
 
 #[test]
 fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
-    let floor = Face::Wall(ContactLaw::smooth(0.5));
-    let space = Space {
-        lower: Vector::zeros(),
-        size: Vector::repeat(4.0),
-        boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Bounded { lower: floor, upper: Face::Open }],
-    };
-    let ball = SceneBuilder::new("ball")
-        .space(space)
-        .gravity(Vector::new(0.0, 0.0, -1.0))
-        .species(SpeciesDraft::new("A").mass(1.0).diameter(1.0))
-        .interaction(InteractionDraft::new(Model::HardSphere).between("A", "A"))
-        .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
-    let arrest = Simulation::without_plan(ball.clone().build().unwrap())
-        .advance(Until::time(5.0))
-        .unwrap_err()
-        .arrest()
-        .unwrap();
+    let ball = above_floor(4.0, 0.5).interaction(InteractionDraft::new(Model::HardSphere).between("A", "A")).particle(
+        "A",
+        Vector::new(2.0, 2.0, 1.5),
+        Vector::zeros(),
+    );
+    let arrest = simulation(ball.clone(), None).advance(Until::time(5.0)).unwrap_err().arrest().unwrap();
     // A ball that falls from a height of 1 under a gravity of 1 comes to rest after sqrt(2) (1 + e) / (1 - e).
     assert!((arrest.time - 3.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{arrest}");
     assert_eq!((arrest.particle.0, arrest.partner), (0, None));
-    let mut held = Simulation::without_plan(ball.contact_time(1e-3).build().unwrap());
+    let mut held = simulation(ball, Some(1e-3));
     assert_eq!(held.advance(Until::time(5.0)), Ok(Reason::Time));
     assert!((held.snapshot().positions[0].z - 0.5).abs() < 1e-6);
 }
