@@ -3,13 +3,15 @@
 use super::exchange::{CHAIN, exchange};
 use super::place::{Place, code, errors, line, words};
 
+fn in_windows(windows: &str) -> String {
+    let umbrella = format!("temperatures = [0.7]\nensemble = \"umbrella\"\n{windows}");
+    CHAIN.replace("temperatures = [0.35, 0.6, 1.0]", &umbrella)
+}
+
 #[test]
 fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     let windows = "umbrella = { between = [[0], [3]], windows = [[1.0, 1.6], [1.4, 2.2], [2.0, 3.3]], bins = 20 }";
-    let scene = CHAIN.replace(
-        "temperatures = [0.35, 0.6, 1.0]",
-        &format!("temperatures = [0.7]\nensemble = \"umbrella\"\n{windows}"),
-    );
+    let scene = in_windows(windows);
     let place = Place::with(&scene.replace("equilibration_time = 15.0", "equilibration_time = 150.0"));
     let output = place.done(&exchange(&["--jobs", "2"]));
     for expected in [
@@ -71,10 +73,7 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
 #[test]
 fn a_window_that_cannot_be_reached_is_named() {
     let windows = "umbrella = { between = [[0], [3]], windows = [[1.0, 1.6], [1.4, 4.0], [3.9, 4.4]] }";
-    let scene = CHAIN.replace(
-        "temperatures = [0.35, 0.6, 1.0]",
-        &format!("temperatures = [0.7]\nensemble = \"umbrella\"\n{windows}"),
-    );
+    let scene = in_windows(windows);
     let place = Place::with(&scene.replace("equilibration_time = 15.0", "equilibration_time = 150.0"));
     let output = place.carom(&exchange(&[]));
     assert_eq!(code(&output), 1, "{}", errors(&output));
