@@ -383,6 +383,11 @@ impl Scene {
         self.inlets.iter().flat_map(Inlet::species)
     }
 
+    /// Number of particles of each species at the start.
+    pub(crate) fn population(&self) -> Vec<usize> {
+        population_of(&self.particles, self.species.len())
+    }
+
     /// Returns for each species whether the scene has particles of it, at the start or later.
     pub(crate) fn occurring_species(&self) -> Vec<bool> {
         let mut occurs = vec![false; self.species.len()];
@@ -540,6 +545,13 @@ pub(crate) fn kinds_of_bond(bond: &Bond, species: &[Species], particles: &[Parti
         let diameter = particle.diameter.unwrap_or(species[particle.species.0 as usize].diameter);
         (particle.species, 0.5 * diameter)
     })
+}
+
+/// Number of particles of each species.
+pub(crate) fn population_of(particles: &[Particle], species: usize) -> Vec<usize> {
+    let mut population = vec![0; species];
+    particles.iter().for_each(|particle| population[particle.species.0 as usize] += 1);
+    population
 }
 
 /// Mass of a particle in a space of the given number of dimensions `[mass]`; infinite if it is static.

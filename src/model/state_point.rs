@@ -66,9 +66,7 @@ impl StatePoint {
     }
 
     pub fn at_start(scene: &Scene) -> Self {
-        let mut population = vec![0; scene.species.len()];
-        scene.particles.iter().for_each(|particle| population[particle.species.0 as usize] += 1);
-        Self::of(scene, &population)
+        Self::of(scene, &scene.population())
     }
 
     fn with_individual(self, individual: &IndividualDiameters) -> Self {

@@ -6,7 +6,7 @@ use crate::base::numbers::trunc_to_usize;
 use crate::engine::{EngineChoice, Search};
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
-use crate::model::{Barostat, Growth, GrowthTarget, Scene, Swap, Thermostat};
+use crate::model::{Barostat, Growth, GrowthTarget, Scene, Species, Swap, Thermostat};
 
 /// Typical number of engine steps per second. A step is an event, a new velocity, or a test of a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
@@ -224,11 +224,8 @@ fn section(scene: &Scene) -> f64 {
         2 => 2.0 * radius,
         _ => 1.0,
     };
-    let mut counts = vec![0.0; scene.species.len()];
-    for particle in &scene.particles {
-        let species = particle.species.0 as usize;
-        counts[species] += if scene.species[species].is_static() { 0.0 } else { 1.0 };
-    }
+    let moving = |(count, species): (usize, &Species)| if species.is_static() { 0.0 } else { count as f64 };
+    let counts: Vec<f64> = scene.population().into_iter().zip(&scene.species).map(moving).collect();
     let all = counts.iter().sum::<f64>().max(1.0);
     let of_pair = |potential: &Potential| -> f64 {
         let steps = potential.radii().iter().zip(potential.energies().windows(2));

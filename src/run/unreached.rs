@@ -133,13 +133,13 @@ struct Size {
 /// Largest number of different diameters of a species in estimates. Similar individual diameters are combined.
 const MOST_SIZES: usize = 64;
 
-fn sizes_of(scene: &Scene, counts: &[f64]) -> Vec<Size> {
+fn sizes_of(scene: &Scene, counts: &[usize]) -> Vec<Size> {
     let mut sizes = Vec::new();
-    for (index, (species, &count)) in scene.species.iter().zip(counts).enumerate().filter(|(_, (_, n))| **n > 0.0) {
+    for (index, (species, &count)) in scene.species.iter().zip(counts).enumerate().filter(|(_, (_, n))| **n > 0) {
         let own = scene.particles.iter().filter(|particle| particle.species.0 as usize == index);
         let mut own: Vec<f64> = own.filter_map(|particle| particle.diameter).collect();
         if own.is_empty() {
-            sizes.push(Size { diameter: species.diameter, count, is_static: species.is_static() });
+            sizes.push(Size { diameter: species.diameter, count: count as f64, is_static: species.is_static() });
             continue;
         }
         own.sort_unstable_by(f64::total_cmp);
@@ -155,9 +155,8 @@ fn sizes_of(scene: &Scene, counts: &[f64]) -> Vec<Size> {
 /// comes from scaled-particle theory. Diameters are multiplied by `grown`. `None` if contact distances are not the mean
 /// diameters, because the theory does not cover this case.
 fn expected_acceptance(scene: &Scene, swap: &Swap, grown: f64) -> Option<f64> {
-    let mut counts = vec![0.0; scene.species.len()];
-    scene.particles.iter().for_each(|particle| counts[particle.species.0 as usize] += 1.0);
-    let occurring: Vec<usize> = (0..counts.len()).filter(|&species| counts[species] > 0.0).collect();
+    let counts = scene.population();
+    let occurring: Vec<usize> = (0..counts.len()).filter(|&species| counts[species] > 0).collect();
     let mut pairs = occurring.iter().flat_map(|&a| occurring.iter().map(move |&b| (a, b)));
     if !pairs.all(|(a, b)| scene.is_additive(a, b)) {
         return None;

@@ -25,7 +25,6 @@ use crate::scene::parse;
 use crate::scene::source::Source;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 use crate::scene::validate::start::Configuration;
-use crate::scene::validate::with_entering;
 
 pub(crate) struct LastRun {
     pub simulation: Simulation,
@@ -168,7 +167,7 @@ impl SceneBuilder {
         };
         let inlets = self.checked_inlets(&species, &space)?;
         if !inherits || !inlets.is_empty() {
-            interactions.check_complete(&with_entering(groups.counts(species.len()), &inlets))?;
+            interactions.check_complete(&groups.counts(species.len(), &inlets))?;
         }
         let is_as_it_was = is_kept.iter().all(|kept| *kept) && has_same_walls(run, &species, &space);
         let mut with_surfaces = self.clone();

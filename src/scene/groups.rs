@@ -11,6 +11,7 @@ use crate::engine::surfaces::Surfaces;
 use crate::model::StaticSurface;
 use crate::model::diameters::{Diameters, diameters_of_newcomers, ranges_of_diameters};
 use crate::model::limits::{LARGEST, is_positive};
+use crate::model::scene::population_of;
 use crate::model::space::{Boundary, Space};
 use crate::model::{Bond, Inlet, Particle, ParticleId, Species, SpeciesId};
 use crate::prepare::velocity::Drawn;
@@ -130,11 +131,10 @@ impl Groups {
         }
     }
 
-    pub(crate) fn counts(&self, species: usize) -> Vec<usize> {
-        let mut counts = vec![0; species];
-        for particle in &self.particles {
-            counts[particle.species.0 as usize] += 1;
-        }
+    /// Number of particles of each species. Entering species count two more per inlet, so that checks cover their pairs.
+    pub(crate) fn counts(&self, species: usize, inlets: &[Inlet]) -> Vec<usize> {
+        let mut counts = population_of(&self.particles, species);
+        inlets.iter().flat_map(Inlet::species).for_each(|species| counts[species.0 as usize] += 2);
         counts
     }
 

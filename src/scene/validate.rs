@@ -20,7 +20,7 @@ pub(crate) use measure::measurement_times;
 use crate::Vector;
 use crate::engine::pairs::rows::bands;
 use crate::model::space::{Boundary, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, CountSpace, Inlet, Scene, SceneParts, Separated, Species};
+use crate::model::{AuditPlan, CountRegion, CountSpace, Scene, SceneParts, Separated, Species};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::compatibility;
@@ -35,14 +35,6 @@ use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{Group, SurfaceFill};
 use crate::scene::validate::diameters::check_distribution;
 use crate::scene::validate::start::Configuration;
-
-/// Adds two particles of each entering species, so that checks cover their pairs.
-pub(super) fn with_entering(mut counts: Vec<usize>, inlets: &[Inlet]) -> Vec<usize> {
-    for species in inlets.iter().flat_map(Inlet::species) {
-        counts[species.0 as usize] += 2;
-    }
-    counts
-}
 
 impl SceneBuilder {
     /// Validates the parts and places the particles.
@@ -66,7 +58,7 @@ impl SceneBuilder {
         let surfaces = self.checked_surfaces(&species, &space)?;
         let groups = Groups::place(self, &species, (&space, &surfaces), &mut interactions)?;
         let inlets = self.checked_inlets(&species, &space)?;
-        interactions.check_complete(&with_entering(groups.counts(species.len()), &inlets))?;
+        interactions.check_complete(&groups.counts(species.len(), &inlets))?;
         // A flat x axis has no period, so images cannot slide along it.
         let displacement = if self.parts.displacement == 0.0 {
             0.0
@@ -90,7 +82,7 @@ impl SceneBuilder {
     /// Checks that the box and the plan of the scene fit its particles and interactions.
     pub(super) fn check_plan(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         let species = start.interactions.species;
-        let counts = with_entering(start.groups.counts(species.len()), &start.inlets);
+        let counts = start.groups.counts(species.len(), &start.inlets);
         let diameters = start.groups.ranges_with(species, &start.inlets);
         let occurring = counts.iter().zip(&diameters).filter(|(count, _)| **count > 0);
         let rows = occurring.map(|(_, range)| bands(range).len()).sum();

@@ -7,7 +7,6 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse, unknown};
 use crate::scene::validate::inlets::has_room;
 use crate::scene::validate::start::Configuration;
-use crate::scene::validate::with_entering;
 
 /// Checks that the outlets exist, that each of them belongs to one inlet, and that the inlets have room.
 pub(super) fn check_recirculation(start: &Configuration<'_>, parts: &SceneParts) -> Result<(), SceneError> {
@@ -62,7 +61,7 @@ fn returning_species(inlet: &Inlet, start: &Configuration<'_>) -> Vec<usize> {
     let outlets = start.surfaces.of_scene().iter().filter(|surface| inlet.recirculate.contains(&surface.name));
     let outlets: Vec<&SceneSurface> = outlets.collect();
     let species = start.interactions.species;
-    let counts = with_entering(start.groups.counts(species.len()), &start.inlets);
+    let counts = start.groups.counts(species.len(), &start.inlets);
     let returns = |(index, species): &(usize, &Species)| {
         let is_let_out = outlets.iter().any(|outlet| outlet.meets(SpeciesId(id(*index))));
         is_let_out && counts[*index] > 0 && !species.is_static()

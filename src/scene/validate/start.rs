@@ -14,7 +14,6 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::unvalidated::UnvalidatedBond;
-use crate::scene::validate::with_entering;
 
 /// Relative round-off of coordinates. Smaller overlaps with surfaces and smaller errors of bond lengths are allowed.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -32,7 +31,7 @@ pub(crate) struct Configuration<'a> {
 /// Periodic axes must be so long that a particle never interacts with two images of another particle.
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, inlets, .. } = start;
-    let counts = with_entering(groups.counts(interactions.species.len()), inlets);
+    let counts = groups.counts(interactions.species.len(), inlets);
     let diameters = groups.ranges_with(interactions.species, inlets);
     let range = interactions
         .longest_range(&diameters, |a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
