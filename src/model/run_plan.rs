@@ -74,8 +74,17 @@ impl RunPlan {
     }
 
     pub(crate) fn has_thermostat_or_growth(&self) -> bool {
-        let has_any = |stage: &StagePlan| stage.thermostat.is_some() || stage.growth.is_some();
-        self.thermostat.is_some() || self.stages.iter().any(has_any)
+        self.thermostats().next().is_some() || self.has_growth()
+    }
+
+    /// Whether the diameters grow in a stage.
+    pub(crate) fn has_growth(&self) -> bool {
+        self.stages.iter().any(|stage| stage.growth.is_some())
+    }
+
+    /// Thermostats of the stages and of the measurement, which comes last.
+    pub(crate) fn thermostats(&self) -> impl Iterator<Item = Thermostat> + '_ {
+        self.stages.iter().map(|stage| stage.thermostat).chain([self.thermostat]).flatten()
     }
 
     /// Whether a stage or the measurement has a barostat.
@@ -98,8 +107,7 @@ impl RunPlan {
     /// Whether a stage has an Andersen thermostat.
     #[must_use]
     pub fn has_andersen(&self) -> bool {
-        let thermostats = self.stages.iter().map(|stage| &stage.thermostat).chain([&self.thermostat]);
-        thermostats.into_iter().any(|thermostat| matches!(thermostat, Some(Thermostat::Andersen { .. })))
+        self.thermostats().any(|thermostat| matches!(thermostat, Thermostat::Andersen { .. }))
     }
 }
 

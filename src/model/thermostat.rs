@@ -63,6 +63,12 @@ pub enum ThermostatError {
 }
 
 impl Thermostat {
+    /// Temperature of the thermostat `[energy]`.
+    pub(crate) fn temperature(&self) -> f64 {
+        let (Self::Andersen { temperature, .. } | Self::Rescaling { temperature, .. }) = *self;
+        temperature
+    }
+
     pub(crate) fn check(&self) -> Result<(), ThermostatError> {
         let number =
             |name, value| if is_positive(value) { Ok(()) } else { Err(ThermostatError::Number { name, value }) };

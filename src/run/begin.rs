@@ -91,8 +91,7 @@ impl Run {
     /// particle. Afterwards, `simulation.scene().particles()` is empty. Scenes with static particles or a growth stage
     /// keep the initial particles.
     pub fn without_start(scene: Scene) -> Self {
-        let keeps_start =
-            scene.species.iter().any(Species::is_static) || scene.run.stages.iter().any(|stage| stage.growth.is_some());
+        let keeps_start = scene.species.iter().any(Species::is_static) || scene.run.has_growth();
         let beginning = Beginning::of(&scene);
         let simulation = Simulation::begin(scene, keeps_start);
         let state = RunState::begin(&simulation, beginning);

@@ -195,11 +195,8 @@ impl Pace {
         let squared = moving().map(|particle| particle.velocity.norm_squared()).sum::<f64>() / count;
         let mass = moving().map(|particle| scene.mass(particle)).sum::<f64>() / count;
         let diameter = moving().map(|particle| scene.diameter(particle)).sum::<f64>() / count;
-        let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
-        let temperature = thermostats.map(|it| match it {
-            Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. } => temperature,
-        });
-        let thermal = dimensions as f64 * temperature.fold(0.0, f64::max) / mass;
+        let hottest = scene.run.thermostats().map(|thermostat| thermostat.temperature()).fold(0.0, f64::max);
+        let thermal = dimensions as f64 * hottest / mass;
         let shear = scene.shear_rate.unwrap_or(0.0) * diameter;
         let speed = squared.max(thermal).max(shear * shear).sqrt();
         let volume: f64 =

@@ -268,12 +268,10 @@ fn crossing_time(scene: &Scene) -> f64 {
     let dimensions = scene.space.dimensions();
     let of_smallest = scene.species.iter().zip(&ranges).map(|(it, range)| it.own_mass(range.smallest, dimensions));
     let lightest = of_smallest.fold(f64::INFINITY, f64::min);
-    let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
     let (mut hottest, mut collisions) =
         (scene.wall_temperatures.iter().flatten().flatten().copied().fold(0.0, f64::max), 0.0_f64);
-    for thermostat in thermostats {
-        let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = thermostat;
-        hottest = hottest.max(temperature);
+    for thermostat in scene.run.thermostats() {
+        hottest = hottest.max(thermostat.temperature());
         if let Thermostat::Andersen { rate, .. } = thermostat {
             collisions = collisions.max(rate * scene.particles.len() as f64);
         }

@@ -18,8 +18,7 @@ pub(super) struct Isobaric {
 impl Isobaric {
     pub fn of(acting: Option<(&Barostat, &Thermostat)>, filled: f64) -> Option<Self> {
         let (barostat, thermostat) = acting?;
-        let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = *thermostat;
-        Some(Self { pressure: barostat.pressure, temperature, filled })
+        Some(Self { pressure: barostat.pressure, temperature: thermostat.temperature(), filled })
     }
 
     /// The compressibility factor `P V / (N T)` of `N` particles in a volume.
