@@ -118,13 +118,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.set_states_of(scene, self.particles());
         // Because of rounding, a pair that was captured in the previous run may be just beyond the search range.
         for ([a, b], _) in scene.last_state().iter().flat_map(|last| &last.captured) {
-            let (a, b) = (self.number(*a), self.number(*b));
-            let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
-            let holder = if self.is_static(a) { b } else { a };
-            let partner = if holder == a { b } else { a };
-            if meeting.exists && self.pairs.states.get(holder, partner).is_none() {
-                self.remember(scene, a, b, meeting.interaction, false);
-            }
+            self.remember_if_unknown(scene, self.number(*a), self.number(*b));
         }
     }
 
@@ -148,12 +142,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 if b == a || is_found_twice || self.is_static(a) && (self.is_static(b) || particles.contains(&b)) {
                     continue;
                 }
-                let (holder, partner) = if self.is_static(a) { (b, a) } else { (a, b) };
-                let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
-                if meeting.exists && self.pairs.states.get(holder, partner).is_none() {
-                    self.remember(scene, a, b, meeting.interaction, false);
-                }
+                self.remember_if_unknown(scene, a, b);
             }
+        }
+    }
+
+    /// Sets the state of a pair that interacts and has no state yet.
+    fn remember_if_unknown(&mut self, scene: &Scene, a: u32, b: u32) {
+        let (holder, partner) = if self.is_static(a) { (b, a) } else { (a, b) };
+        let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
+        if meeting.exists && self.pairs.states.get(holder, partner).is_none() {
+            self.remember(scene, a, b, meeting.interaction, false);
         }
     }
 
