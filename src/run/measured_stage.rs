@@ -63,7 +63,7 @@ mod by_place {
     }
 }
 
-/// Serializes [`Stationarity`](crate::analysis::statistics::Stationarity) as a variant of `Verdict`.
+/// Serializes [`Stationarity`](crate::analysis::statistics::Stationarity) without the tag that result files have.
 mod verdicts {
     use serde::de::Deserializer;
     use serde::ser::Serializer;
@@ -72,7 +72,11 @@ mod verdicts {
     use super::by_place;
     use crate::analysis::statistics::Stationarity;
 
-    #[derive(Clone, Copy, Serialize, Deserialize)]
+    #[derive(Serialize, Deserialize)]
+    struct Stored(#[serde(with = "Verdict")] Stationarity);
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(remote = "Stationarity")]
     enum Verdict {
         Stationary,
         Constant,
@@ -81,27 +85,15 @@ mod verdicts {
     }
 
     pub fn serialize<S: Serializer>(values: &[(&'static str, Stationarity)], serializer: S) -> Result<S::Ok, S::Error> {
-        let verdict = |stationarity| match stationarity {
-            Stationarity::Stationary => Verdict::Stationary,
-            Stationarity::Constant => Verdict::Constant,
-            Stationarity::Drifting(by) => Verdict::Drifting(by),
-            Stationarity::Unknown => Verdict::Unknown,
-        };
-        let verdicts: Vec<_> = values.iter().map(|(name, value)| (*name, verdict(*value))).collect();
-        by_place::serialize(&verdicts, serializer)
+        let stored: Vec<_> = values.iter().map(|(name, value)| (*name, Stored(*value))).collect();
+        by_place::serialize(&stored, serializer)
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Vec<(&'static str, Stationarity)>, D::Error> {
-        let stationarity = |verdict| match verdict {
-            Verdict::Stationary => Stationarity::Stationary,
-            Verdict::Constant => Stationarity::Constant,
-            Verdict::Drifting(by) => Stationarity::Drifting(by),
-            Verdict::Unknown => Stationarity::Unknown,
-        };
-        let verdicts: Vec<(&'static str, Verdict)> = by_place::deserialize(deserializer)?;
-        Ok(verdicts.into_iter().map(|(name, verdict)| (name, stationarity(verdict))).collect())
+        let stored: Vec<(&'static str, Stored)> = by_place::deserialize(deserializer)?;
+        Ok(stored.into_iter().map(|(name, Stored(value))| (name, value)).collect())
     }
 }
 
