@@ -33,12 +33,15 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
         .unwrap()
 }
 
+/// A checkpoint, and the number of lines before it.
+type Kept = (Vec<u8>, usize);
+
 /// Recorder that keeps rows and frames as text. One in `every` calls of `is_checkpoint_due` requests a checkpoint.
 struct Keeper {
     every: usize,
     asked: Cell<usize>,
     lines: Vec<String>,
-    kept: Vec<(Vec<u8>, usize)>,
+    kept: Vec<Kept>,
 }
 
 impl Keeper {
@@ -77,6 +80,29 @@ fn ran(exchange: Exchange, jobs: usize, every: usize) -> (Exchange, Keeper) {
     let exchange = exchange.execute(jobs, &mut keeper, &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(exchange.is_over());
     (exchange, keeper)
+}
+
+/// Checks that a run with checkpoints, and the runs resumed from the checkpoints that `chosen` returns, repeat an
+/// uninterrupted run bitwise.
+fn assert_resumes(scene: &Scene, (whole, told): (&Exchange, &Keeper), every: usize, chosen: fn(&[Kept]) -> Vec<&Kept>) {
+    let end = postcard::to_allocvec(whole).unwrap();
+    for jobs in [1, 2] {
+        let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, every);
+        assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
+        // With several threads, the number of checkpoints depends on how fast the threads are.
+        let fewest = if jobs == 1 { 3 } else { 1 };
+        assert!(keeper.kept.len() >= fewest, "{} checkpoints", keeper.kept.len());
+        for (bytes, lines) in chosen(&keeper.kept) {
+            let (again, rest) = ran(postcard::from_bytes(bytes).unwrap(), 3 - jobs, usize::MAX);
+            assert!(rest.lines[..] == told.lines[*lines..]);
+            assert!(postcard::to_allocvec(&again).unwrap() == end);
+        }
+    }
+}
+
+/// Some of the checkpoints, at most `count`, evenly spaced.
+fn spread(kept: &[Kept], count: usize) -> Vec<&Kept> {
+    kept.iter().step_by(kept.len().div_ceil(count)).collect()
 }
 
 /// For a single pair, `g(r) exp(U / T)` is the same at all distances outside the core.
@@ -152,19 +178,7 @@ fn interrupted_exchange_resumes_bitwise() {
         let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
         assert_eq!(told.lines.len(), (attempts + 3 * (attempts / 2)) as usize);
         assert_eq!(whole.results().faults, [""; 0]);
-        let end = postcard::to_allocvec(&whole).unwrap();
-        for jobs in [1, 2] {
-            let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, every);
-            assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
-            // With several threads, the number of checkpoints depends on how fast the threads are.
-            let fewest = if jobs == 1 { 3 } else { 1 };
-            assert!(keeper.kept.len() >= fewest, "{} checkpoints", keeper.kept.len());
-            for (bytes, lines) in keeper.kept.iter().rev().take(3) {
-                let (again, rest) = ran(postcard::from_bytes(bytes).unwrap(), 3 - jobs, usize::MAX);
-                assert!(rest.lines[..] == told.lines[*lines..]);
-                assert!(postcard::to_allocvec(&again).unwrap() == end);
-            }
-        }
+        assert_resumes(&scene, (&whole, &told), every, |kept| kept.iter().rev().take(3).collect());
     }
 }
 
@@ -179,17 +193,7 @@ fn multicanonical_exchange_resumes_bitwise() {
     let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
     assert_eq!(whole.results().faults, [""; 0]);
     assert!(matches!(whole.ensembles()[0], Ensemble::Multicanonical(_)));
-    let end = postcard::to_allocvec(&whole).unwrap();
-    for jobs in [1, 2] {
-        let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, 2);
-        assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
-        let step = keeper.kept.len().div_ceil(8);
-        for (bytes, lines) in keeper.kept.iter().step_by(step) {
-            let (again, rest) = ran(postcard::from_bytes(bytes).unwrap(), 3 - jobs, usize::MAX);
-            assert!(rest.lines[..] == told.lines[*lines..]);
-            assert!(postcard::to_allocvec(&again).unwrap() == end);
-        }
-    }
+    assert_resumes(&scene, (&whole, &told), 2, |kept| spread(kept, 8));
 }
 
 #[test]

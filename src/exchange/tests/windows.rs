@@ -1,4 +1,4 @@
-use super::{fluid, ran};
+use super::{assert_resumes, fluid, ran, spread};
 use crate::Vector;
 use crate::exchange::mean_force::MeanForce;
 use crate::exchange::{Distances, Exchange, ExchangeError};
@@ -29,16 +29,7 @@ fn window_exchange_resumes_bitwise() {
     let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
     assert_eq!(whole.results().faults, [""; 0]);
     assert_eq!(told.lines.len(), 12 + 3 * 6);
-    let end = postcard::to_allocvec(&whole).unwrap();
-    for jobs in [1, 2] {
-        let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, 7);
-        assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
-        for (bytes, lines) in keeper.kept.iter().step_by(keeper.kept.len().div_ceil(5)) {
-            let (again, rest) = ran(postcard::from_bytes(bytes).unwrap(), 3 - jobs, usize::MAX);
-            assert!(rest.lines[..] == told.lines[*lines..]);
-            assert!(postcard::to_allocvec(&again).unwrap() == end);
-        }
-    }
+    assert_resumes(&scene, (&whole, &told), 7, |kept| spread(kept, 5));
 }
 
 fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
