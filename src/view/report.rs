@@ -141,13 +141,16 @@ fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, Strin
 }
 
 fn notes(notes: &[String]) -> String {
-    if notes.is_empty() {
+    listed("Notes", "Not everything is on this page:", notes)
+}
+
+/// Returns a box with a list, or nothing without items.
+fn listed(label: &str, heading: &str, items: &[String]) -> String {
+    if items.is_empty() {
         return String::new();
     }
-    let items: String = notes.iter().map(|note| format!("<li>{}</li>\n", escape(note))).collect();
-    format!(
-        "<aside class=\"notes\" aria-label=\"Notes\">\n<p>Not everything is on this page:</p>\n<ul>\n{items}</ul>\n</aside>\n"
-    )
+    let items: String = items.iter().map(|item| format!("<li>{}</li>\n", escape(item))).collect();
+    format!("<aside class=\"notes\" aria-label=\"{label}\">\n<p>{heading}</p>\n<ul>\n{items}</ul>\n</aside>\n")
 }
 
 fn verdict(faults: &[String]) -> &'static str {

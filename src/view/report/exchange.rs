@@ -10,7 +10,7 @@ use super::figures::{capitalised, curves_figure};
 use super::html::{self, cell, escape, quantity};
 use super::plot::{Curves, Key, Line, Point as Dot, extent};
 use super::results::value;
-use super::{Page, scene_text, shell, verdict};
+use super::{Page, listed, scene_text, shell, verdict};
 use crate::analysis::instruments::CHAIN_SIZES;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
@@ -74,7 +74,8 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
         ("scene", "The scene", scene_text(again, &scene)),
     ];
     let notes = results.faults.clone();
-    let above = warnings(&summary.warnings) + &super::notes(&notes);
+    let warnings = listed("Equilibrium", "It may not be in equilibrium:", &summary.warnings);
+    let above = warnings + &super::notes(&notes);
     Ok(Page { html: shell(&summary.scene, &heading, &above, &sections), notes })
 }
 
@@ -85,16 +86,6 @@ fn is_swapped(summary: &ExchangeSummary) -> bool {
 
 fn place_of(summary: &ExchangeSummary) -> &'static str {
     if summary.umbrella.is_some() { "window" } else { "temperature" }
-}
-
-fn warnings(warnings: &[String]) -> String {
-    if warnings.is_empty() {
-        return String::new();
-    }
-    let items: String = warnings.iter().map(|warning| format!("<li>{}</li>\n", escape(warning))).collect();
-    format!(
-        "<aside class=\"notes\" aria-label=\"Equilibrium\">\n<p>It may not be in equilibrium:</p>\n<ul>\n{items}</ul>\n</aside>\n"
-    )
 }
 
 /// Path of the page in the folder of an exchange.
