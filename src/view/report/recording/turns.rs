@@ -9,17 +9,14 @@ use nalgebra::UnitQuaternion;
 use crate::Vector;
 use crate::base::numbers::trunc_to_i8;
 use crate::trajectory::Frame;
-use crate::trajectory::frame::SPINS;
 
 /// Number of bytes of an orientation.
 pub(super) const BYTES: usize = 4;
 
 /// Returns the spins of the moving particles; `None` if the frame has no spins.
 pub(super) fn spins(frame: &Frame) -> Option<Vec<Vector>> {
-    let column = |name: &&str| frame.scalars.iter().find(|scalar| scalar.name == *name).map(|scalar| &scalar.values);
-    let [x, y, z] = [column(&SPINS[0])?, column(&SPINS[1])?, column(&SPINS[2])?];
-    let moving = frame.particles.iter().enumerate().filter(|(_, particle)| !frame.is_static(particle));
-    moving.map(|(place, _)| Some(Vector::new(*x.get(place)?, *y.get(place)?, *z.get(place)?))).collect()
+    let all = frame.particles.iter().zip(frame.spins()?);
+    Some(all.filter(|(particle, _)| !frame.is_static(particle)).map(|(_, spin)| spin).collect())
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +61,7 @@ mod tests {
     use super::super::tests::frame;
     use super::*;
     use crate::analysis::instruments::Scalar;
+    use crate::trajectory::frame::SPINS;
 
     fn spinning(time: f64, spin: [f64; 3]) -> Frame {
         let mut frame = frame(time, 2);
