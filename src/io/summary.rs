@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 use super::folder::SUMMARY;
 use super::rates::{Rate, rates};
 pub use super::thermo::Column;
-use crate::analysis::observables::Equilibrium;
+use crate::analysis::instruments::Measured;
+use crate::analysis::observables::{Equilibrium, OBSERVABLES};
 use crate::analysis::published::{PublishedValue, of_flows, of_mixture, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::{InletCounts, Simulation};
@@ -242,6 +243,20 @@ pub struct Observable {
     /// Whether the observable was stationary; `None` in files without this key.
     #[serde(default)]
     pub stationarity: Option<Stationarity>,
+}
+
+/// Observables that no instrument measures, with names and units: first [`OBSERVABLES`] in their order, then others.
+pub(crate) fn beside_instruments<'a>(
+    observables: &'a BTreeMap<String, Observable>,
+    measured: &'a Measured,
+) -> impl Iterator<Item = (&'a str, &'static str, &'a Observable)> {
+    let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
+    // The pressure tensor measures the collision rate under the name `core_rate`.
+    let is_known = move |name: &str| is_measured(name) || name == "collision_rate" && is_measured("core_rate");
+    let others = observables.keys().map(|name| (name.as_str(), "1"));
+    let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
+    let all = OBSERVABLES.into_iter().chain(others).filter(move |(name, _)| !is_known(name));
+    all.filter_map(|(name, unit)| Some((name, unit, observables.get(name)?)))
 }
 
 /// Wall time, speed and memory of the run.

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use super::folder::SweepFolder;
 use super::plan::{Point, Sweep};
 use crate::analysis::instruments::Measured;
-use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
 use crate::analysis::statistics::{Estimate, ROUNDING};
-use crate::io::summary::Observable;
+use crate::io::summary::{Observable, beside_instruments};
 use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
 
@@ -273,15 +272,7 @@ fn values_of(
     unit: &dyn Fn(&str) -> String,
     measured: &Measured,
 ) -> Vec<(MeasuredQuantity, Estimate)> {
-    // The pressure tensor measures the collision rate under the name `core_rate`.
-    let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
-    let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
-    let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
-    let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
-    let others = observables.keys().map(|name| (name.as_str(), "1"));
-    let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
-    let observables = known.chain(others).filter_map(|(name, unit)| Some((name, unit, observables.get(name)?)));
-    let observables = observables.filter(|(name, ..)| is_new(name)).filter_map(|(name, unit_of, observable)| {
+    let observables = beside_instruments(observables, measured).filter_map(|(name, unit_of, observable)| {
         let quantity = MeasuredQuantity { name: name.to_owned(), title: name.replace('_', " "), unit: unit(unit_of) };
         Some((quantity, observable.estimate.finite()?))
     });

@@ -1,11 +1,10 @@
 use super::html::{brackets, escape, number, symbols, table};
 use super::inputs::Results;
-use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
 use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
 use crate::io::rates::{Rate, told_apart};
-use crate::io::summary::Observable;
+use crate::io::summary::{Observable, beside_instruments};
 use crate::view::describe;
 
 fn method_of(observable: &str) -> &'static str {
@@ -105,30 +104,16 @@ fn rates(results: &Results<'_>) -> String {
 }
 
 fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
-    let numbers = &results.measured.numbers;
-    // The pressure tensor reports the collision rate as `core_rate`.
-    let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
-    let is_new = |name: &&String| {
-        numbers.iter().all(|number| (number.name != **name && number.name != told_as(name)) || number.mean.is_none())
-    };
-    let known = OBSERVABLES.iter().map(|(name, _)| *name);
-    let others = results
-        .observables
-        .keys()
-        .map(String::as_str)
-        .filter(|name| OBSERVABLES.iter().all(|(known, _)| known != name));
-    let observables = known.chain(others).filter_map(|name| results.observables.get_key_value(name));
-    let unit = |name: &str| OBSERVABLES.iter().find(|(known, _)| *known == name).map_or("", |(_, unit)| *unit);
     let published = |name: &str| results.published.iter().filter(|value| value.quantity == name).collect::<Vec<_>>();
-    let rows = observables.filter(|(name, _)| is_new(name)).map(|(name, observable)| Row {
+    let rows = beside_instruments(results.observables, results.measured).map(|(name, unit, observable)| Row {
         published: published(name),
         title: name.replace('_', " "),
-        unit: results.unit_of(unit(name)),
+        unit: results.unit_of(unit),
         estimate: Some(observable.estimate),
         words: words(name, observable, results.events),
         method: method_of(name),
     });
-    let measured = numbers.iter().map(|number| Row {
+    let measured = results.measured.numbers.iter().map(|number| Row {
         published: published(&number.name),
         title: number.title.clone(),
         unit: results.unit_of(&number.unit),
