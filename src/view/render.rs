@@ -41,6 +41,7 @@ use std::path::Path;
 
 pub(super) use camera::Extent;
 pub(super) use colour::{BACKGROUND, INK};
+pub(super) use bodies::BOND_RADIUS;
 pub(super) use framing::{corners, fitted, reach, with_surfaces};
 pub use image::Image;
 pub(super) use image::png_encoder;
