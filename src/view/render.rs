@@ -39,10 +39,10 @@ pub(super) mod tests;
 
 use std::path::Path;
 
+pub(super) use bodies::BOND_RADIUS;
 pub(super) use camera::Extent;
 pub(super) use colour::{BACKGROUND, INK};
-pub(super) use bodies::BOND_RADIUS;
-pub(super) use framing::{corners, fitted, reach, with_surfaces};
+pub(super) use framing::{corners, fitted, joined, reach, with_surfaces};
 pub use image::Image;
 pub(super) use image::png_encoder;
 pub(super) use parallel::{Team, cores};

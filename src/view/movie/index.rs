@@ -9,7 +9,9 @@ use crate::Vector;
 use crate::trajectory::Frame;
 use crate::trajectory::compressed::is_compressed;
 use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
-use crate::view::render::{Extent, Framing, Scale, Shot, Style, corners, fitted, reach, refuse_numbers, shown_numbers};
+use crate::view::render::{
+    Extent, Framing, Scale, Shot, Style, corners, fitted, joined, reach, refuse_numbers, shown_numbers,
+};
 use crate::view::{Surfaces, ViewError};
 
 /// Number of frames that determine the extent of the particles.
@@ -123,7 +125,7 @@ impl Index {
         for place in self.spread(probes).collect::<Vec<_>>() {
             let frame = self.read(path, place)?;
             let own = reach(&frame, &Surfaces::default());
-            self.reach = Some(self.reach.map_or(own, |all| joined_corners(&all, &own)));
+            self.reach = Some(self.reach.map_or(own, |all| joined(all, own)));
             let inside = frame.particles.iter().filter(|particle| is_inside(&particle.position));
             self.margin = inside.map(|particle| particle.radius).fold(self.margin, f64::max);
         }
@@ -135,7 +137,7 @@ impl Index {
         let surfaces = surfaces.clone().around(self.places.iter().map(|place| place.time));
         let (lower, size) = match self.reach.filter(|_| self.framing == Framing::Fitted) {
             Some(particles) => {
-                let all = joined_corners(&particles, &reach(&self.stage, &surfaces));
+                let all = joined(particles, reach(&self.stage, &surfaces));
                 fitted((lower, size), self.stage.periodic, &all, style)
             }
             None => (lower, size),
@@ -211,7 +213,7 @@ impl Survey<'_> {
         if let Some(index) = &mut self.index {
             index.places.push(Place { time, ..place });
             index.most_particles = index.most_particles.max(count as u64);
-            index.region = joined(index.region, region);
+            index.region = joined_regions(index.region, region);
         }
         Ok(true)
     }
@@ -227,7 +229,7 @@ impl Survey<'_> {
                 index.places.push(place);
                 index.most_particles = index.most_particles.max(most_particles);
                 index.scale = index.scale.joined(&scale);
-                index.region = joined(index.region, region);
+                index.region = joined_regions(index.region, region);
             }
             none => {
                 let (particles, images, scalars) = (Vec::new(), Vec::new(), Vec::new());
@@ -240,14 +242,9 @@ impl Survey<'_> {
     }
 }
 
-/// Returns the smallest box that contains two boxes. A box is given by its corners.
-fn joined_corners([a, b]: &[Vector; 2], [c, d]: &[Vector; 2]) -> [Vector; 2] {
-    [a.inf(c), b.sup(d)]
-}
-
 /// Returns the smallest box that contains two boxes. A box is given by its lower corner and its edges.
-fn joined(one: Option<(Vector, Vector)>, other: Option<(Vector, Vector)>) -> Option<(Vector, Vector)> {
+fn joined_regions(one: Option<(Vector, Vector)>, other: Option<(Vector, Vector)>) -> Option<(Vector, Vector)> {
     let (Some((lower_1, size_1)), Some((lower_2, size_2))) = (one, other) else { return one.or(other) };
-    let (lower, upper) = (lower_1.inf(&lower_2), (lower_1 + size_1).sup(&(lower_2 + size_2)));
+    let [lower, upper] = joined([lower_1, lower_1 + size_1], [lower_2, lower_2 + size_2]);
     Some((lower, upper - lower))
 }

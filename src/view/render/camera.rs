@@ -7,6 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Style;
+use super::framing::joined;
 use crate::Vector;
 use crate::base::numbers::{single, trunc_to_u32};
 use crate::trajectory::Frame;
@@ -34,6 +35,13 @@ const SUN: [f64; 3] = [-0.5, 0.78, -0.52];
 pub(in crate::view) struct Extent {
     pub position: Vector,
     pub radius: f64,
+}
+
+impl Extent {
+    pub fn corners(&self) -> [Vector; 2] {
+        let reach = Vector::repeat(self.radius);
+        [self.position - reach, self.position + reach]
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -108,9 +116,7 @@ impl Camera {
     }
 
     fn around(frame: &Frame, style: &Style, framed: &[Extent]) -> Option<Self> {
-        let reach = |extent: &Extent| Vector::repeat(extent.radius);
-        let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b))?;
-        let upper = framed.iter().map(|e| e.position + reach(e)).reduce(|a, b| a.sup(&b))?;
+        let [lower, upper] = framed.iter().map(Extent::corners).reduce(joined)?;
         let unit = 0.5 * (upper - lower).norm();
         if !(unit.is_normal() && unit.recip().is_normal()) {
             return None;

@@ -10,12 +10,8 @@ use crate::view::Surfaces;
 const FILLED: f64 = 0.34;
 
 pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<Extent> {
-    let upper = frame.lower + frame.size;
-    let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
     let has_all = style.framing == Framing::Particles || frame.size.iter().all(|&edge| edge == 0.0);
-    let particles = frame.particles.iter().filter(|particle| has_all || is_inside(&particle.position));
-    let mut framed: Vec<Extent> =
-        particles.map(|particle| Extent { position: particle.position, radius: particle.radius }).collect();
+    let mut framed: Vec<Extent> = particles(frame, has_all).collect();
     if !has_all {
         let (lower, size) = match style.framing {
             Framing::Fitted => fitted((frame.lower, frame.size), frame.periodic, &reach(frame, surfaces), style),
@@ -26,14 +22,24 @@ pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<E
     with_surfaces(framed, surfaces)
 }
 
+/// Returns the particles in the box, or all particles.
+fn particles(frame: &Frame, has_all: bool) -> impl Iterator<Item = Extent> {
+    let upper = frame.lower + frame.size;
+    let is_inside = move |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
+    let particles = frame.particles.iter().filter(move |particle| has_all || is_inside(&particle.position));
+    particles.map(|particle| Extent { position: particle.position, radius: particle.radius })
+}
+
 pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surfaces) -> Vec<Extent> {
-    let reach = |extent: &Extent| Vector::repeat(extent.radius);
-    let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b));
-    let upper = framed.iter().map(|e| e.position + reach(e)).reduce(|a, b| a.sup(&b));
-    if let (Some(lower), Some(upper)) = (lower, upper) {
-        framed.extend(surfaces.framed([lower, upper]).into_iter().map(|position| Extent { position, radius: 0.0 }));
+    if let Some(region) = framed.iter().map(Extent::corners).reduce(joined) {
+        framed.extend(surfaces.framed(region).into_iter().map(|position| Extent { position, radius: 0.0 }));
     }
     framed
+}
+
+/// Returns the corners of the smallest box that contains two boxes, each given by its corners.
+pub(in crate::view) fn joined([a, b]: [Vector; 2], [c, d]: [Vector; 2]) -> [Vector; 2] {
+    [a.inf(&c), b.sup(&d)]
 }
 
 /// Returns the corners of a box. If bit `k` of an index is set, the corner is on the upper side along axis `k`.
@@ -43,17 +49,9 @@ pub(in crate::view) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
 
 /// Returns the corners of a region with the particles in the box, and with surfaces that do not extend far beyond it.
 pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] {
-    let upper = frame.lower + frame.size;
-    let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
-    let particles = frame.particles.iter().filter(|particle| is_inside(&particle.position));
-    let particles = particles.map(|particle| {
-        let radius = Vector::repeat(particle.radius);
-        [particle.position - radius, particle.position + radius]
-    });
-    let surfaces = surfaces.framed([frame.lower, upper]).into_iter().map(|corner| [corner; 2]);
-    particles
-        .chain(surfaces)
-        .fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
+    let particles = particles(frame, false).map(|particle| particle.corners());
+    let surfaces = surfaces.framed([frame.lower, frame.lower + frame.size]).into_iter().map(|corner| [corner; 2]);
+    particles.chain(surfaces).fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], joined)
 }
 
 /// Crops a box to the region between the corners `from` and `to`. A box is given by its lower corner and its edges.

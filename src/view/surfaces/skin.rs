@@ -5,7 +5,7 @@ use crate::base::numbers::id;
 use crate::model::TriangleMesh;
 use crate::model::surface_motion::Timeline;
 use crate::model::triangle_mesh::{EdgeUse, twice_area};
-use crate::view::render::corners;
+use crate::view::render::{corners, joined};
 
 /// Cosine of 35 degrees, the largest angle between adjacent triangles of a smooth surface.
 const SMOOTH: f64 = 0.819;
@@ -78,22 +78,19 @@ impl Skin {
     pub fn bounds_at(&self, time: f64) -> [Vector; 2] {
         let Some(timeline) = &self.timeline else { return self.bounds };
         let (pose, [lower, upper]) = (timeline.at(time).pose, self.bounds);
-        let places = corners(&lower, &(upper - lower)).map(|corner| pose.place(&corner));
-        places.iter().fold([places[0]; 2], |[lower, upper], place| [lower.inf(place), upper.sup(place)])
+        let places = corners(&lower, &(upper - lower)).map(|corner| [pose.place(&corner); 2]);
+        places.into_iter().fold(places[0], joined)
     }
 
     pub fn at(&self, time: f64) -> Self {
         let Some(timeline) = &self.timeline else { return self.clone() };
         let pose = timeline.at(time).pose;
         let vertices: Vec<Vector> = self.vertices.iter().map(|vertex| pose.place(vertex)).collect();
-        let bounds = vertices.iter().fold(None, |all: Option<[Vector; 2]>, vertex| {
-            Some(all.map_or([*vertex; 2], |[lower, upper]| [lower.inf(vertex), upper.sup(vertex)]))
-        });
         Self {
             normals: self.normals.iter().map(|normal| pose.direction(normal)).collect(),
             triangles: self.triangles.clone(),
             edges: self.edges.iter().map(|ends| ends.map(|end| pose.place(&end))).collect(),
-            bounds: bounds.unwrap_or(self.bounds),
+            bounds: vertices.iter().map(|vertex| [*vertex; 2]).reduce(joined).unwrap_or(self.bounds),
             vertices,
             number: self.number,
             timeline: None,
