@@ -303,11 +303,9 @@ fn entropy(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
 }
 
 fn density_of_states(summary: &ExchangeSummary) -> Option<String> {
-    let points: Vec<Option<Dot>> =
-        summary.density_of_states.iter().map(|level| dot(level.energy, level.log_density_of_states)).collect();
+    let points = summary.density_of_states.iter().map(|level| dot(level.energy, level.log_density_of_states)).collect();
     let titles = [quantity("potential energy", &summary.unit_of("energy")), "ln density of states".to_owned()];
-    let lines = vec![Line { points, ..Line::default() }];
-    let curves = Curves { label: "Density of states".to_owned(), titles, lines, ..Curves::default() };
+    let curves = measured_curve("Density of states", titles, false, points);
     let text = "Natural logarithm of g(E), with sum g(E) exp(-E / T) = 1 at the highest temperature T. Error bars: standard errors. From <code>density_of_states.csv</code>.";
     curves_figure(&curves.label, &curves, text)
 }

@@ -1,11 +1,11 @@
 use super::paths::paths_at;
-use super::{dot, given};
+use super::{dot, given, measured_curve};
 use crate::analysis::statistics::Estimate;
 use crate::exchange::{ExchangeSummary, MeanForcePoint, TemperatureResult};
 use crate::view::describe::distance_between;
 use crate::view::report::figures::curves_figure;
 use crate::view::report::html::{escape, quantity};
-use crate::view::report::plot::{Curves, Line, Point as Dot};
+use crate::view::report::plot::Point as Dot;
 
 pub(super) fn sentence(summary: &ExchangeSummary) -> String {
     let Some(umbrella) = &summary.umbrella else { return String::new() };
@@ -48,7 +48,7 @@ fn along(
         summary.potential_of_mean_force.iter().map(|point| dot(point.distance, of(point))).collect();
     let text = format!("{text} Error bars: standard errors. From <code>potential_of_mean_force.csv</code>.");
     let titles = [("distance", "length"), (title, "energy")].map(|(name, of)| quantity(name, &summary.unit_of(of)));
-    curve(label, titles, points, &text)
+    curves_figure(label, &measured_curve(label, titles, false, points), &text)
 }
 
 /// Plots the acceptance of swaps between neighbouring windows, in the middle of their overlap.
@@ -61,10 +61,6 @@ fn acceptance(summary: &ExchangeSummary) -> Option<String> {
     let neighbours = summary.results.neighbours.iter().enumerate();
     let points = neighbours.map(|(place, it)| dot(middle(place)?, it.acceptance?)).collect();
     let text = "Acceptance of swaps between two neighbours, plotted at the middle of the overlap of their windows. Error bars: standard errors.";
-    curve("Acceptance", [quantity("distance", &summary.unit_of("length")), "acceptance".to_owned()], points, text)
-}
-
-fn curve(label: &str, titles: [String; 2], points: Vec<Option<Dot>>, text: &str) -> Option<String> {
-    let lines = vec![Line { points, ..Line::default() }];
-    curves_figure(label, &Curves { label: label.to_owned(), titles, lines, ..Curves::default() }, text)
+    let titles = [quantity("distance", &summary.unit_of("length")), "acceptance".to_owned()];
+    curves_figure("Acceptance", &measured_curve("Acceptance", titles, false, points), text)
 }
