@@ -192,7 +192,7 @@ pub fn convert_watched(
     while let Some(frame) = next {
         let index = reading.index - 1;
         let moment = Moment { index, frame: &frame, has_velocities: reader.has_velocities() };
-        writer.write(&moment).map_err(|error| error.at(source, index, target.path()))?;
+        writer.write(&moment).map_err(|error| error.at(Some(source), index, target.path()))?;
         frames += 1;
         go_on(watch)?;
         if options.last.is_some_and(|last| index >= last) {
@@ -200,7 +200,7 @@ pub fn convert_watched(
         }
         next = reading.next(&mut reader).map_err(read_error)?;
     }
-    writer.finish().map_err(|error| error.at(source, reading.index.saturating_sub(1), target.path()))?;
+    writer.finish().map_err(|error| error.at(Some(source), reading.index.saturating_sub(1), target.path()))?;
     target.complete()?;
     if is_listed(source, format, place) {
         note(place);

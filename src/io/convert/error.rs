@@ -139,13 +139,13 @@ pub enum FrameError {
 }
 
 impl FrameError {
-    /// Adds a path to the error: the target if it cannot be written, otherwise the source.
-    pub(super) fn at(self, source: &Path, index: u64, target: &Path) -> ConvertError {
-        match self {
-            Self::Io(error) | Self::ExtendedXyz(WriteError::Io(error)) => {
-                ConvertError::Write { path: target.to_owned(), source: error }
-            }
-            error => ConvertError::Frame { path: source.to_owned(), index, source: error },
+    /// Adds a path to the error: the target if it cannot be written or if there is no source, otherwise the source.
+    pub(super) fn at(self, source: Option<&Path>, index: u64, target: &Path) -> ConvertError {
+        let path = target.to_owned();
+        match (self, source) {
+            (Self::Io(source) | Self::ExtendedXyz(WriteError::Io(source)), _) => ConvertError::Write { path, source },
+            (error, Some(path)) => ConvertError::Frame { path: path.to_owned(), index, source: error },
+            (source, None) => ConvertError::Unwritable { path, index, source },
         }
     }
 }

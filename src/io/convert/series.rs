@@ -3,10 +3,9 @@
 use std::path::Path;
 
 use super::target::Target;
-use super::{ConvertError, FrameError, Moment, Writer, open};
+use super::{ConvertError, Moment, Writer, open};
 use crate::model::Format;
 use crate::trajectory::Frame;
-use crate::trajectory::extended_xyz::WriteError;
 
 /// Writes frames one by one, in the format of another program.
 ///
@@ -56,7 +55,7 @@ impl FrameSeries {
     /// cannot be written.
     pub fn write(&mut self, frame: &Frame) -> Result<(), ConvertError> {
         let moment = Moment { index: self.frames, frame, has_velocities: true };
-        self.writer.write(&moment).map_err(|error| failed(error, self.frames, self.target.path()))?;
+        self.writer.write(&moment).map_err(|error| error.at(None, self.frames, self.target.path()))?;
         self.frames += 1;
         Ok(())
     }
@@ -68,17 +67,7 @@ impl FrameSeries {
     /// at the target.
     pub fn finish(self) -> Result<(), ConvertError> {
         let last = self.frames.saturating_sub(1);
-        self.writer.finish().map_err(|error| failed(error, last, self.target.path()))?;
+        self.writer.finish().map_err(|error| error.at(None, last, self.target.path()))?;
         self.target.complete()
-    }
-}
-
-fn failed(error: FrameError, index: u64, target: &Path) -> ConvertError {
-    let path = target.to_owned();
-    match error {
-        FrameError::Io(source) | FrameError::ExtendedXyz(WriteError::Io(source)) => {
-            ConvertError::Write { path, source }
-        }
-        source => ConvertError::Unwritable { path, index, source },
     }
 }
