@@ -61,7 +61,6 @@ mod volume_move;
 
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 pub use crate::model::Until;
-use crate::model::space::Boundary;
 use crate::model::{ParticleId, Scene, Threads};
 use neighbours::ranges::Ranges;
 use observe::Observe;
@@ -396,6 +395,6 @@ impl Simulation {
     /// Number of axes along which particles can move.
     #[must_use]
     pub fn dimensions(&self) -> usize {
-        self.scene.space.boundary.iter().filter(|b| **b != Boundary::Flat).count()
+        self.scene.space.dimensions()
     }
 }

@@ -10,7 +10,6 @@ pub mod cells;
 mod choice;
 mod divisor;
 pub mod grid;
-mod kinetics;
 mod levels;
 pub mod lists;
 pub mod packed;

@@ -189,9 +189,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let Some(id) = scene.interaction_of(particle.species, species) else { continue };
                 let pair = [(particle.species, radius), (species, its_radius)];
                 let potential = scene.potential_between(id, pair);
-                if scene.species[particle.species.0 as usize].is_static()
-                    && scene.species[species.0 as usize].is_static()
-                {
+                if scene.is_static(particle) && scene.species[species.0 as usize].is_static() {
                     continue;
                 }
                 let apart = self.nearest(position - there, Vector::zeros(), now).0.position.norm();

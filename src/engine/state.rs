@@ -85,7 +85,7 @@ impl State {
             bodies,
             next_id: id(numbers.len()),
             vacant: Vec::new(),
-            moving: particles().filter(|p| !scene.species()[p.species.0 as usize].is_static()).count(),
+            moving: scene.moving().count(),
             count_when_sorted: 0,
             numbers,
             rows: particles().filter(|_| has_table).map(|p| rows.row_of(p)).collect(),

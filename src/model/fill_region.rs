@@ -6,6 +6,7 @@ use super::Region;
 use super::random::Random;
 use super::space::{Boundary, Space};
 use crate::Vector;
+use crate::physics::kinetics::volume_of_ball;
 use serde::{Deserialize, Serialize};
 
 const ROUNDING: f64 = 1e-12;
@@ -59,22 +60,13 @@ impl Region {
     }
 }
 
-fn ball(radius: f64, dimensions: usize) -> f64 {
-    match dimensions {
-        0 => 1.0,
-        1 => 2.0 * radius,
-        2 => PI * radius * radius,
-        _ => 4.0 / 3.0 * PI * radius * radius * radius,
-    }
-}
-
 impl FillRegion {
     /// Volume in the `D` dimensions of space `[length^D]`.
     pub(crate) fn volume(&self, space: &Space) -> f64 {
         let dimensions = space.dimensions();
         match self {
             Self::Box(region) => region.volume(space),
-            Self::Sphere { radius, .. } => ball(*radius, dimensions),
+            Self::Sphere { radius, .. } => volume_of_ball(*radius, dimensions),
             Self::Cone { radii: [a, b], length, .. } => match dimensions {
                 3 => PI / 3.0 * length * (a * a + a * b + b * b),
                 2 => length * (a + b),

@@ -124,8 +124,7 @@ impl Scene {
         if self.space.dimensions() != 1 || self.has_flow() || !self.conserves_heat_with(thermostat) {
             return false;
         }
-        let moving = self.particles.iter().filter(|particle| !self.is_static(particle));
-        let mut masses = moving.map(|particle| self.mass(particle));
+        let mut masses = self.moving().map(|particle| self.mass(particle));
         let Some(first) = masses.next() else { return false };
         let is_hard = |potential: &Potential| potential.energies().iter().all(|u| *u == 0.0 || u.is_infinite());
         masses.all(|mass| mass == first) && self.interactions.iter().all(|interaction| is_hard(&interaction.potential))

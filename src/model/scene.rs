@@ -417,6 +417,11 @@ impl Scene {
         self.particles.iter().map(volume).sum::<f64>() / self.space.volume()
     }
 
+    /// Factor by which diameters grow from the start to a packing fraction.
+    pub(crate) fn growth_to(&self, packing_fraction: f64) -> f64 {
+        libm::pow(packing_fraction / self.packing_fraction(), 1.0 / self.space.dimensions() as f64)
+    }
+
     /// The interaction of two species; `None` if they do not interact.
     #[must_use]
     pub fn interaction_of(&self, a: SpeciesId, b: SpeciesId) -> Option<InteractionId> {
@@ -489,6 +494,11 @@ impl Scene {
     /// Whether a particle never moves.
     pub(crate) fn is_static(&self, particle: &Particle) -> bool {
         self.species[particle.species.0 as usize].is_static()
+    }
+
+    /// The particles at the start that are not static.
+    pub(crate) fn moving(&self) -> impl Iterator<Item = &Particle> {
+        self.particles.iter().filter(|particle| !self.is_static(particle))
     }
 
     /// Species of a particle, with the diameter, mass and moment of inertia of the particle.

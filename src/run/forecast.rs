@@ -7,6 +7,7 @@ use crate::engine::{EngineChoice, Search};
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
 use crate::model::{Barostat, Growth, GrowthTarget, Scene, Species, Swap, Thermostat};
+use crate::physics::kinetics::cross_section;
 
 /// Typical number of engine steps per second. A step is an event, a new velocity, or a test of a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
@@ -41,7 +42,7 @@ pub struct Burden {
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<Burden> {
     let mut burdens = Vec::new();
-    if scene.particles.iter().all(|particle| scene.species[particle.species.0 as usize].is_static()) {
+    if scene.moving().next().is_none() {
         return burdens;
     }
     let pace = Pace::of(scene);
@@ -165,10 +166,7 @@ pub(super) fn rate(scene: &Scene) -> Option<f64> {
 /// Duration of a growth stage with a target packing fraction `[time]`; infinite for a target pressure.
 fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
     match growth.until {
-        GrowthTarget::PackingFraction(target) => {
-            let factor = libm::pow(target / scene.packing_fraction(), 1.0 / scene.space.dimensions() as f64);
-            (factor - 1.0).max(0.0) / growth.rate
-        }
+        GrowthTarget::PackingFraction(target) => (scene.growth_to(target) - 1.0).max(0.0) / growth.rate,
         GrowthTarget::CompressibilityFactor(_) => f64::INFINITY,
     }
 }
@@ -189,22 +187,19 @@ impl Pace {
     }
 
     fn of(scene: &Scene) -> Self {
-        let moving = || scene.particles.iter().filter(|particle| !scene.is_static(particle));
-        let count = moving().count().max(1) as f64;
+        let count = scene.moving().count().max(1) as f64;
         let dimensions = scene.space.dimensions();
-        let squared = moving().map(|particle| particle.velocity.norm_squared()).sum::<f64>() / count;
-        let mass = moving().map(|particle| scene.mass(particle)).sum::<f64>() / count;
-        let diameter = moving().map(|particle| scene.diameter(particle)).sum::<f64>() / count;
+        let squared = scene.moving().map(|particle| particle.velocity.norm_squared()).sum::<f64>() / count;
+        let mass = scene.moving().map(|particle| scene.mass(particle)).sum::<f64>() / count;
+        let diameter = scene.moving().map(|particle| scene.diameter(particle)).sum::<f64>() / count;
         let hottest = scene.run.thermostats().map(|thermostat| thermostat.temperature()).fold(0.0, f64::max);
         let thermal = dimensions as f64 * hottest / mass;
         let shear = scene.shear_rate.unwrap_or(0.0) * diameter;
         let speed = squared.max(thermal).max(shear * shear).sqrt();
-        let volume: f64 =
-            (0..3).filter(|&k| scene.space.boundary[k] != Boundary::Flat).map(|k| scene.space.size[k]).product();
         let range = scene.longest_range();
         Self {
             moving: count,
-            events: 0.5 * std::f64::consts::SQRT_2 * count * count / volume * section(scene) * speed,
+            events: 0.5 * std::f64::consts::SQRT_2 * count * count / scene.space.volume() * section(scene) * speed,
             at_sides: count * (2.0 * range / scene.space.size.y).min(1.0),
         }
     }
@@ -216,18 +211,13 @@ impl Pace {
 fn section(scene: &Scene) -> f64 {
     let dimensions = scene.space.dimensions();
     let factor = enskog_factor(scene.packing_fraction(), dimensions);
-    let of_radius = |radius: f64| match dimensions {
-        3 => std::f64::consts::PI * radius * radius,
-        2 => 2.0 * radius,
-        _ => 1.0,
-    };
     let moving = |(count, species): (usize, &Species)| if species.is_static() { 0.0 } else { count as f64 };
     let counts: Vec<f64> = scene.population().into_iter().zip(&scene.species).map(moving).collect();
     let all = counts.iter().sum::<f64>().max(1.0);
     let of_pair = |potential: &Potential| -> f64 {
         let steps = potential.radii().iter().zip(potential.energies().windows(2));
         let events = |energies: &[f64]| if energies[1].is_infinite() { factor } else { 2.0 };
-        steps.map(|(radius, energies)| events(energies) * of_radius(*radius)).sum()
+        steps.map(|(radius, energies)| events(energies) * cross_section(*radius, dimensions)).sum()
     };
     let of_pairs = scene.table.iter().map(|([a, b], id)| {
         let pairs = if a == b { 1.0 } else { 2.0 } * counts[a] * counts[b] / (all * all);

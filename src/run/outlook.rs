@@ -91,9 +91,8 @@ fn duration(scene: &Scene) -> Option<f64> {
 }
 
 fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
-    let moving = scene.particles.iter().filter(|particle| !scene.species[particle.species.0 as usize].is_static());
-    let duration =
-        duration(scene).filter(|time| *time > 0.0 && moving.count() <= MOST && scene.particles.len() <= 100 * MOST)?;
+    let duration = duration(scene)
+        .filter(|time| *time > 0.0 && scene.moving().count() <= MOST && scene.particles.len() <= 100 * MOST)?;
     let mut attempt = Try::of(scene);
     let start = attempt.simulation.time();
     let until = Until::time(start + duration);

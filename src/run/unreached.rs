@@ -104,9 +104,7 @@ fn rare_swaps(scene: &Scene, stages: &[(Stage, Settings)]) -> Vec<Unreached> {
     let mut rare = Vec::new();
     for (stage, settings) in stages {
         match settings.growth.map(|growth| growth.until) {
-            Some(GrowthTarget::PackingFraction(target)) => {
-                grown = libm::pow(target / scene.packing_fraction(), 1.0 / scene.space.dimensions() as f64);
-            }
+            Some(GrowthTarget::PackingFraction(target)) => grown = scene.growth_to(target),
             // The packing fraction is unknown from here on.
             Some(GrowthTarget::CompressibilityFactor(_)) => break,
             None => {}

@@ -39,7 +39,6 @@ pub(super) mod tests;
 
 use std::path::Path;
 
-pub(super) use bodies::BOND_RADIUS;
 pub(super) use camera::Extent;
 pub(super) use colour::{BACKGROUND, INK};
 pub(super) use framing::{corners, fitted, joined, reach, with_surfaces};

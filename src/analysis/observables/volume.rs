@@ -41,8 +41,7 @@ impl Isobaric {
 
 /// Total volume of the moving particles of a scene `[length^D]`.
 pub(super) fn filled(scene: &Scene) -> f64 {
-    let moving = scene.particles.iter().filter(|particle| !scene.is_static(particle));
-    moving.map(|particle| own_volume(scene.diameter(particle), scene.space.dimensions())).sum()
+    scene.moving().map(|particle| own_volume(scene.diameter(particle), scene.space.dimensions())).sum()
 }
 
 /// Time integrals from the first sample to the latest one. Between samples the volume is constant.

@@ -7,13 +7,13 @@
 mod search;
 
 use super::grid::{CellFace, Grid};
-use super::kinetics::{cross_section, free_path};
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::array::Array;
 use crate::engine::columns::Order;
 use crate::engine::hardware::pages::enlarge;
 use crate::model::space::Space;
+use crate::physics::kinetics::{cross_section, free_path};
 use serde::{Deserialize, Serialize};
 
 /// No particle, for example at the end of a list.

@@ -42,21 +42,17 @@ impl Driver<'_> {
 
     pub(super) fn begin_growth(&mut self, growth: &Growth, limit: &mut Until) {
         let scene = self.simulation.scene();
-        let dimensions = scene.space.dimensions();
-        let (filled, target) = match growth.until {
-            GrowthTarget::PackingFraction(target) => (scene.packing_fraction(), target),
+        let target = match growth.until {
+            GrowthTarget::PackingFraction(target) => target,
             // The final packing fraction is unknown, but below 1.
-            GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
+            GrowthTarget::CompressibilityFactor(_) => 1.0,
         };
         // A target below the current size has been rejected, so a ratio below 1 is a rounding error.
-        let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
+        let largest = scene.growth_to(target).max(1.0) * BEYOND;
         self.simulation.grow(growth, largest);
-        match growth.until {
-            GrowthTarget::PackingFraction(_) => {
-                let duration = (largest - 1.0) / growth.rate;
-                limit.time = Some(limit.time.map_or(duration, |time| time.min(duration)));
-            }
-            GrowthTarget::CompressibilityFactor(_) => {}
+        if let GrowthTarget::PackingFraction(_) = growth.until {
+            let duration = (largest - 1.0) / growth.rate;
+            limit.time = Some(limit.time.map_or(duration, |time| time.min(duration)));
         }
         self.begin_pressure_check();
     }

@@ -109,7 +109,7 @@ impl SceneBuilder {
     pub(in crate::scene) fn check_equilibrium(&self, scene: &Scene) -> Result<(), SceneError> {
         let Some(plan) = &scene.exchange else { return Ok(()) };
         let at = ConfigPath::root().key("exchange").key("temperatures");
-        if scene.particles.iter().all(|particle| scene.species[particle.species.0 as usize].is_static()) {
+        if scene.moving().next().is_none() {
             return refuse(at, "given for a scene in which nothing moves", "particles that move");
         }
         umbrella::check_groups(scene, plan)?;

@@ -3,7 +3,7 @@ use crate::base::text::digits;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
 use crate::model::{
-    Growth, GrowthTarget, Scene, SceneParts, SpeciesId, StagePlan, Thermostat, ThermostatError, Threads, Until,
+    Growth, GrowthTarget, Scene, SceneParts, StagePlan, Thermostat, ThermostatError, Threads, Until,
 };
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -175,10 +175,8 @@ pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
 
 /// Adapts thermostats to the particles and the box. For example, removes flat axes from a heat bath.
 pub(super) fn settle_thermostats(scene: &mut Scene) -> Result<(), SceneError> {
-    let is_moving = |species: SpeciesId| !scene.species[species.0 as usize].is_static();
-    let present = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
     // Particles that enter move.
-    let moving = present + scene.inlets.len();
+    let moving = scene.moving().count() + scene.inlets.len();
     let is_accelerated = scene.accelerations().any(|acceleration| acceleration != Vector::zeros());
     let space = &scene.space;
     let in_stages = scene.run.stages.iter_mut().enumerate();
@@ -221,10 +219,8 @@ fn densest(scene: &Scene) -> f64 {
 
 /// Checks that packing fractions increase, and that the final particles fit into the box.
 pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
-    let dimensions = scene.space.dimensions();
-    let start = scene.packing_fraction();
     let shortest = scene.space.periods().min();
-    let mut filled = start;
+    let mut filled = scene.packing_fraction();
     for (index, stage) in scene.run.stages.iter().enumerate() {
         let Some(growth) = &stage.growth else { continue };
         let at = ConfigPath::entry("stage", index).key("grow");
@@ -244,7 +240,7 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
             // The final packing fraction is unknown. Its upper limit is 1.
             GrowthTarget::CompressibilityFactor(_) => 1.0,
         };
-        let range = scene.longest_range() * libm::pow(target / start, 1.0 / dimensions as f64);
+        let range = scene.longest_range() * scene.growth_to(target);
         if 2.0 * range > shortest {
             let expected =
                 format!("a box at least twice as long as the final diameter ({range:.4}), or more particles");

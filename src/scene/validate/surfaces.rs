@@ -10,6 +10,7 @@ use crate::model::{Inlet, SceneSurface, Species, SpeciesId, SurfaceLaw, SurfaceM
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse, unknown};
+use crate::scene::interactions::species_named;
 use crate::scene::limits::{contact_law, finite_vector, not_negative, positive};
 use crate::scene::names::{self, Taken};
 use crate::scene::surface_draft::SurfaceDraft;
@@ -72,12 +73,8 @@ impl SceneBuilder {
     fn resolved(&self, draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
         let SurfaceDraft { name, shape, species: named, law, stages, motions, surface_velocity } = draft.clone();
         let at = ConfigPath::entry("surface", index);
-        let find = |name: String| {
-            let found = species.iter().position(|species| species.name == name);
-            let known = species.iter().map(|species| species.name.as_str());
-            found.map(|index| SpeciesId(id(index))).ok_or_else(|| unknown(&at.key("species"), "species", &name, known))
-        };
-        let species = named.into_iter().map(find).collect::<Result<Vec<_>, _>>()?;
+        let find = |name: &String| species_named(species, name, &at.key("species"));
+        let species = named.iter().map(find).collect::<Result<Vec<_>, _>>()?;
         let moved = |(index, (stage, motion)): (usize, (Option<String>, SurfaceMotion))| match stage {
             None => Ok(motion),
             Some(stage) => {

@@ -29,7 +29,6 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::FrameReader;
 use crate::trajectory::frame::FrameParticle;
 use crate::view::Surfaces;
-use crate::view::render::BOND_RADIUS;
 use channel::Channels;
 use flight::{FlightFinder, Flights};
 use frame::Encoded;

@@ -2,9 +2,9 @@
 
 use super::density::local_density;
 use crate::Vector;
-use crate::engine::neighbours::kinetics::{cross_section, free_path, volume_of_ball};
 use crate::engine::neighbours::ranges::Ranges;
 use crate::model::space::Space;
+use crate::physics::kinetics::{cross_section, free_path, volume_of_ball};
 
 /// Costs of a pair test, of a cell transition, and of a list rebuild per level, in nanoseconds. The costs were fitted
 /// to mixtures of spheres with size ratios of 2 to 10 at packing fractions of 1e-4 to 0.5.

@@ -1,4 +1,4 @@
-//! Estimates from kinetic theory in one, two and three dimensions, by which the neighbour search is chosen.
+//! Volumes, cross sections and free paths of kinetic theory in one, two and three dimensions.
 
 use std::f64::consts::PI;
 
