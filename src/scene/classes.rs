@@ -23,6 +23,10 @@ impl Distributed {
     fn class(&self, k: usize) -> String {
         format!("{}-{}", self.name, k + 1)
     }
+
+    fn names(&self) -> Vec<String> {
+        (0..self.classes.len()).map(|k| self.class(k)).collect()
+    }
 }
 
 pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
@@ -59,7 +63,7 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
         surface.species = names
             .into_iter()
             .flat_map(|name| match named(distributed, &name) {
-                Some(of) => (0..of.classes.len()).map(|class| of.class(class)).collect(),
+                Some(of) => of.names(),
                 None => vec![name],
             })
             .collect();
@@ -145,10 +149,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
             continue;
         };
         check_diameter(&draft, &ConfigPath::entry("interaction", index))?;
-        let names = |k: usize| match parts[k] {
-            Some(of) => (0..of.classes.len()).map(|class| of.class(class)).collect(),
-            None => vec![species[k].clone()],
-        };
+        let names = |k: usize| parts[k].map_or_else(|| vec![species[k].clone()], Distributed::names);
         let is_alike = species[0] == species[1];
         let (first, second) = (names(0), names(1));
         // Only one expanded draft keeps the name, because names are unique. Bonds find this draft by its name.

@@ -132,6 +132,24 @@ pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
+/// Requires a finite vector other than zero.
+pub(crate) fn direction(vector: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
+    finite_vector(vector, at)?;
+    positive(vector.norm(), at.clone()).map(drop)
+}
+
+/// Requires a finite corner and two finite edges in different directions.
+pub(crate) fn parallelogram(corner: &Vector, edges: &[Vector; 2], at: &ConfigPath) -> Result<(), SceneError> {
+    finite_vector(corner, &at.key("corner"))?;
+    finite_vector(&edges[0], &at.key("edge_1"))?;
+    finite_vector(&edges[1], &at.key("edge_2"))?;
+    // The cross product of parallel edges may be nonzero because of round-off.
+    if edges[0].cross(&edges[1]).norm() <= 1e-9 * edges[0].norm() * edges[1].norm() {
+        return refuse(at.key("edge_2"), "zero, or parallel to edge_1", "an edge in another direction");
+    }
+    Ok(())
+}
+
 /// Checks a spin. Static particles have no spin. In two dimensions, spins are along the flat axis.
 pub(crate) fn spin(spin: &Vector, species: &Species, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(spin, at)?;

@@ -6,7 +6,9 @@ use crate::prepare::surface::curve::plane_axes;
 use crate::prepare::surface::{BoxSide, Surface};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
-use crate::scene::limits::{AXES, corners, finite_vector, not_negative, on_flat_axes, positive};
+use crate::scene::limits::{
+    AXES, corners, direction, finite_vector, not_negative, on_flat_axes, parallelogram, positive,
+};
 
 impl BoxSide {
     /// Names of the sides of a box, where z points up and y away from the viewer.
@@ -21,21 +23,11 @@ impl Surface {
     pub(crate) fn check(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         match self {
             Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. } => self.check_in_plane(space, at)?,
-            Self::Plane { corner, edges } => {
-                finite_vector(corner, &at.key("corner"))?;
-                finite_vector(&edges[0], &at.key("edge_1"))?;
-                finite_vector(&edges[1], &at.key("edge_2"))?;
-                let area = edges[0].cross(&edges[1]).norm();
-                // The cross product of parallel edges may be nonzero because of round-off.
-                if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
-                    return refuse(at.key("edge_2"), "zero, or parallel to edge_1", "an edge in another direction");
-                }
-            }
+            Self::Plane { corner, edges } => parallelogram(corner, edges, at)?,
             Self::Box { lower, upper, .. } => corners(lower, upper, 0..3, at)?,
             Self::Cone { base, axis, radii, length } => {
                 finite_vector(base, &at.key("base"))?;
-                finite_vector(axis, &at.key("axis"))?;
-                positive(axis.norm(), at.key("axis"))?;
+                direction(axis, &at.key("axis"))?;
                 for (k, radius) in radii.iter().enumerate() {
                     not_negative(*radius, at.key("radii").index(k))?;
                 }

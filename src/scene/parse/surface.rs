@@ -18,7 +18,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::unchanged;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::file::{RotationFile, SurfaceFile, SurfaceVelocityFile, TurningFile};
-use crate::scene::limits::{corners, finite, finite_vector, not_negative, positive};
+use crate::scene::limits::{corners, direction, finite, finite_vector, not_negative, parallelogram, positive};
 use crate::scene::surface_draft::SurfaceDraft;
 
 pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
@@ -162,7 +162,12 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
             corners(&lower, &upper, 0..3, at)?;
             SurfaceShape::Mesh(TriangleMesh::cuboid(&lower, &upper))
         }
-        "parallelogram" => parallelogram(keys)?,
+        "parallelogram" => {
+            let (corner, edges) = (keys.vector("corner")?, [keys.vector("edge_1")?, keys.vector("edge_2")?]);
+            parallelogram(&corner, &edges, at)?;
+            let vertices = vec![corner, corner + edges[0], corner + edges[0] + edges[1], corner + edges[1]];
+            SurfaceShape::Mesh(TriangleMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] })
+        }
         "disc" => {
             let radius = positive(keys.need("radius")?, at.key("radius"))?;
             turned("centre", &[[0.0, 0.0], [radius, 0.0]], file, keys)?
@@ -183,20 +188,6 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
     })
 }
 
-fn parallelogram(keys: &Keys<'_>) -> Result<SurfaceShape, SceneError> {
-    let at = keys.at;
-    let (corner, one, other) = (keys.vector("corner")?, keys.vector("edge_1")?, keys.vector("edge_2")?);
-    finite_vector(&corner, &at.key("corner"))?;
-    finite_vector(&one, &at.key("edge_1"))?;
-    finite_vector(&other, &at.key("edge_2"))?;
-    // Because of round-off, the cross product of parallel edges may be nonzero.
-    if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
-        return refuse(at.key("edge_2"), "zero, or parallel to edge_1", "an edge in another direction");
-    }
-    let vertices = vec![corner, corner + one, corner + one + other, corner + other];
-    Ok(SurfaceShape::Mesh(TriangleMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] }))
-}
-
 fn turned(
     base_key: &'static str,
     profile: &[[f64; 2]],
@@ -206,8 +197,7 @@ fn turned(
     let at = keys.at;
     let (base, axis) = (keys.vector(base_key)?, keys.vector("axis")?);
     finite_vector(&base, &at.key(base_key))?;
-    finite_vector(&axis, &at.key("axis"))?;
-    positive(axis.norm(), at.key("axis"))?;
+    direction(&axis, &at.key("axis"))?;
     let key = at.key(match (&file.profile, &file.radii) {
         (Some(_), _) => "profile",
         (None, Some(_)) => "radii",

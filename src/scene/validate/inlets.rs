@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::model::diameters::diameters_of_newcomers;
 use crate::model::limits::MOST_PARTICLES;
 use crate::model::space::{Boundary, Space};
-use crate::model::{FillRegion, Format, Inlet, Region, Scene, Species};
+use crate::model::{FillRegion, Inlet, Region, Scene, Species};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
@@ -13,7 +13,7 @@ use crate::scene::inlet_draft::{InletDraft, RATE, Rate};
 use crate::scene::limits::{finite, not_negative, on_flat_axes, positive};
 use crate::scene::names::{self, Taken};
 use crate::scene::region::region_of;
-use crate::scene::validate::measure::check_supported;
+use crate::scene::validate::measure::{check_no_arrays, check_supported};
 
 impl SceneBuilder {
     pub(in crate::scene) fn checked_inlets(
@@ -197,10 +197,7 @@ pub(super) fn check_instruments(scene: &Scene) -> Result<(), SceneError> {
     if !scene.has_flow() {
         return Ok(());
     }
-    if let Some(index) = scene.output.formats.iter().position(|format| *format == Format::Npy) {
-        let at = ConfigPath::root().key("output").key("formats").index(index);
-        return refuse(at, "\"npy\"", "another format: NumPy arrays need the same particles in all frames");
-    }
+    check_no_arrays(scene, "the same particles in all frames")?;
     check_supported(
         scene,
         |kind| kind.any_number,

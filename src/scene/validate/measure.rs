@@ -3,7 +3,7 @@ use crate::model::measurement_plan::{
     Requested,
 };
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{MeasurementPlan, Scene, SceneParts, Species};
+use crate::model::{Format, MeasurementPlan, Scene, SceneParts, Species};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse, unknown};
 use crate::scene::interactions::species_named;
@@ -21,6 +21,17 @@ pub(super) fn check_supported(
         Some(it) => {
             let at = ConfigPath::root().key("measure").key(it.kind.key);
             refuse(at, "given", expected(InstrumentKind::listed(is_supported)))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Rejects NumPy arrays as output. `need` states what they need.
+pub(super) fn check_no_arrays(scene: &Scene, need: &str) -> Result<(), SceneError> {
+    match scene.output.formats.iter().position(|format| *format == Format::Npy) {
+        Some(index) => {
+            let at = ConfigPath::root().key("output").key("formats").index(index);
+            refuse(at, "\"npy\"", format!("another format: NumPy arrays need {need}"))
         }
         None => Ok(()),
     }

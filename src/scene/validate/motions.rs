@@ -1,13 +1,12 @@
 //! Checks the motions of surfaces, and of their material.
 
-use super::surfaces::direction;
 use crate::Vector;
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::surface_motion::Timeline;
 use crate::model::{MotionKind, SceneSurface, SurfaceLaw, SurfaceMotion, SurfaceShape, SurfaceVelocity};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
-use crate::scene::limits::{finite, finite_vector, on_flat_axes};
+use crate::scene::limits::{direction, finite, finite_vector, on_flat_axes};
 
 pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPath) -> Result<(), SceneError> {
     let mut before = f64::NEG_INFINITY;

@@ -2,9 +2,7 @@ use crate::Vector;
 use crate::base::text::digits;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{Boundary, Space};
-use crate::model::{
-    Growth, GrowthTarget, Scene, SceneParts, StagePlan, Thermostat, ThermostatError, Threads, Until,
-};
+use crate::model::{Growth, GrowthTarget, Scene, SceneParts, StagePlan, Thermostat, ThermostatError, Threads, Until};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::{finite, on_flat_axes, positive, positive_if_given};

@@ -11,7 +11,7 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse, unknown};
 use crate::scene::interactions::species_named;
-use crate::scene::limits::{contact_law, finite_vector, not_negative, positive};
+use crate::scene::limits::{contact_law, direction, finite_vector, not_negative, positive};
 use crate::scene::names::{self, Taken};
 use crate::scene::surface_draft::SurfaceDraft;
 use crate::scene::validate::start::Configuration;
@@ -139,11 +139,6 @@ fn check_shape(shape: &SurfaceShape, at: &ConfigPath) -> Result<(), SceneError> 
         }
         SurfaceShape::Mesh(mesh) => check_mesh(mesh, at),
     }
-}
-
-pub(super) fn direction(vector: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
-    finite_vector(vector, at)?;
-    positive(vector.norm(), at.clone()).map(drop)
 }
 
 fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {

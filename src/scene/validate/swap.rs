@@ -1,9 +1,9 @@
 use crate::base::text::shortest;
-use crate::model::{Format, Scene, Swap};
+use crate::model::{Scene, Swap};
 use crate::scene::compatibility::phases;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
-use crate::scene::validate::measure::check_supported;
+use crate::scene::validate::measure::{check_no_arrays, check_supported};
 
 pub(super) fn check_numbers(swap: Option<&Swap>, at: &ConfigPath) -> Result<(), SceneError> {
     let checked = swap.map_or(Ok(()), Swap::check);
@@ -15,11 +15,7 @@ pub(super) fn check_output(scene: &Scene) -> Result<(), SceneError> {
     if !scene.run.has_swaps() {
         return Ok(());
     }
-    if let Some(index) = scene.output.formats.iter().position(|format| *format == Format::Npy) {
-        let at = ConfigPath::root().key("output").key("formats").index(index);
-        let expected = "another format: NumPy arrays need particles of the same species in all frames, and swap moves change the species";
-        return refuse(at, "\"npy\"", expected);
-    }
+    check_no_arrays(scene, "particles of the same species in all frames, and swap moves change the species")?;
     if !phases(&scene.run).any(|phase| phase.is_measured && phase.swap.is_some()) {
         return Ok(());
     }
