@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use carom::Vector;
 use carom::analysis::instruments::Scalar;
-use carom::model::{ParticleId, SpeciesId, Units};
+use carom::model::{ParticleId, SpeciesId};
 use carom::scene::GivenParticles;
 use carom::trajectory::Frame;
 use carom::trajectory::frame::{FrameParticle, FrameSpecies};
@@ -123,7 +123,6 @@ fn frame_of(parts: &Bound<'_, PyDict>) -> PyResult<Frame> {
         bond_kinds: counts(parts, "bond_kinds")?,
         images: images.as_chunks::<3>().0.to_vec(),
         scalars: scalars_of(parts, count)?,
-        surfaces: Vec::new(),
-        units: Units::default(),
+        ..Frame::default()
     })
 }

@@ -145,7 +145,7 @@ impl GivenParticles {
 mod tests {
     use super::*;
     use crate::io::{read_scene_text, read_scene_with};
-    use crate::model::{ParticleId, Units};
+    use crate::model::ParticleId;
     use crate::scene::ConfigPath;
     use crate::trajectory::frame::FrameSpecies;
 
@@ -191,16 +191,10 @@ until_time = 1.0
             lower: Vector::new(0.0, 0.0, -1.0),
             size: Vector::new(5.0, 6.0, 7.0),
             periodic: [true; 3],
-            displacement: 0.0,
             species: vec![bead],
             particles: vec![particle(7, 4.4), particle(3, 5.5)],
             bonds: vec![[ParticleId(7), ParticleId(3)]],
-            bond_names: Vec::new(),
-            bond_kinds: Vec::new(),
-            images: Vec::new(),
-            scalars: Vec::new(),
-            surfaces: Vec::new(),
-            units: Units::default(),
+            ..Frame::default()
         };
         let bond = Some("link".to_owned());
         GivenParticles { has_box: true, has_radii: true, bond, ..GivenParticles::new("frame", frame) }

@@ -96,7 +96,7 @@ pub struct FrameParticle {
 /// A frame of a trajectory: all particles at one time, and the box.
 #[doc(alias = "snapshot")]
 #[doc(alias = "configuration")]
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// Simulated time `[time]`.
     pub time: f64,

@@ -4,7 +4,7 @@ use std::path::Path;
 use super::*;
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
-use crate::model::{ParticleId, SpeciesId, Units};
+use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::WriteError;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
@@ -29,12 +29,7 @@ pub(in crate::io) fn chain() -> Frame {
         ],
         particles: vec![bead(0, 0, 0.5), bead(1, 1, 0.75), bead(2, 0, 0.5), bead(3, 0, 0.5)],
         bonds: [[0, 1], [2, 1], [2, 3], [3, 0]].map(|ends| ends.map(ParticleId)).to_vec(),
-        bond_names: Vec::new(),
-        bond_kinds: Vec::new(),
-        images: Vec::new(),
-        scalars: Vec::new(),
-        surfaces: Vec::new(),
-        units: Units::default(),
+        ..Frame::default()
     }
 }
 

@@ -45,19 +45,10 @@ const ALIGNED: f64 = 1e-14;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Comment {
-    pub time: f64,
-    /// Lower corner and edges of the box; `None` without `Lattice`.
-    pub region: Option<(Vector, Vector)>,
-    pub periodic: [bool; 3],
-    /// Displacement along x of the periodic image above the box, at most half a period.
-    pub displacement: f64,
-    pub species: Vec<FrameSpecies>,
-    pub bonds: Vec<[ParticleId; 2]>,
-    pub bond_names: Vec<String>,
-    pub bond_kinds: Vec<u32>,
-    /// Whether each surface of the scene is present; empty if all are present.
-    pub surfaces: Vec<bool>,
-    pub units: Units,
+    /// What the line says about the frame, without particles.
+    pub frame: Frame,
+    /// Whether the line has a `Lattice`.
+    pub has_box: bool,
     pub columns: Columns,
 }
 
@@ -107,19 +98,10 @@ impl Comment {
         let time = time.unwrap_or(0.0);
         // Masses in the table of species take precedence over a column of masses.
         columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
-        Ok(Self {
-            time,
-            region,
-            periodic,
-            displacement,
-            species,
-            bonds,
-            bond_names,
-            bond_kinds,
-            surfaces,
-            units,
-            columns,
-        })
+        let (lower, size) = region.unwrap_or_default();
+        let frame = Frame { time, lower, size, periodic, displacement, species, bonds, ..Frame::default() };
+        let frame = Frame { bond_names, bond_kinds, surfaces, units, ..frame };
+        Ok(Self { frame, has_box: region.is_some(), columns })
     }
 }
 

@@ -136,7 +136,8 @@ impl<R: BufRead> FrameReader<R> {
                 return Err(truncated(count - 1));
             }
         }
-        Ok(Some(Preamble { count, time: comment.time, region: comment.region }))
+        let Frame { time, lower, size, .. } = comment.frame;
+        Ok(Some(Preamble { count, time, region: comment.has_box.then_some((lower, size)) }))
     }
 
     fn next_line(&mut self) -> Result<Option<&str>, ReadError> {
@@ -189,7 +190,7 @@ impl<R: BufRead> FrameReader<R> {
         let Some((count, mut comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;
         let truncated = |found| ReadError::Truncated { line: first, expected: count, found };
-        let mut table = SpeciesTable::new(comment.species);
+        let mut table = SpeciesTable::new(std::mem::take(&mut comment.frame.species));
         let mut particles = Vec::with_capacity(count.min(TRUSTED_COUNT));
         let mut images = Vec::new();
         let mut beside = Beside { unused: comment.columns.unused.clone(), ..Beside::default() };
@@ -219,25 +220,12 @@ impl<R: BufRead> FrameReader<R> {
         self.beside = beside;
         scalars.retain(|scalar| scalar.values.len() == count);
         self.columns = comment.columns;
-        self.has_box = comment.region.is_some();
-        let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
-        let Comment { time, periodic, displacement, bonds, bond_names, bond_kinds, surfaces, units, .. } = comment;
-        Ok(Some(Frame {
-            time,
-            lower,
-            size,
-            periodic,
-            displacement,
-            species: table.species,
-            particles,
-            bonds,
-            bond_names,
-            bond_kinds,
-            surfaces,
-            units,
-            images,
-            scalars,
-        }))
+        self.has_box = comment.has_box;
+        let mut frame = Frame { species: table.species, particles, images, scalars, ..comment.frame };
+        if !self.has_box {
+            (frame.lower, frame.size) = bounds(&frame.particles);
+        }
+        Ok(Some(frame))
     }
 }
 

@@ -19,7 +19,7 @@ pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
         Shortest(number).push(&mut text);
         text.len() + 1
     };
-    let grows = scene.run.stages.iter().any(|stage| stage.growth.is_some());
+    let grows = scene.run.has_growth();
     let of_species: Vec<usize> = scene
         .species
         .iter()

@@ -28,16 +28,10 @@ fn two_discs() -> Frame {
         lower: Vector::zeros(),
         size: Vector::new(5.0, 5.0, 0.0),
         periodic: [true, true, false],
-        displacement: 0.0,
         species: vec![FrameSpecies { name: "ball".into(), is_static: false, mass: Some(1.0) }],
         particles: vec![disc(0, 0.5, 1.0), disc(1, 2.5, -1.0)],
-        bonds: Vec::new(),
-        bond_names: Vec::new(),
-        bond_kinds: Vec::new(),
         images: vec![[0; 3], [-2, 0, 0]],
-        scalars: Vec::new(),
-        surfaces: Vec::new(),
-        units: Units::default(),
+        ..Frame::default()
     }
 }
 

@@ -110,7 +110,7 @@ fn threads(scene: &Scene) -> Option<String> {
         Threads::Number(number) => number.to_string(),
         Threads::Auto => AUTO_THREADS.to_owned(),
     };
-    let grows = scene.run.stages.iter().any(|stage| stage.growth.is_some());
+    let grows = scene.run.has_growth();
     Some(match SingleThread::of(scene) {
         Some(why) => format!("always 1: {why}"),
         None if grows => format!("{asked}; 1 while the diameters grow"),

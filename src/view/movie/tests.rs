@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use super::*;
 use crate::Vector;
-use crate::model::{ParticleId, SpeciesId, Units};
+use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
@@ -128,13 +128,7 @@ fn frame(number: u32, speed: f64) -> Frame {
         displacement: 0.0,
         species: species.map(|name| FrameSpecies { name: name.into(), is_static: false, mass: Some(1.0) }).into(),
         particles,
-        bonds: Vec::new(),
-        bond_names: Vec::new(),
-        bond_kinds: Vec::new(),
-        images: Vec::new(),
-        scalars: Vec::new(),
-        surfaces: Vec::new(),
-        units: Units::default(),
+        ..Frame::default()
     }
 }
 

@@ -28,13 +28,7 @@ pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> 
                 radius,
             })
             .collect(),
-        bonds: Vec::new(),
-        bond_names: Vec::new(),
-        bond_kinds: Vec::new(),
-        images: Vec::new(),
-        scalars: Vec::new(),
-        surfaces: Vec::new(),
-        units: Units::default(),
+        ..Frame::default()
     }
 }
 

@@ -4,7 +4,7 @@ use crate::analysis::instruments::Scalar;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::potential::Potential;
 use crate::model::space::Space;
-use crate::model::{ParticleId, SpeciesId, Units};
+use crate::model::{ParticleId, SpeciesId};
 use crate::scene::{Fill, InteractionDraft, Lattice, Model, SceneBuilder, SpeciesDraft};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameSpecies, SPINS};
@@ -37,16 +37,10 @@ pub(super) fn frame(time: f64, count: u32) -> Frame {
         lower: Vector::new(0.0, 0.0, -2.0),
         size: Vector::new(10.0, 4.0, 2.0),
         periodic: [true, false, false],
-        displacement: 0.0,
         species: vec![species("grain", false), species("pivot", true)],
         particles: (0..count).map(grain).chain([pivot]).collect(),
         bonds: vec![[ParticleId(0), ParticleId(count)]],
-        bond_names: Vec::new(),
-        bond_kinds: Vec::new(),
-        images: Vec::new(),
-        scalars: Vec::new(),
-        surfaces: Vec::new(),
-        units: Units::default(),
+        ..Frame::default()
     }
 }
 
